@@ -142,12 +142,10 @@ seed = 1""",
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[picture]\nkind = "lops"\n', "picture.kind: 'lops'; did you mean 'loops'"),
         (
             "[picture]\nwork = true\n",
             "picture.kind: missing; expected one of adhesion-map, area-laws, bars, contact-map",
         ),
-        ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
         (
             '[picture]\nkind = "bars"\nquantity = "drift"\ngroups = { a = "b" }\n',
             "picture.groups.a: 'b'; expected an array",

@@ -107,8 +107,6 @@ def refusal(folder, fit=ALL, **options):
 @pytest.mark.parametrize(
     ("fit", "said"),
     [
-        ('parameters = ["fricton"]', "fit.parameters[0]: 'fricton'; did you mean 'friction'?"),
-        ("", "fit.parameters: missing"),
         ('parameters = ["friction"]\nload_noise = "-1 N"', "fit.load_noise: -1 N; expected 0 N or more"),
     ],
 )

@@ -64,10 +64,7 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
 @pytest.mark.parametrize(
     ("friction", "said"),
     [
-        ("[friction]\nlaw = 'powre'", "friction.law: 'powre'; did you mean 'power'"),
-        ("[friction]\nlaw = 'drawn'\ncoefficient = 0.1", "friction.coefficient: unknown key"),
         ("[friction]\nshear_strength = '1 MPa'", "friction.shear_strength: unknown key; it belongs to a law"),
-        ("[friction]\nlaw = 'shear strength'\nshear_strength = -1", "shear_strength is -1"),
         (f"yielding = 'thorton'\n{COULOMB}", "surface.yielding.law: 'thorton'; did you mean"),
         (f"yielding = {{ hardness = 1 }}\n{COULOMB}", "surface.yielding.law: missing; expected one of"),
     ],

@@ -32,8 +32,9 @@ def history():
     return hs.replay(ROUGH, EVENTS, substeps=50)
 
 
-@pytest.fixture
-def files(tmp_path, history):
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, history):
+    tmp_path = tmp_path_factory.mktemp("files")
     hs.Replay(ROUGH, EVENTS, substeps=50).write(tmp_path / "r.nc")
     hs.loops(history).to_dataset().to_netcdf(tmp_path / "l.nc")
     (tmp_path / "s.toml").write_text(BALL + ADHESIVE, encoding="utf-8")
@@ -47,27 +48,25 @@ def titles(figure):
     return [axes.get_title(loc="left") for axes in figure.axes]
 
 
-def things(history):
-    """What there is a picture of, and what one of its panels is called."""
-    surface = hs.Surface(np.pad([[4e-9]], 2), 1e-6)
-    adhesive = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
-    state = ROUGH.advance(ROUGH.initial_state(), normal_load=0.1)
-    state = ROUGH.advance(state, tangential_displacement=1e-8)
-    return {
-        "history": (history, "Friction loop"),
-        "surface": (surface, "Surface and summits"),
-        "surface of a result": (surface_group.dataset(surface.summits(), surface), "Surface and summits"),
-        "loops": (hs.loops(history), "Friction loops"),
-        "loops of a file": (hs.loops(history).to_dataset(), "friction force (mN)"),
-        "asperity": (ROUGH.asperity(0, state), "asperity 0, partial slip"),
-        "adhering": (adhering_asperities(ROUGH, 1e-7, **adhesive), "Adhesion map"),
-    }
+SURFACE = hs.Surface(np.pad([[4e-9]], 2), 1e-6)
+SLIPPING = {"normal_load": 0.1, "tangential_displacement": 1e-8}
+ADHESION = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
 
 
-@pytest.mark.parametrize("name", things(hs.replay(ROUGH, EVENTS, substeps=50)))
-def test_what_has_a_picture_is_drawn(history, name):
-    what, title = things(history)[name]
-    assert title in titles(hs.plot(what))
+@pytest.mark.parametrize(
+    ("make", "title"),
+    [
+        (lambda history: history, "Friction loop"),
+        (lambda _: SURFACE, "Surface and summits"),
+        (lambda _: surface_group.dataset(SURFACE.summits(), SURFACE), "Surface and summits"),
+        (hs.loops, "Friction loops"),
+        (lambda history: hs.loops(history).to_dataset(), "friction force (mN)"),
+        (lambda _: ROUGH.asperity(0, ROUGH.advance(ROUGH.initial_state(), **SLIPPING)), "asperity 0, partial slip"),
+        (lambda _: adhering_asperities(ROUGH, 1e-7, **ADHESION), "Adhesion map"),
+    ],
+)
+def test_every_type_with_a_picture_is_drawn(history, make, title):
+    assert title in titles(hs.plot(make(history)))
 
 
 def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
@@ -100,7 +99,7 @@ def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
         ("map.txt", {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"}, "Surface and summits"),
     ],
 )
-def test_files_are_drawn_as_what_they_are(files, name, options, title):
+def test_files_are_drawn_by_their_type(files, name, options, title):
     assert title in titles(hs.plot(str(files / name), **options))
 
 
@@ -132,7 +131,7 @@ def test_options_that_do_not_fit_are_errors(files, name, options, said):
 
 
 @pytest.mark.parametrize("what", [None, ROUGH, xr.Dataset({"a": 1})])
-def test_what_has_no_picture_is_told(what):
+def test_objects_without_a_picture_are_refused(what):
     with pytest.raises(InputError, match=r"this .* (has no picture|is no history); expected"):
         hs.plot(what)
 

@@ -82,7 +82,6 @@ def test_random_maps_and_sums_are_filtered_too(folder):
     [
         ({"s_filter": "1 µm"}, "surface.s_filter: a cut-off of 1e-06 m; expected 2e-06 m, two pixels, or more"),
         ({"form": "polynomial"}, "surface.form: no degree for the form polynomial"),
-        ({"prune": 1.5}, "surface.prune: 1.5; expected true, or a share"),
     ],
     ids=str,
 )

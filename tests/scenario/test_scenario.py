@@ -181,8 +181,6 @@ def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, norma
     ("layout", "column", "said"),
     [
         ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',' is also the delimiter"),
-        ('delimitr = ";"', '"F"', "loading.delimitr: unknown key; did you mean 'delimiter'?"),
-        ("", "{ column = 0 }", "loading.columns.normal_load.column: 0; expected a name, or a position counted from 1"),
     ],
 )
 def test_messages_about_how_a_file_is_written(folder, layout, column, said):
@@ -204,19 +202,13 @@ def test_importing_the_module_loads_nothing_heavy():
 WRONG = {
     WAYPOINTS: [
         ("[loading]", "[laoding]", "laoding: unknown key; did you mean 'loading'?"),
-        ("waypoints =", "waypoint =", "loading: 'waypoint' given; expected exactly one of"),
-        ("time = 0", "tine = 0", "loading.waypoints[0].tine: unknown key; did you mean 'time'?"),
-        ("time = 0", "time = nan", "loading.waypoints[0].time: nan is not"),
         ("time = 0, ", "", "loading.waypoints[0]: neither time nor after"),
-        ("normal_load = 0.01", "friction = -1", "loading.waypoints[0].friction: FrictionChange"),
         (", normal_load = 0.01", "", "loading.waypoints[0]: nothing to reach"),
-        ("normal_load = 0.01", "normal_load = -1", "loading.waypoints[0].normal_load: NormalLoad"),
         (
             "normal_load = 0.01",
             "normal_load = 1, normal_displacement = 1",
             "loading.waypoints[0]: normal_load and normal_displacement together",
         ),
-        ("[{ time", "[] #[{ time", "loading: no waypoints"),
         ("[loading]", "[loading]\nsubsteps = 90_000_000", "loading.substeps: 180,000,000 steps; expected"),
         (
             "[loading]",
@@ -228,11 +220,8 @@ WRONG = {
             "friction = [1, 2, 3]",
             "loading: friction at t = 0 s: friction has shape (3,); expected one",
         ),
-        ('kind = "sphere"', 'kind = "spere"', "surface.kind: 'spere'; did you mean 'sphere'?"),
         ('kind = "sphere"', "", "surface.kind: missing; expected one of measured, "),
-        ("radius = 1.0", "", "surface.radius: missing"),
         ("contact_modulus = 1.0", "", "materials: shear_modulus given; expected either first and second"),
-        ("[friction]\ncoefficient = 0.5", "", "friction: missing"),
         (
             "[surface]",
             "[surface",
@@ -241,7 +230,6 @@ WRONG = {
     ],
     BLOCKS: [
         ('first = "silicon"', 'first = "silikon"', "materials.first: 'silikon' is not a built-in material"),
-        ("poissons_ratio", "poisson_ratio", "materials.second.poisson_ratio: unknown key; did you mean"),
         ('"10 nm"', '"10 nN"', "surface.height[1]: '10 nN': 'nN' is not"),
         ("repeat = 4", "repeat = 1_000_000_000", "loading.blocks: 9000000003 events; expected 10,000,000 at most"),
         (
@@ -254,8 +242,6 @@ WRONG = {
     MEASURED: [
         ('file = "loads.csv"', 'file = "load.csv"', "loading.file: load.csv: there is no such file"),
         ('time = "t"', 'time = "tt"', "loading.file: loads.csv: there is no column 'tt'; did you mean 't'?"),
-        ('unit = "mN"', 'unit = "mm"', "loading.columns.normal_load.unit: 'mm' is not"),
-        ("tangential_displacement =", "displacement =", "loading.columns.displacement: unknown key"),
         ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "friction: given both here and"),
     ],
 }

@@ -293,86 +293,13 @@ def test_a_map_without_summits_is_refused(folder, name):
 # -- what is said about those that cannot be used ---------------------------------------------------
 
 
-def required(name):
-    entry = SECTIONS[name]
-    kind = surface_kinds.SURFACES[entry["kind"]].chosen(entry)
-    return [field.name for field in attrs.fields(kind) if field.default is attrs.NOTHING]
-
-
-@pytest.mark.parametrize(("name", "key"), [(name, key) for name in SECTIONS for key in required(name)])
-def test_a_missing_or_misspelt_key_is_named(folder, name, key):
-    assert f"s.toml: surface.{key}: missing; expected a" in refusal(folder, without(SECTIONS[name], key))
-    wrong = key + key[-1]
-    said = f"s.toml: surface.{wrong}: unknown key; did you mean {key!r}?"
-    assert refusal(folder, {**SECTIONS[name], wrong: SECTIONS[name][key]}) == said
-
-
-@pytest.mark.parametrize(
-    ("entry", "said"),
-    [
-        ({"kind": "summits", "columns": {"height": "z", "radius": "R"}}, "surface.file: missing"),
-        (without(SECTIONS["inline statistics"], "height"), "surface: neither height nor gap; expected one of them"),
-        (
-            {**SHORT["statistics table"], "columns": {"gap": "h", "height": "h", "density": "p"}},
-            "surface.columns: height and gap together; expected one of them",
-        ),
-    ],
-)
-def test_what_was_begun_is_named(folder, entry, said):
-    assert refusal(folder, entry).splitlines()[0].startswith(f"s.toml: {said}")
-
-
-WRONG_VALUES = (True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg")
-KEYS_OF_SECTIONS = [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
-
-
-@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
-@pytest.mark.parametrize(
-    ("name", "key", "value"),
-    [
-        # each key with two values, each value at a fifth of the keys
-        (name, key, value)
-        for place, (name, key) in enumerate(KEYS_OF_SECTIONS)
-        for number, value in enumerate(WRONG_VALUES)
-        if (place + number) % 5 == 0
-    ],
-)
-def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, key, value):
-    entry = {**SECTIONS[name], key: value}
-    try:
-        found = built(folder, entry)
-    except InputError:
-        message = refusal(folder, entry)
-        assert key in message or (key == "pixel_size" and "pixels of 1.18059e+21 m" in message)
-        assert max(map(len, message.splitlines())) < 300
-    else:
-        assert key == "mirrored" if value is True else value in (-1, 2**70)
-        assert np.isfinite(found.summits.height).all()
-
-
-@pytest.mark.parametrize(
-    ("kind", "said"),
-    [
-        ("Sphere", "surface.kind: 'Sphere'; did you mean 'sphere'?"),
-        (["sphere"], "surface.kind: an array; expected one of measured, meeting, normal_curve, random, sphere"),
-    ],
-)
-def test_kinds_that_there_are_not(folder, kind, said):
-    assert refusal(folder, {"kind": kind}).startswith(f"s.toml: {said}")
-
-
 @pytest.mark.parametrize(
     ("name", "changes", "said"),
     [
-        ("sphere", {"radius": 0}, "surface: radius is 0; expected a finite number greater than 0"),
-        ("inline summits", {"height": []}, "surface.height: an empty array; expected one number, or one for each"),
         ("inline summits", {"y": [1, 2, 3]}, "surface: y has 3 values for 2 summits"),
         ("textured", {"count": [3, 0]}, "surface: count is (3, 0); expected"),
-        ("textured", {"scaling": "self_similar"}, "surface.scaling: 'self_similar'; did you mean 'self-sim"),
         ("measured", {"file": "maps"}, "surface.file: maps: is a folder; expected a file with heights"),
         ("measured", {"height_unit": "mN"}, "surface.file: rough.txt: height_unit: 'mN' is not a unit of a length"),
-        ("measured", {"form": "none"}, "surface.form: form is 'none'; expected one of mean, plane, quadratic, sphere"),
-        ("meeting", {"shift": 1e-6}, "surface.shift: 1e-06; expected one length along x and one along y"),
         (
             "inclined summits",
             {"slope": [1.0, -9.0]},
@@ -384,7 +311,6 @@ def test_kinds_that_there_are_not(folder, kind, said):
             {"shift": [1, 1], "first": SHORT["measured"], "second": SHORT["measured"]},
             "surface: the two surfaces have no point in common; expected a shift within",
         ),
-        ("sum", {"interpolation": "furier"}, "surface: interpolation is 'furier'; did you mean 'fourier'?"),
     ],
 )
 def test_messages_name_what_came_and_what_is_expected(folder, name, changes, said):
