@@ -337,7 +337,7 @@ def test_a_wheel_is_built_from_the_sources_alone(tmp_path):
 @pytest.mark.ci
 @pytest.mark.usefixtures("no_compiler")
 def test_a_wheel_is_built_where_there_is_no_compiler(tmp_path):
-    said = python("-m", "pip", "wheel", "--no-deps", "-v", "-w", str(tmp_path), ".")
+    said = python("-m", "pip", "wheel", "--no-deps", "-v", "-w", str(tmp_path), ".", CFLAGS="-O0")
     assert "no C compiler is found" in said
     (wheel,) = tmp_path.glob("*.whl")
     check_wheel(wheel, tmp_path / "wheel")
@@ -357,11 +357,9 @@ def test_no_compiler_warns(name, language):
 @pytest.mark.ci
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("language", ["c", "c++"])
-@pytest.mark.parametrize(
-    "header",
-    sorted(file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents),
-    ids=lambda path: path.name,
-)
-def test_each_header_stands_alone(name, language, header):
-    program = f'#include "{header}"\n#include "{header}"\nint main(void) {{ return 0; }}\n'
-    subprocess.run([name, "-x", language, *WARNINGS, "-"], input=program, text=True, check=True)
+def test_each_header_compiles_by_itself_and_twice(name, language, tmp_path):
+    headers = sorted(file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents)
+    for number, header in enumerate(headers):
+        program = f'#include "{header}"\n#include "{header}"\nint main(void) {{ return 0; }}\n'
+        (tmp_path / f"{number}_{header.stem}.c").write_text(program, encoding="utf-8")
+    subprocess.run([name, "-x", language, *WARNINGS, *map(str, tmp_path.glob("*.c"))], check=True)
