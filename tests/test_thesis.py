@@ -184,7 +184,9 @@ def test_2_04_adhesion_map():
     assert found == pytest.approx(expected, rel=1e-3)
     figure = draw_scenario_figure(hs.load(path), drawable(hs.load(path)))
     assert {"R = 2.5 mm", "R = 10 µm", "R = 0.5 µm"} <= set(named(figure))
-    pull, dmt = ((share * np.pi * contact.work_of_adhesion * BALL * 1e3) for share in (1.5, 2))
+    loaded = hs.load(path)
+    own = loaded.sections.adhesion.work(loaded.ensemble().pair)
+    pull, dmt = ((share * np.pi * own * BALL * 1e3) for share in (1.5, 2))
     assert [pull, dmt] == pytest.approx([1.429, 1.905], abs=5e-4)
     repeats(
         "2.4",
@@ -668,8 +670,8 @@ def test_5_11_and_5_12_autocorrelation():
     repeats("work settles at large β (5.3.4)", words)
 
 
-def test_5_13_pressure():
-    """50 to 120 mN on 256² and 512² µm²."""
+def test_5_13_a_pressure_and_roughness():
+    """50 to 120 mN on 256² µm²."""
     found = swept("fig_5_13a")
     assert found.peak_nominal_pressure.isel(surface_rms_height=0, surface_seed=0).values / 1e6 == pytest.approx(
         [0.763, 1.068, 1.373, 1.831], abs=5e-4
@@ -686,6 +688,11 @@ def test_5_13_pressure():
     figure = draw_scenario_figure(found, drawable(found))
     assert figure.axes[0].get_xlabel() == "nominal pressure $p_0$ (MPa)"
     assert named(figure) == ["24 nm", "100 nm", "500 nm", "1 µm", "5 µm", "marks at one value are set side by side"]
+
+
+@pytest.mark.slow
+def test_5_13_b_pressure_and_autocorrelation_length():
+    """50 to 120 mN on 24 surfaces of 512² µm² for each length."""
     lengths = swept("fig_5_13b")
     figure = draw_scenario_figure(lengths, drawable(lengths))
     assert figure.axes[0].get_xlabel() == "nominal pressure $p_0$ (MPa)"

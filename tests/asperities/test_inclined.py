@@ -98,7 +98,7 @@ def test_sphere_that_slides_on_a_slope_under_a_load(slope, way):
     assert state.approach == pytest.approx(lifted, rel=1e-11)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_random_paths_against_springs_on_turned_axes(seed):
     ensemble, parts = rough(5, seed), 150
     springs, state = Springs(ensemble), ensemble.initial_state()
@@ -132,7 +132,7 @@ def test_random_paths_under_a_load_against_springs_on_turned_axes():
 @pytest.mark.parametrize(
     ("channel", "largest", "close"), [("normal_displacement", 80e-9, 1e-13), ("normal_load", 4e-3, 3e-5)]
 )
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
     parts = 100 if channel == "normal_displacement" else 30
     ensemble = rough(4, seed)

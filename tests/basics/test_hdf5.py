@@ -131,14 +131,9 @@ def test_where_no_process_can_be_started_the_file_is_read_here(tmp_path, monkeyp
 @pytest.mark.parametrize(
     "shell",
     [
-        "trap '' CHLD",
-        "ulimit -v 4000000",
-        "ulimit -t 100; ulimit -c 0",
-        "exec >&-",
-        "exec 2>&-",
-        "exec <&-",
+        "trap '' CHLD; ulimit -v 4000000; ulimit -t 100; ulimit -c 0; export TMPDIR=/nowhere",
         "exec <&- >&- 2>&-",
-        "export TMPDIR=/nowhere",
+        *(pytest.param(f"exec {stream}&-", marks=pytest.mark.slow) for stream in (">", "2>", "<")),
     ],
 )
 def test_a_result_is_read_in_unusual_surroundings(tmp_path, shell):

@@ -50,17 +50,13 @@ KINDS = {
 
 LOG = "expected the log of a run"
 TOML = "expected a scenario file (TOML)"
-# Arguments, the files that a command takes, and what it says it expects instead of others.
+# One command for each function that opens files: its arguments, the files that it accepts, and what it expects.
 COMMANDS = {
     "run": (["run", "FILE", "-o", "out.nc"], {"a.toml", "a.history", "a.nc"}, TOML),
-    "validate": (["validate", "FILE"], {"a.toml"}, TOML),
     "verify": (["verify", "FILE"], {"a.nc", "a.history"}, "expected a result of historysim run (netCDF), or a log"),
     "verify --log": (["verify", "a.nc", "--log", "FILE"], {"a.history"}, LOG),
     "state": (["state", "FILE"], {"a.history"}, LOG),
-    "log": (["log", "FILE"], {"a.history"}, LOG),
     "compare": (["compare", "FILE"], set(), TOML),
-    "creep": (["creep", "FILE"], set(), TOML),
-    "fit": (["fit", "FILE"], set(), TOML),
     "show": (["show", "FILE"], {"a.toml", "a.history", "a.nc", "loops.nc"}, "expected"),
     "plot": (["plot", "FILE", "-o", "out.png"], {"a.toml", "a.nc", "loops.nc"}, "expected"),
     "loops": (["loops", "FILE"], {"a.nc"}, "expected"),
@@ -98,7 +94,7 @@ def folder(made, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_wrong_file_is_named_as_what_it_is(folder, command):
+def test_a_wrong_file_is_named_with_its_type(folder, command):
     arguments, taken, expected = COMMANDS[command]
     for name in KINDS.keys() - taken:
         before = {path.name: path.is_file() and path.read_bytes() for path in folder.iterdir()}

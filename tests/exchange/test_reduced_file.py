@@ -15,10 +15,15 @@ from historysim.cli import main
 from historysim.exchange.reduced.reducing import VirginCurve
 
 
+@pytest.fixture(scope="module")
+def model():
+    return hs.reduce(job(rough(), varies=True), elements=6)
+
+
 @pytest.fixture
-def path(tmp_path, monkeypatch):
+def path(model, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    hs.reduce(job(rough(), varies=True), elements=6).write("reduced.json")
+    model.write("reduced.json")
     return tmp_path / "reduced.json"
 
 
@@ -53,7 +58,9 @@ def test_show_plot_and_report_take_the_file(path):
     assert "<td" in model._repr_html_()
 
 
-@pytest.mark.parametrize("kind", CONTACTS)
+@pytest.mark.parametrize(
+    "kind", ["rough", *(pytest.param(each, marks=pytest.mark.slow) for each in CONTACTS if each != "rough")]
+)
 def test_the_picture_shows_the_contact_as_it_moves(kind):
     ensemble = CONTACTS[kind]()
     model = hs.reduce(job(ensemble), elements=6)

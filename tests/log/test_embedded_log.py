@@ -81,8 +81,8 @@ def check_same(first, second):
         assert dataset.identical(other[name])
 
 
-def test_a_result_is_made_again_from_itself_alone(made, tmp_path):
-    hs.run(made, tmp_path / "again.nc").close()
+def test_a_result_is_recomputed_from_its_own_file(made, tmp_path):
+    hs.run(made, tmp_path / "again.nc", compression="zlib").close()
     check_same(made, tmp_path / "again.nc")
     assert hs.verify(made, tmp_path / "again.history")
     with xr.open_dataset(made, decode_times=False) as history:
@@ -90,15 +90,13 @@ def test_a_result_is_made_again_from_itself_alone(made, tmp_path):
         again = hs.run(made)
         assert again.attrs == told
         assert again.drop_attrs().identical(history.load().drop_attrs())
-    # and again from there, compressed
-    hs.run(tmp_path / "again.nc", tmp_path / "third.nc", compression="zlib").close()
-    check_same(made, tmp_path / "third.nc")
-    for path in (made, tmp_path / "third.nc"):
+    # and again from a compressed one
+    for path in (made, tmp_path / "again.nc"):
         with h5py.File(path) as file:
             # a title that is not ASCII, as characters that any tool shows
             assert not file.attrs.get_id("title").get_type().is_variable_str()
-    hs.run(tmp_path / "third.nc", tmp_path / "fourth.nc").close()
-    check_same(made, tmp_path / "fourth.nc")
+    hs.run(tmp_path / "again.nc", tmp_path / "third.nc").close()
+    check_same(made, tmp_path / "third.nc")
 
 
 @pytest.mark.parametrize("made", ["summits"], indirect=True)

@@ -335,7 +335,7 @@ class Use(RuleBasedStateMachine):
 
 
 TestUse = Use.TestCase
-TestUse.settings = settings(max_examples=8, stateful_step_count=12, deadline=None)
+TestUse.settings = settings(max_examples=5, stateful_step_count=12, deadline=None)
 
 
 def test_a_fork_in_the_first_move_of_a_channel_keeps_it(path, tmp_path):

@@ -49,7 +49,7 @@ def titles(figure):
 
 
 SURFACE = hs.Surface(np.pad([[4e-9]], 2), 1e-6)
-SLIPPING = {"normal_load": 0.1, "tangential_displacement": 1e-8}
+PRESSED = ROUGH.advance(ROUGH.initial_state(), normal_load=0.1)
 ADHESION = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
 
 
@@ -61,7 +61,7 @@ ADHESION = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
         (lambda _: surface_group.dataset(SURFACE.summits(), SURFACE), "Surface and summits"),
         (hs.loops, "Friction loops"),
         (lambda history: hs.loops(history).to_dataset(), "friction force (mN)"),
-        (lambda _: ROUGH.asperity(0, ROUGH.advance(ROUGH.initial_state(), **SLIPPING)), "asperity 0, partial slip"),
+        (lambda _: ROUGH.asperity(0, ROUGH.advance(PRESSED, tangential_displacement=1e-8)), "asperity 0, partial slip"),
         (lambda _: adhering_asperities(ROUGH, 1e-7, **ADHESION), "Adhesion map"),
     ],
 )

@@ -123,12 +123,12 @@ def test_what_cannot_be_sought_is_told(ball, arguments, message):
 # -- limits ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("quantile", "friction"), [(0.95, 0.2), (0.75, 0.175), (0.5, 0.15)])
-def test_a_limit_is_kept_in_a_share_of_the_points(ball, quantile, friction):
+@pytest.mark.parametrize(("quantile", "friction"), [(0.95, 0.2), (0.5, 0.15)])
+def test_a_limit_holds_in_a_fraction_of_the_points(ball, quantile, friction):
     """The drift of a ball falls with its radius and rises with friction: the radius is that of so many coefficients."""
     over = {"friction.coefficient": [0.1, 0.125, 0.15, 0.175, 0.2]}
     found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], below="2 nm", quantile=quantile, over=over)
-    # of five points .75 are four or more, and .95 all of them
+    # of five points .5 are three or more, and .95 all of them
     np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, friction), rtol=1e-7)
     share = float((found.drift_at_quantile <= 2e-9 * (1 + 1e-6)).mean())
     assert share >= quantile

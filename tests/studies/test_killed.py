@@ -2,12 +2,14 @@
 
 import random
 
+import pytest
 from kill_sweeps import command, kept, kill_once, write_scenario
 
 import historysim as hs
 
 
-def test_a_killed_sweep_computes_nothing_again(tmp_path):
+@pytest.mark.slow
+def test_a_killed_sweep_recomputes_no_finished_cell(tmp_path):
     scenario, store = write_scenario(tmp_path, cells=24, size=32), tmp_path / "cells"
     assert kill_once(command(scenario, tmp_path / "killed.nc", store, workers=1), store, random.Random(1))  # noqa: S311
     before = kept(store)

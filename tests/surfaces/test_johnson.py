@@ -58,7 +58,14 @@ def test_unbounded_heights_have_the_moments_of_scipy(skewness, kurtosis):
     assert distribution(fitted).stats("sk") == pytest.approx((skewness, kurtosis - 3), rel=1e-8, abs=1e-8)
 
 
-@pytest.mark.parametrize(("skewness", "kurtosis"), [pair for pair in PAIRS if pair[1] < 3 + 1.7 * pair[0] ** 2])
+@pytest.mark.parametrize(
+    ("skewness", "kurtosis"),
+    [
+        pytest.param(*pair, marks=[] if pair in {(0, 1.2), (1, 2.3), (2, 5.5)} else pytest.mark.slow)
+        for pair in PAIRS
+        if pair[1] < 3 + 1.7 * pair[0] ** 2
+    ],
+)
 def test_bounded_heights_have_the_moments_of_a_quadrature(skewness, kurtosis):
     fitted = translation(skewness, kurtosis)
     assert fitted.bounded
@@ -143,7 +150,7 @@ def test_correlation_of_bounded_heights(skewness, kurtosis):
     u = np.arange(-8, 8, 0.05)
     weights = np.outer(norm.pdf(u), norm.pdf(u)) * 0.05**2
     translated, normal = fitted.correlations()
-    for rho in (-0.6, 0.1, 0.5, 0.9, 0.99):
+    for rho in (-0.6, 0.5, 0.99):
         mixed = rho * u[:, None] + math.sqrt(1 - rho**2) * u
         values = (law.ppf(norm.cdf(u)) - law.mean()) / law.std()
         others = (law.ppf(norm.cdf(mixed)) - law.mean()) / law.std()

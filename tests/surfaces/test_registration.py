@@ -64,9 +64,9 @@ def pair(seed, shift, rotation, *, noise=0.02, level=1.0, points=(128, 128)):
     ("seed", "shift", "rotation", "options"),
     [
         (1, (3.3, -5.7), 0.6, {}),
-        (2, (-0.5, 0.5), -1.0, {"noise": 0.005}),
+        pytest.param(2, (-0.5, 0.5), -1.0, {"noise": 0.005}, marks=pytest.mark.slow),
         (3, (20.5, 14.25), 0.3, {"level": 0.5}),
-        (4, (0.0, 0.0), 0.0, {"noise": 0.05, "level": 0.6}),
+        pytest.param(4, (0.0, 0.0), 0.0, {"noise": 0.05, "level": 0.6}, marks=pytest.mark.slow),
         (5, (6.2, 3.9), 0.9, {"points": (128, 100), "noise": 0.01}),
     ],
 )
