@@ -133,7 +133,7 @@ def test_a_header_that_marks_nothing_is_not_public():
     assert hatch_build.declarations((ROOT / "historysim/basics/api.h").read_text(encoding="utf-8")) == ""
 
 
-def test_headers_are_what_is_called(tree, tmp_path):
+def test_the_library_has_the_declared_functions(tree, tmp_path):
     ffi, lib = built(tree, tmp_path / "out")
     assert sorted(dir(lib)) == [
         "HS_FIRST",
@@ -167,7 +167,7 @@ def test_an_editable_installation_is_built_in_place(tree):
     assert data["force_include"] == {}
 
 
-def test_what_the_environment_says_goes(tree, tmp_path, monkeypatch):
+def test_variables_of_the_environment_are_honoured(tree, tmp_path, monkeypatch):
     asked = tmp_path / "asked"
     script = tmp_path / "my cc"
     script.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" > {asked}\nexec {hatch_build.compiler()[0]} "$@"\n')
@@ -219,7 +219,7 @@ def test_no_flag_changes_the_bits(tree, tmp_path, monkeypatch, name):
     assert done.stdout.split() == ["0.0", "0.0", "True"]
 
 
-def test_an_error_of_the_compiler_is_told(tree, tmp_path):
+def test_an_error_of_the_compiler_is_reported(tree, tmp_path):
     (tree / "historysim" / "two" / "two.c").write_text("not C")
     with pytest.raises(RuntimeError, match=r"expected a compiler of C11(.|\n)*two\.c(.|\n)*error") as told:
         hatch_build.build(tree, tmp_path)
@@ -266,7 +266,7 @@ def test_the_library_of_browsers_is_that_of_present_sources_or_missing(tmp_path,
 
 
 @pytest.mark.usefixtures("no_compiler", "no_ci")
-def test_without_a_compiler_one_is_asked_for(capsys, monkeypatch):
+def test_without_a_compiler_one_is_required(capsys, monkeypatch):
     assert hatch_build.compiler() == []
     (asked,) = hook(ROOT).dependencies()
     assert asked.startswith("ziglang")

@@ -90,7 +90,7 @@ def said(*words):
         ("validate m.toml --set loading.file=p.png", "p.png: is a picture; expected a file of numbers"),
     ],
 )
-def test_a_command_says_what_to_write_instead(words, mend):
+def test_a_command_suggests_the_right_arguments(words, mend):
     import shlex
 
     assert mend in said(*shlex.split(words))
@@ -129,7 +129,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
         (lambda *_: hs.material("glas"), "did you mean 'float glass'?"),
     ],
 )
-def test_a_call_says_what_to_give_instead(folder, call, mend):
+def test_a_call_suggests_the_right_arguments(folder, call, mend):
     contact = hs.Ensemble(hs.MaterialPair(hs.material("silicon"), hs.material("silica")), 0.0, 1e-5, 0.2)
     history = hs.replay(contact, [hs.NormalLoad(0, 1e-3)])
     with pytest.raises(hs.InputError) as caught:

@@ -36,7 +36,7 @@ def test_there_are_24_cases():
     assert list(make.build_cases()) == CASES
 
 
-def test_files_are_those_of_the_version():
+def test_files_agree_with_the_version():
     lines = (FOLDER / f"{make.VERSION}.sha256").read_text(encoding="utf-8").splitlines()
     names = [line.split("  ")[1] for line in lines]
     assert names == sorted(f"{name}.{kind}" for name in CASES for kind in ("csv", "yaml"))

@@ -30,7 +30,7 @@ def scored():
     return compared.score_laws()
 
 
-def test_errors_of_the_page_are_those_of_the_laws(scored):
+def test_errors_of_the_page_agree_with_the_laws(scored):
     shown, found = rows_of(BLOCK), rows_of(compared.format_scores(scored))
     assert shown[0] == found[0]
     assert [row[0] for row in shown] == [row[0] for row in found]

@@ -22,7 +22,7 @@ def documented():
 
 
 @pytest.mark.parametrize("text", list(documented()))
-def test_an_example_prints_what_it_says(text, tmp_path, monkeypatch):
+def test_an_example_prints_the_shown_output(text, tmp_path, monkeypatch):
     for name in ("scenarios", "data"):
         (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
@@ -33,6 +33,6 @@ def test_an_example_prints_what_it_says(text, tmp_path, monkeypatch):
     assert result.failed == 0, "".join(told)
 
 
-def test_what_a_user_begins_with_has_an_example():
+def test_functions_for_beginners_have_an_example():
     begun = "run load open validate show plot loops compare sweep Ensemble EventLog random_surface"
     assert [name for name in begun.split() if ">>>" not in (getattr(hs, name).__doc__ or "")] == []

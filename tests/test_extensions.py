@@ -119,7 +119,7 @@ def test_a_kind_of_file_is_shown_and_reported(path):
     )
 
 
-def test_numbers_are_those_of_the_law(path):
+def test_numbers_agree_with_the_law(path):
     history = hs.load(path).replay().dataset()
     assert history.summit_height.values == pytest.approx(-20e-9 * np.arange(3), abs=1e-20)
     load, friction = history.normal_load.values, history.present_friction.values
@@ -140,7 +140,7 @@ def test_log_and_result_name_the_law_its_package_and_its_numbers(path):
         assert history.attrs["packages"] == "stranger 1.2"
 
 
-def test_what_is_missing_is_named(path, site):
+def test_a_missing_package_is_named(path, site):
     hs.run(path, "a.nc").close()
     shutil.rmtree(next(site.glob("*.dist-info")))
     with pytest.raises(MissingPackageError, match=r"friction law 'warming' is of stranger 1.2, which is not there"):
@@ -153,7 +153,7 @@ def test_what_is_missing_is_named(path, site):
         hs.plot(xr.open_dataset("a.nc"), picture="gaps")
 
 
-def test_another_version_is_told(path, site):
+def test_another_version_of_a_package_is_reported(path, site):
     hs.run(path, "a.nc").close()
     info = next(site.glob("*.dist-info"))
     metadata = (info / "METADATA").read_text(encoding="utf-8")
@@ -201,7 +201,7 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
         ('kind = "strokes"', 'kind = "stroke"', "loading.kind: 'stroke'; did you mean 'strokes'"),
     ],
 )
-def test_its_keys_are_checked_as_those_of_the_package(path, before, after, said):
+def test_keys_of_an_extension_are_checked(path, before, after, said):
     path.write_text(SCENARIO.replace(before, after), encoding="utf-8")
     with pytest.raises(InputError, match=said):
         hs.load(path)

@@ -26,12 +26,12 @@ def test_there_are_enough():
     assert len(hostile.cases([])) >= 300
 
 
-def test_what_ends_as_it_is_to_is_right(made):
+def test_an_expected_end_passes(made):
     assert hostile.wrong(case(codes=(0,)), made) == ""
     assert hostile.wrong(case(arguments=["validate", "none.toml"], said=("none.toml",)), made) == ""
 
 
-def test_what_ends_otherwise_is_found(made, monkeypatch):
+def test_an_unexpected_end_is_found(made, monkeypatch):
     assert "code 0" in hostile.wrong(case(codes=(2,)), made)
     assert "does not say" in hostile.wrong(case(arguments=["validate", "none.toml"], said=("no such word",)), made)
 
@@ -53,7 +53,7 @@ def harmful(_, folder, answer):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [] if hostile is None else hostile.CLASSES)
-def test_every_hostile_input_ends_as_it_is_to(kind, made):
+def test_every_hostile_input_ends_as_expected(kind, made):
     hs.run(made / "s.toml", made / "a.nc").close()
     (made / "loads.csv").write_text("time,normal_load\n10,0.01\n", encoding="utf-8")
     found = [f"{each.name}: {problem}" for _, each in hostile.cases([kind]) if (problem := hostile.wrong(each, made))]

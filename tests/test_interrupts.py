@@ -143,7 +143,7 @@ def test_a_run_of_a_long_segment_ends_at_an_interrupt(tmp_path):
         assert len(log.events(0, 10)) == 2
 
 
-def test_what_an_interrupted_run_keeps_is_resumed(tmp_path, monkeypatch):
+def test_an_interrupted_run_is_resumed(tmp_path, monkeypatch):
     waypoints = ", ".join(f"{{ time = {k}, tangential_displacement = {k % 3 * 0.004} }}" for k in range(1, 40))
     scenario = SCENARIO.replace(f"substeps = {PARTS}", "substeps = 5").replace(
         "{ time = 1, tangential_displacement = 0.012 }", waypoints
@@ -190,7 +190,7 @@ def test_processes_end_at_an_interrupt_in_the_midst_of_their_tasks():
     assert tasks[0].done()
 
 
-def test_an_interrupted_sweep_says_what_it_keeps(tmp_path, monkeypatch):
+def test_an_interrupted_sweep_reports_its_finished_cells(tmp_path, monkeypatch):
     scenario = SCENARIO.replace(f"substeps = {PARTS}", "substeps = 2").replace("[0.5, 0.4, 0.5]", "0.4")
     (tmp_path / "s.toml").write_text(scenario, encoding="utf-8")
     original = _Plan.carry_out

@@ -127,7 +127,7 @@ def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
 
 
 @pytest.mark.parametrize("name", READERS)
-def test_what_reads_a_dataset_does_not_know_the_engine(name):
+def test_readers_of_a_dataset_do_not_import_the_engine(name):
     # the declarations of the variables name types of the engine, but do not import them when they run
     declarations = {SCHEMA: package_imports(top_level=True)[SCHEMA]}
     found = reachable({**package_imports(), **declarations, "": (set(), set())}, [name])
@@ -161,7 +161,7 @@ def made(folder, **sources):
         "try:\n    from historysim.cli import main\nexcept ImportError:\n    pass",
     ],
 )
-def test_an_import_from_below_is_seen_wherever_it_stands(tmp_path, source):
+def test_an_import_from_below_is_found_anywhere(tmp_path, source):
     assert complaints(made(tmp_path, loads=source, cli="")) == ["loads imports cli, which stands below it"]
     assert complaints(made(tmp_path, loads="", cli="from historysim import loads")) == []
 

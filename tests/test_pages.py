@@ -46,13 +46,13 @@ def after_the_readme(tmp_path_factory):
     return folder
 
 
-def test_the_readme_runs_as_it_stands(after_the_readme):
+def test_the_readme_runs_unchanged(after_the_readme):
     made = {path.name for path in after_the_readme.iterdir()}
     assert {"my.nc", "my.history", "my.png", "my_report.html", "my_fitted.toml", "history.png"} <= made
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_a_page_runs_as_it_stands(page, after_the_readme, tmp_path, monkeypatch):
+def test_a_page_runs_unchanged(page, after_the_readme, tmp_path, monkeypatch):
     shutil.copytree(after_the_readme, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("historysim.basics.system.processors", lambda: 1)
@@ -91,7 +91,7 @@ waypoints = [
 
 
 @pytest.mark.parametrize("example", [body for _, _, body in pages.blocks(KEYS.read_text(encoding="utf-8"))])
-def test_an_example_of_a_key_stands_in_a_scenario(example, tmp_path):
+def test_an_example_of_a_key_is_valid_in_a_scenario(example, tmp_path):
     (tmp_path / "data").symlink_to(ROOT / "data")
     if not example.startswith("["):
         example = f'[materials]\nfirst = "silicon"\n{example}'
@@ -156,7 +156,7 @@ def test_symbols_of_keys_keep_their_case():
     assert any(cell.startswith("ν [1]") for cell in cells)
 
 
-def test_every_key_says_what_it_means():
+def test_every_key_has_a_description():
     lines = KEYS.read_text(encoding="utf-8").splitlines()
     rows = [line for line in lines if line.startswith(("| `", "| **`")) and not line.startswith("| `law` | keys |")]
     assert len(rows) > 200

@@ -114,7 +114,7 @@ def test_they_are_numbered():
 
 
 @pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
-def test_each_says_what_it_shows_and_balances(path, histories):
+def test_each_has_a_title_and_balances(path, histories):
     assert path.read_text(encoding="utf-8").startswith("# ")
     history = histories[path.stem]
     assert history.attrs["title"]
@@ -283,7 +283,7 @@ def test_14_two_rough_surfaces_are_their_sum(histories):
     check_preliminary_displacement(histories["14_rough_on_rough"], 80e-3, height, radius)
 
 
-def test_15_the_drives_loops_are_those_of_a_ball_behind_a_spring(histories):
+def test_15_the_drives_loops_agree_with_a_ball_behind_a_spring(histories):
     history = histories["15_instrument_in_series"]
     stiffness, limit = 334e3, FRICTION * 30e-3
     drive, force = history.drive_displacement.values, history.total_tangential_load.values

@@ -158,7 +158,7 @@ def test_captions_say_no_number_that_the_page_does_not(path):
 
 
 @pytest.mark.parametrize("path", [path for path in FIGURES if path.suffix == ".toml"], ids=lambda path: path.stem)
-def test_the_title_says_which_figure_it_is(path):
+def test_the_title_names_the_figure(path):
     """Number and subject stand above the picture, which each has."""
     loaded = hs.load(path)
     parts = path.stem.split("_")
@@ -475,7 +475,7 @@ def test_4_08_traction_over_the_diameter():
 # -- chapter 5: rough surfaces -----------------------------------------------------------------------
 
 
-def test_5_01_the_map_is_that_of_the_loops():
+def test_5_01_the_map_agrees_with_the_loops():
     surface = hs.load(scenario("fig_5_01")).surface().surface
     assert surface.shape == (256, 256)
     assert surface.heights.std() == pytest.approx(1e-6, rel=1e-9)

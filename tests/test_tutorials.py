@@ -141,7 +141,7 @@ def _noise_free_pair():
     return np.where(shown, fresh, np.nan), np.where(shown, fresh - above + 80.0 * (1 - np.exp(-above / 80.0)), np.nan)
 
 
-def test_7_the_worn_volume_and_the_displacements_are_those_of_the_formula(typed):
+def test_7_the_worn_volume_and_the_displacements_agree_with_the_formula(typed):
     """Noise-free: the volume by summation, δ = θ μ (z_max - d) with d from Hertz by bisection."""
     pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
     names, outputs = typed("7_wear_and_drift.md")

@@ -73,7 +73,7 @@ def test_a_replay_is_what_steps_by_hand_give(seed, by_load):
 
 @pytest.mark.parametrize("substeps", [1, 3])
 @pytest.mark.parametrize("axis", [0, 1])
-def test_along_an_axis_the_bits_are_those_of_one_direction(axis, substeps):
+def test_along_an_axis_the_bits_agree_with_one_direction(axis, substeps):
     one = [
         hs.NormalLoad(0.0, 20e-3),
         hs.TangentialDisplacement(1.0, 8e-9),
@@ -181,7 +181,7 @@ MOVED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, (1e-9, 1e-9))]
         ({}, [MOVED[0], hs.TangentialLoad(1.0, (1e-3, 1e-3))], "beyond the friction limit"),
     ],
 )
-def test_what_goes_with_one_direction_is_refused_in_a_sentence(options, events, says):
+def test_features_of_one_direction_are_refused_in_a_sentence(options, events, says):
     ensemble = hs.Ensemble(PAIR, HEIGHTS, 10e-6, 0.2, **options)
     with pytest.raises((InputError, LoadError), match=says):
         hs.replay(ensemble, events)
@@ -284,7 +284,7 @@ COMMANDS = {
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_every_command_answers_or_says_that_it_goes_with_one_direction(tmp_path, scenario, monkeypatch):
+def test_every_command_supports_or_refuses_two_directions(tmp_path, scenario, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     hs.run(scenario, tmp_path / "plane.nc")
     places = {"nc": tmp_path / "plane.nc", "log": tmp_path / "plane.history", "toml": scenario}
@@ -375,7 +375,7 @@ def test_a_hodograph_needs_two_directions():
         hs.plot(history, picture="hodograph")
 
 
-def test_a_sweep_takes_the_size_of_vectors(scenario):
+def test_a_sweep_uses_the_magnitude_of_vectors(scenario):
     found = hs.sweep(scenario, {"friction.coefficient": [0.1, 0.2]}, outputs=["peak_tangential_load"])
     history = hs.run(scenario)
     expected = np.linalg.norm(history.total_tangential_load, axis=-1).max()

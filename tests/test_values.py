@@ -186,7 +186,7 @@ WAYS = {"pickled": lambda value: pickle.loads(pickle.dumps(value)), "deep": copy
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", [*ERRORS, *VALUES])
-def test_what_is_pickled_or_copied_is_what_it_was(name, way):
+def test_pickles_and_copies_are_equal(name, way):
     value, hard = (ERRORS | VALUES)[name](), name not in OF_ASPERITIES
     found = WAYS[way](value)
     assert type(found) is type(value)

@@ -23,7 +23,7 @@ waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load =
 """
 
 
-def test_a_history_in_memory_and_in_a_file_says_the_same(tmp_path):
+def test_a_history_in_memory_and_in_a_file_have_one_summary(tmp_path):
     job = hs.Replay(ROUGH, EVENTS, substeps=50)
     job.write(tmp_path / "r.nc")
     found, there = dict(hs.show(job.dataset())), dict(hs.show(tmp_path / "r.nc"))
@@ -50,7 +50,7 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
     assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"
 
 
-def test_two_maps_of_one_place_show_what_was_lost(tmp_path):
+def test_two_maps_of_one_area_show_the_worn_volume(tmp_path):
     pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
     before = hs.random_surface((64, 64), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
     after = np.minimum(before.heights, 1e-6)
@@ -70,7 +70,7 @@ def test_two_maps_of_one_place_show_what_was_lost(tmp_path):
         hs.show([before, 5])
 
 
-def test_a_map_in_coarse_steps_is_told_though_a_plane_was_taken_off(tmp_path):
+def test_a_map_in_coarse_steps_is_reported_though_a_plane_was_taken_off(tmp_path):
     heights = np.random.default_rng(1).normal(size=(64, 64))
     reading = {"pixel_size": "1 µm", "height_unit": "nm"}
     np.savetxt(tmp_path / "fine.txt", heights)
@@ -81,7 +81,7 @@ def test_a_map_in_coarse_steps_is_told_though_a_plane_was_taken_off(tmp_path):
     assert lines["warning"].startswith("heights come in steps of 1 nm, and the median summit rises ")
 
 
-def test_what_cannot_be_shown_is_told(tmp_path):
+def test_unsupported_objects_are_refused(tmp_path):
     with pytest.raises(InputError, match="3 cannot be shown; expected a history"):
         hs.show(3)
     with pytest.raises(InputError, match="this Dataset is no history"):
@@ -112,7 +112,7 @@ def history():
     return hs.replay(ROUGH, SWINGS, substeps=4)
 
 
-def test_a_history_that_python_has_written_is_a_result(history, tmp_path):
+def test_a_history_written_by_python_is_a_result(history, tmp_path):
     path = tmp_path / "h.nc"
     hs.write_netcdf(history, path)
     with hs.open(path) as found:
@@ -124,7 +124,7 @@ def test_a_history_that_python_has_written_is_a_result(history, tmp_path):
     assert len(hs.plot(path).axes) > 1
 
 
-def test_a_table_of_a_question_is_opened_shown_and_drawn(history, tmp_path):
+def test_the_table_of_a_query_is_opened_shown_and_drawn(history, tmp_path):
     path = tmp_path / "f.nc"
     table = history.contact.slip_onset()
     hs.write_netcdf(table, path)

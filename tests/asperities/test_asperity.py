@@ -486,7 +486,7 @@ def test_friction_laws_wear_and_yielding_act_on_an_asperity_by_itself():
         (lambda: two()[0].history, "taken from an ensemble or a history"),
     ],
 )
-def test_what_an_asperity_refuses(call, message):
+def test_invalid_arguments_of_an_asperity_are_refused(call, message):
     with pytest.raises(hs.HistorySimError, match=message):
         call()
 

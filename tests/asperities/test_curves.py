@@ -196,7 +196,7 @@ def test_what_is_not_known_of_a_curve_is_reported():
     assert "of its largest load under its noise" in texts(APPROACH[1:], noisy[1:])["normal_curve"]
 
 
-def test_parts_of_patches_are_those_of_the_superposition(tabulated):
+def test_parts_of_patches_agree_with_the_superposition(tabulated):
     state = tabulated.initial_state()
     for approach, displacement in ((0.07, 0.02), (0.05, -0.01), (0.05, 0.012), (0.06, 0.0)):
         state = tabulated.advance(state, normal_displacement=approach, tangential_displacement=displacement)

@@ -310,7 +310,7 @@ def test_the_order_of_the_asperities_does_not_matter():
 # -- what they say of themselves -------------------------------------------------------------------
 
 
-def test_an_ensemble_says_what_it_is():
+def test_an_ensemble_has_a_repr():
     one = hs.Ensemble(PAIR, 0.0, 2e-6, 0.3)
     assert repr(one) == "<Ensemble: 1 asperity, summit height 0 m, summit radius 2 µm, friction 0.3>"
     several = hs.Ensemble(PAIR, [0.0, 3e-8], [1e-6, 2e-3], [0.2, 0.25])

@@ -132,7 +132,7 @@ def compare(ensemble, coefficient, targets, **options):
 
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
-def test_random_histories_under_each_law_are_those_of_springs(name, seed):
+def test_random_histories_under_each_law_agree_with_springs(name, seed):
     law, coefficient = LAWS[name]
     targets = random_targets(np.random.default_rng(seed), coefficient, 5 if seed == 1 else 8)
     compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, law, follow_sliding=True), coefficient, targets)
@@ -150,7 +150,7 @@ WEAR = {
 
 @pytest.mark.parametrize("name", WEAR)
 @pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(6, marks=pytest.mark.slow)])
-def test_random_histories_of_wear_are_those_of_springs(name, seed):
+def test_random_histories_of_wear_agree_with_springs(name, seed):
     wear, lost = WEAR[name]
 
     targets = random_targets(np.random.default_rng(seed), constant, 5)
@@ -201,7 +201,7 @@ LIFTED = [
 
 
 @pytest.mark.parametrize("name", ["strength", "archard"])
-def test_lift_off_and_contact_again_are_those_of_springs(name):
+def test_lift_off_and_contact_again_agree_with_springs(name):
     """What lifts off forgets its tractions, and keeps what it slid and lost."""
     if name in LAWS:
         law, coefficient = LAWS[name]
@@ -331,7 +331,9 @@ def replayed(options, heights, events, **replay):
 @pytest.mark.parametrize("name", COULOMB_LIMITS)
 @pytest.mark.parametrize("normal", ["load", "displacement"])
 @pytest.mark.parametrize("tangential", ["load", "displacement"])
-@pytest.mark.parametrize("heights", [(0.0,), (0.0, -0.4 * PEAK, -0.8 * PEAK)], ids=["one", "three"])
+@pytest.mark.parametrize(
+    "heights", [pytest.param((0.0,), marks=pytest.mark.slow), (0.0, -0.4 * PEAK, -0.8 * PEAK)], ids=["one", "three"]
+)
 def test_each_law_in_its_coulomb_limit_is_coulombs(name, normal, tangential, heights):
     force = COEFFICIENT * 4 / 3 * PEAK**1.5
     scales = {

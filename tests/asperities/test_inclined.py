@@ -241,7 +241,7 @@ def test_replay_records_what_stepping_finds_whatever_the_substeps():
     assert moved.tangential_load == pytest.approx(again.tangential_load, rel=1e-5)
 
 
-def test_tangential_stiffness_is_that_of_a_turn():
+def test_tangential_stiffness_agrees_with_a_turn():
     ensemble = rough(6, 7)
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=60e-9)
     there = ensemble.advance(state, tangential_displacement=1e-13, normal_displacement=60e-9)
@@ -298,7 +298,7 @@ def test_states_go_to_bytes_and_back():
         (lambda *_: hs.InclinedEnsemble(PAIR, [0.0, 0.0], 1e-3, 0.5, slope=[0.1, 0.2, 0.3]), "for 3 asperities"),
     ],
 )
-def test_what_does_not_go_with_slopes_is_refused(refused, message):
+def test_unsupported_features_of_inclined_asperities_are_refused(refused, message):
     ensemble = sphere()
     with pytest.raises(hs.InputError, match=message):
         refused(ensemble, ensemble.initial_state())

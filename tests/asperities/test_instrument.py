@@ -113,7 +113,7 @@ def test_a_stiffness_that_is_none_is_refused(stiffness):
         Instrument(stiffness)
 
 
-def test_what_is_no_instrument_is_refused():
+def test_an_invalid_instrument_is_refused():
     state, message = SPHERE.initial_state(), r"^instrument is 334000.0; expected an Instrument"
     with pytest.raises(hs.InputError, match=message):
         hs.replay(SPHERE, [hs.NormalLoad(0.0, LOAD)], instrument=3.34e5)
@@ -553,7 +553,7 @@ ROUGH = hs.Ensemble(
 
 
 @pytest.mark.parametrize("series", [np.inf, 3e5])
-def test_a_controlled_load_is_that_of_contact_and_parallel_spring(series):
+def test_a_controlled_load_agrees_with_contact_and_parallel_spring(series):
     """The drive displacement at which both add up to the load is found without knowing the one solved for."""
     beside, alone = hs.Instrument(series, parallel_stiffness=2e5), hs.Instrument(series)
     pressed = ROUGH.advance(ROUGH.initial_state(), normal_load=0.05)
@@ -583,7 +583,7 @@ def test_a_controlled_load_is_that_of_contact_and_parallel_spring(series):
     assert stepper.tangential_load == ROUGH.advance(twice, tangential_load=-3e-3, instrument=beside).tangential_load
 
 
-def test_a_driven_contact_is_the_same_beside_a_spring(tmp_path):
+def test_a_parallel_spring_does_not_change_a_driven_contact(tmp_path):
     events = [hs.NormalLoad(0, 0.05), hs.TangentialDisplacement(1, 5e-8), hs.TangentialDisplacement(2, -5e-8)]
     beside = hs.Instrument(3e5, parallel_stiffness=2e5)
     alone, both = (hs.replay(ROUGH, events, substeps=5, instrument=each) for each in (hs.Instrument(3e5), beside))

@@ -41,7 +41,7 @@ def test_shear_strength_on_the_area_of_jkr():
     assert np.log(force[1] / force[0]) / np.log(9) == pytest.approx(0.519, abs=5e-4)
 
 
-def test_without_work_of_adhesion_the_area_of_jkr_is_that_of_hertz():
+def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     """So that work of adhesion may be swept from 0 on; the area grows with it from there."""
     laws = [ShearStrength(11.37e6), *(ShearStrength(11.37e6, "jkr", work) for work in (0.0, 1e-12, 0.1))]
     hertz, none, hardly, some = (loaded(hs.Ensemble(GLASS, 0.0, BALL, law), 10e-3).friction[0] for law in laws)
@@ -165,7 +165,7 @@ def test_energy_is_balanced_where_geometry_changes():
     assert (new.evolved.erased_memories, new.approach) == (1, state.approach)
 
 
-def test_friction_between_waypoints_is_that_of_many_small_falls():
+def test_friction_between_waypoints_agrees_with_many_small_falls():
     """A ramp of friction at a held displacement, and with the load: chords against many changes at rest."""
     ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], 0.5)
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.006), hs.NormalLoad(1.0, 0.01)]
@@ -288,7 +288,7 @@ def test_what_slides_in_turn_does_not_slide_together(substeps):
         (lambda: hs.GeometryChange(0.0, summit_radius=0.0), "more than 0"),
     ],
 )
-def test_what_cannot_be_is_refused(make, message):
+def test_impossible_laws_are_refused(make, message):
     with pytest.raises(hs.InputError, match=message):
         make()
 

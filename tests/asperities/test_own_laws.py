@@ -64,7 +64,7 @@ def end(**options):
         ({"wear": OwnWear()}, {"wear": wear.ArchardWear(coefficient=1e-3, hardness=1.0)}),
     ],
 )
-def test_an_own_law_is_that_of_the_library(own, built_in):
+def test_an_own_law_agrees_with_the_library(own, built_in):
     assert end(**own) == pytest.approx(end(**built_in), rel=1e-9, abs=1e-12)
 
 

@@ -94,7 +94,7 @@ def compare_with_half_space(shape, normal, poisson_ratio, cells, parts):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("shape", "normal", "poisson_ratio"), [("spiral", "constant", 0.0), ("zigzag", "waving", 0.3)])
-def test_beside_a_half_space(shape, normal, poisson_ratio):
+def test_against_a_half_space(shape, normal, poisson_ratio):
     """Steps are those of the brute force, of second order, so that meshes differ: cells are 1/32 of the contact."""
     load, energy = compare_with_half_space(shape, normal, poisson_ratio, 32, 10)
     assert load < 2.5e-3
@@ -105,7 +105,7 @@ def test_beside_a_half_space(shape, normal, poisson_ratio):
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
 @pytest.mark.parametrize("normal", APPROACH)
 @pytest.mark.parametrize("shape", ["spiral", "eight", "zigzag", "triangle"])
-def test_beside_a_fine_half_space(shape, normal, poisson_ratio):
+def test_against_a_fine_half_space(shape, normal, poisson_ratio):
     load, energy = compare_with_half_space(shape, normal, poisson_ratio, 80, 24)
     assert load < 2e-3
     assert abs(energy) < 5e-3
@@ -203,7 +203,7 @@ def displacements_and_falls(_):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("moves", [loads_in_the_plane, displacements_and_falls])
-def test_default_rings_beside_many(moves):
+def test_default_rings_against_many(moves):
     """Two coefficients: loads within 1e-3 of μN, displacements within 1e-3 of full slip, energies within 5e-3."""
     height, radius, _ = many()
     friction = np.where(np.arange(12) % 2, 0.2, 0.4)
@@ -314,7 +314,7 @@ def test_a_fall_of_friction():
         pytest.param("square", {20: 0.4}, marks=pytest.mark.slow),
     ],
 )
-def test_falls_of_friction_after_turns_beside_a_half_space(shape, falls):
+def test_falls_of_friction_after_turns_against_a_half_space(shape, falls):
     ensemble, oracle, friction = sphere(), PlanarHalfSpace(32), 1.0
     oracle.to((0.0, 0.0), 1.0)
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
@@ -359,7 +359,7 @@ def one_event(start, end, approach, turn, **rings):
 @pytest.mark.parametrize("approach", [1.5, 1 + 1e-9, 1.0, 0.99, 0.5, 0.2, 0.05, 0.001, 0.0, -0.1, -1.0])
 @pytest.mark.parametrize("end", [-0.5, 0.0, 0.6, 0.9, 2.0, 300.0])
 @pytest.mark.parametrize("start", [0.6, 1.2])
-def test_one_event_with_motion_beside_one_direction(start, end, approach):
+def test_one_event_with_motion_against_one_direction(start, end, approach):
     """At the default rings, within 4e-3 of the energy or 2.5e-4 of μN times full slip."""
     expected, load = one_event(start, end, approach, turn=False)
     found, found_load = one_event(start, end, approach, turn=True)
@@ -393,7 +393,7 @@ def test_asperities_share_what_is_dissipated_at_lift_off():
 
 
 @pytest.mark.parametrize("lowest", [1.0, 0.3, -0.2])
-def test_random_histories_beside_one_direction(lowest):
+def test_random_histories_against_one_direction(lowest):
     """Along a line that a turn of 1e-9 has left: loads within 2e-3 of μN, energies within 3e-3."""
     random = np.random.default_rng(5)
     line = plane = sphere().advance(sphere().initial_state(), normal_displacement=1.0)
@@ -566,7 +566,7 @@ def test_bytes_are_the_state():
         ({"normal_load": (1, 2)}, "one number"),
     ],
 )
-def test_what_is_no_path_of_two_directions(wrong, message):
+def test_invalid_paths_of_two_directions_are_refused(wrong, message):
     ensemble = sphere()
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(0.1, 0.0))
     with pytest.raises(InputError, match=message):
@@ -593,7 +593,7 @@ def test_a_table_of_a_sphere_moves_as_the_sphere():
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
-def test_patches_along_a_line_are_those_of_one_direction(angle):
+def test_patches_along_a_line_agree_with_one_direction(angle):
     random, ensemble = np.random.default_rng(3), three_patches()
     direction = np.array([np.cos(angle), np.sin(angle)])
     events = [[hs.NormalDisplacement(0.0, 0.5)], [hs.NormalDisplacement(0.0, 0.5)]]
@@ -632,7 +632,7 @@ def test_patches_share_the_load_of_their_rings():
         hs.replay(ensemble, [*events, hs.NormalDisplacement(50.0, 1.2)])
 
 
-def test_what_moves_in_one_direction_only():
+def test_features_of_one_direction_refuse_two():
     evolving = hs.Ensemble(PAIR, 0.0, 1.0, 0.3, follow_sliding=True)
     with pytest.raises(InputError, match="one tangential direction"):
         evolving.advance(evolving.initial_state(), tangential_displacement=(0.0, 1e-3))
@@ -645,13 +645,13 @@ def test_what_moves_in_one_direction_only():
             hs.Rings(**wrong)
 
 
-def test_the_most_rings_are_those_of_the_library():
+def test_the_most_rings_agree_with_the_library():
     assert lib.HS_MOST_RINGS == MOST_RINGS
 
 
 @pytest.mark.parametrize("along", [0, 1])
 @pytest.mark.parametrize("soft", [0.0, 1.0])
-def test_one_component_by_load_and_the_other_by_displacement_beside_both_by_load(along, soft):
+def test_one_component_by_load_and_the_other_by_displacement_against_both_by_load(along, soft):
     """In small steps, with the loads and displacements that are found fed back as the other kind of control."""
     ensemble = sphere(0.3, rings=30, height_classes=1, tolerance=1e-4)
     start = ensemble.in_plane(ensemble.advance(ensemble.initial_state(), normal_displacement=1.0))

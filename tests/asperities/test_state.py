@@ -106,7 +106,7 @@ def test_other_files_are_refused(tmp_path):
         ENSEMBLE.load_state(tmp_path / "none.npz")
 
 
-def test_a_step_that_wipes_out_a_deep_memory_is_that_of_the_whole():
+def test_a_step_that_wipes_out_a_deep_memory_agrees_with_the_whole():
     state = spiral(ENSEMBLE, stuck(), 256)
     whole = pickle.loads(pickle.dumps(state))  # noqa: S301 - our own
     targets = np.linspace(state.tangential_displacement, 0.03, 9)

@@ -192,7 +192,7 @@ ENDS = {
 
 @pytest.mark.parametrize("friction", [0.4, "each"])
 @pytest.mark.parametrize("end", ENDS)
-def test_the_derivatives_at_the_end_are_those_of_differences(friction, end):
+def test_the_derivatives_at_the_end_agree_with_differences(friction, end):
     ensemble = rough(5, friction if friction == 0.4 else np.linspace(0.3, 0.5, 5))
     state = ensemble.initial_state()
     if end == "first touches":
@@ -220,7 +220,7 @@ def test_the_derivatives_at_the_end_are_those_of_differences(friction, end):
     assert found.normal == pytest.approx(richardson(lambda d: reached(d, 0).normal_load, 1e-4), rel=1e-9)
 
 
-def test_the_derivative_after_friction_has_fallen_is_that_of_differences():
+def test_the_derivative_after_friction_has_fallen_agrees_with_differences():
     ensemble = rough(5)
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.008)
     state = ensemble.advance(state, tangential_displacement=0.003, friction=0.15)

@@ -68,7 +68,7 @@ def test_yield_begins_where_hertz_pressure_says_so():
         assert names(sphere(ratio**2, pair)) == expected, limits
 
 
-def test_the_plasticity_index_is_that_of_greenwood_and_williamson():
+def test_the_plasticity_index_agrees_with_greenwood_and_williamson():
     pair = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9, hardness=1e9)
     height = np.array([0.0, -1e-9, -3e-9, -4e-9])
     ensemble = hs.Ensemble(pair, height, 1e-6, 0.2)

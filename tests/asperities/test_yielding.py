@@ -59,7 +59,7 @@ def springs_of(ensemble, springs=1500, friction=FRICTION):
         (100.0, 470.0, 184.1, 5.316, 0.654, 0.694),
     ],
 )
-def test_kogut_and_etsion_and_what_is_left_beside_finite_elements(x, load, area, radius, left, elements):
+def test_kogut_and_etsion_and_what_is_left_against_finite_elements(x, load, area, radius, left, elements):
     f, g, _ = (each[0] for each in over_critical(LAW, [x]))
     assert f == pytest.approx(load, rel=5e-4)
     assert g == pytest.approx(area, rel=5e-4)
@@ -108,7 +108,7 @@ def test_laws_as_printed_away_from_their_joints():
     assert load[0] == pytest.approx(printed, rel=1e-3)
 
 
-def test_onset_is_where_the_peak_pressure_is_that_of_the_yield_stress():
+def test_onset_is_where_the_peak_pressure_agrees_with_the_yield_stress():
     for law in (KogutEtsion, Thornton, JacksonGreen):
         known = law(hardness=HARDNESS, poissons_ratio=0.3).of(PAIR)
         critical = known.critical_approach(np.array([1e-6]), PAIR)[0]
@@ -248,7 +248,7 @@ def test_a_law_of_the_users_own():
     ("count", "seed"),
     [(3, 2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (1, 8), (3, 3), (3, 6)))],
 )
-def test_random_displacements_beside_springs(count, seed):
+def test_random_displacements_against_springs(count, seed):
     """Yielding on and on with tractions in all; springs and steps of the oracle are of first order."""
     rng = np.random.default_rng(seed)
     ensemble = rough(count, seed, yielding=LAW)
@@ -282,7 +282,7 @@ def test_random_displacements_beside_springs(count, seed):
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 2))])
-def test_random_loads_beside_springs(seed):
+def test_random_loads_against_springs(seed):
     """Springs go along the approaches and displacements that the loads led to."""
     rng = np.random.default_rng(seed)
     ensemble, events = rough(3, seed, yielding=LAW), []
@@ -310,7 +310,7 @@ def test_random_loads_beside_springs(seed):
     assert coarse["total_dissipated_energy"] == pytest.approx(float(last["total_dissipated_energy"]), rel=1e-2)
 
 
-def test_friction_of_constant_strength_beside_springs():
+def test_friction_of_constant_strength_against_springs():
     """μ = τ0 πa²/N falls to τ0/H as the summits yield."""
     strength = 0.3e9
     ensemble = rough(3, 4, friction=ShearStrength(strength), yielding=LAW)
@@ -453,7 +453,7 @@ def test_a_tangential_load_beyond_the_limit_is_refused_while_summits_yield():
     assert held.tangential_load == pytest.approx(FRICTION * 2e-3, rel=1e-9)
 
 
-def test_the_approach_at_a_load_is_that_of_first_loading():
+def test_the_approach_at_a_load_agrees_with_first_loading():
     ensemble = rough(30, 1, yielding=LAW)
     approach = ensemble.approach_at(10e-3)
     assert ensemble.advance(ensemble.initial_state(), normal_displacement=approach).normal_load == pytest.approx(10e-3)

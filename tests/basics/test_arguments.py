@@ -43,7 +43,7 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
         ([1, 2j], None, r"radius is \[1, 2j\]; expected numbers in SI"),
     ],
 )
-def test_what_does_not_fit_is_refused(values, count, message):
+def test_unsuitable_arguments_are_refused(values, count, message):
     with pytest.raises(hs.InputError, match=message):
         radii(values, count)
 

@@ -95,7 +95,7 @@ def test_it_may_be_read_by_whom_the_user_lets_read(tmp_path, mask, mode):
 
 
 @pytest.mark.parametrize("refused", ["open", "fsync"])
-def test_whatever_the_system_refuses_is_told_of_the_name_asked_for(older, refused, monkeypatch):
+def test_whatever_the_system_refuses_is_reported_of_the_name_asked_for(older, refused, monkeypatch):
     called = getattr(os, refused)
 
     def refuse(first, *rest, **options):
@@ -155,7 +155,7 @@ def test_a_failure_at_the_end_names_the_file_asked_for(tmp_path, target, refused
 
 
 @pytest.mark.parametrize("name", ["none/out.nc", "folder"])
-def test_what_cannot_be_a_file_is_told_of_the_name_asked_for(tmp_path, name):
+def test_what_cannot_be_a_file_is_reported_of_the_name_asked_for(tmp_path, name):
     (tmp_path / "folder").mkdir()
     with pytest.raises(OSError, match=r"No such file|Is a directory") as caught, replacing(tmp_path / name):
         pass

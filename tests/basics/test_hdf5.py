@@ -38,7 +38,7 @@ def made(folder, fill):
         (lambda file, _: file.create_group(b"\xff"), True, "expected names in UTF-8: it is damaged"),
     ],
 )
-def test_a_file_that_cannot_be_read_as_it_is_is_refused(tmp_path, monkeypatch, fill, by_h5py, message):
+def test_an_unsafe_file_is_refused(tmp_path, monkeypatch, fill, by_h5py, message):
     monkeypatch.setenv("HISTORYSIM_MOST_HDF5_SECONDS", "1")
     with pytest.raises(InputError, match=message):
         check_contained(made(tmp_path, fill), by_h5py=by_h5py)
@@ -52,7 +52,7 @@ def test_h5py_bears_more(tmp_path, fill):
     check_contained(made(tmp_path, fill), by_h5py=True)
 
 
-def test_what_stands_for_itself_is_taken(tmp_path):
+def test_self_contained_files_are_accepted(tmp_path):
     def fill(file, _):
         file["a/b/x"] = np.zeros(10)
         file["a/again"] = file["a/b"]

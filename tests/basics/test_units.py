@@ -88,7 +88,7 @@ def test_a_unit_changes_no_bit_of_the_number(number):
         ("9" * 500, "N", "…"),
     ],
 )
-def test_what_is_not_a_quantity(value, unit, message):
+def test_invalid_quantities_are_refused(value, unit, message):
     with pytest.raises(InputError, match=message):
         quantity(value, unit)
 
@@ -126,7 +126,7 @@ def test_any_text_is_a_finite_number_or_an_input_error(text):
         ("m^1000000", "m", "not a known unit"),
     ],
 )
-def test_what_is_not_a_unit(text, unit, message):
+def test_invalid_units_are_refused(text, unit, message):
     with pytest.raises(InputError, match=message):
         conversion_factor(text, unit)
 
@@ -140,7 +140,7 @@ _UNITS = (
 
 
 @pytest.mark.parametrize("text", _UNITS.split(" "))
-def test_units_are_those_of_udunits(text):
+def test_units_agree_with_udunits(text):
     given = cf_units.Unit(text)
     for unit in ("N", "m", "s", "Pa", "J m-2", "N m-1", "m2", "m-2", "m3 J-1", "kg", "Hz", "rad"):
         # UDUNITS also converts into a reciprocal

@@ -64,7 +64,7 @@ def files(folder):
 # -- what it does ----------------------------------------------------------------------------------
 
 
-def test_run_writes_the_result_here_and_says_what_came_out(folder):
+def test_run_writes_the_result_here_and_prints_a_summary(folder):
     done = process(folder, "run", "ball.toml")
     assert (done.returncode, done.stderr) == (0, "")
     assert call("--version").output.endswith(f"version {hs.__version__}\n")
@@ -79,7 +79,7 @@ def test_run_writes_the_result_here_and_says_what_came_out(folder):
         assert result["total_tangential_load"][-1] == pytest.approx(8e-3)
 
 
-def test_run_draws_beside_its_output_and_can_be_quiet(folder):
+def test_run_draws_next_to_its_output_and_can_be_quiet(folder):
     (folder / "results").mkdir()
     done = call("run", "ball.toml", "-o", "results/out.nc", "--plot", "--picture", "other.pdf")
     assert done.exit_code == 0
@@ -112,7 +112,7 @@ def test_moduli_that_are_hardly_meant_are_noted():
 
 
 @pytest.mark.parametrize("command", ["validate", "show", "run", "plot", "compare", "loops", "fit"])
-def test_any_command_takes_other_values_for_a_scenario(folder, command):
+def test_every_command_accepts_other_values_for_a_scenario(folder, command):
     before = files(folder)
     said = "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'?"
     check_refusal(call(command, "ball.toml", "--set", "friction.coefficent=0.3"), 2, said)
@@ -120,7 +120,7 @@ def test_any_command_takes_other_values_for_a_scenario(folder, command):
     assert files(folder) == before
 
 
-def test_other_values_decide_what_comes_out(folder):
+def test_other_values_change_the_result(folder):
     values = ("--set", "friction.coefficient=0.3", "--set", "loading.waypoints[0].normal_load=60 mN")
     assert call("run", "ball.toml", "-q", *values).exit_code == 0
     with xr.open_dataset("ball.nc", decode_times=False) as history:
@@ -132,7 +132,7 @@ def test_other_values_decide_what_comes_out(folder):
     check_refusal(call("show", "ball.nc", "--set", "friction.coefficient=0.3"), 2, said)
 
 
-def test_a_sweep_is_carried_out_and_goes_on(folder):
+def test_a_sweep_runs_and_continues(folder):
     check_refusal(call("sweep", "ball.toml"), 2, "ball.toml: has no [sweep]; expected one")
     over = '[sweep]\noutputs = ["preliminary_displacement"]\n[sweep.over]\nfriction.coefficient = [0.2, -0.3, 0.4]\n'
     (folder / "ball.toml").write_text(SCENARIO + over, encoding="utf-8")
@@ -198,7 +198,7 @@ def test_show_tells_a_scenario_from_a_result():
     assert "[loading]" not in result.output
 
 
-def test_plot_draws_beside_the_result_or_where_it_is_told(folder):
+def test_plot_draws_next_to_the_result_or_to_a_given_path(folder):
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert call("plot", "ball.nc").output == "ball.png\n"
     assert call("plot", "ball.nc", "-o", "loop.PDF").exit_code == 0
@@ -390,7 +390,7 @@ def test_a_result_and_its_log_are_verified():
     assert "digest" in call("show", "ball.history").output
 
 
-def test_a_changed_result_is_told_where(ran):
+def test_a_changed_result_is_reported_where(ran):
     with netCDF4.Dataset(ran / "ball.nc", "a") as result:
         result["total_tangential_load"][4] = 1.0
     done = call("verify", "ball.nc")
@@ -401,7 +401,7 @@ def test_a_changed_result_is_told_where(ran):
     check_refusal(call("verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
 
 
-def test_the_state_is_told_at_any_time(ran):
+def test_the_state_is_reported_at_any_time(ran):
     done = call("state", "ball.history", "--at", "0.5 s")
     assert done.exit_code == 0
     assert "normal load              50 mN\n" in done.output
@@ -457,14 +457,14 @@ def test_a_run_is_resumed_from_its_log(ran):
         (["plot", "good.history"], "good.history: is a log; expected its result"),
     ],
 )
-def test_what_cannot_be_asked_of_a_log_gets_code_2(with_results, monkeypatch, arguments, said):
+def test_invalid_queries_of_a_log_get_code_2(with_results, monkeypatch, arguments, said):
     monkeypatch.chdir(with_results)
     before = files(with_results)
     check_refusal(call(*arguments), 2, said)
     assert files(with_results) == before
 
 
-def test_a_log_that_is_being_written_is_told(ran):
+def test_a_log_that_is_being_written_is_reported(ran):
     from historysim.log.file import LogFile
 
     with LogFile(ran / "ball.history", write=True):
@@ -488,7 +488,7 @@ def test_a_log_that_is_being_written_is_told(ran):
         ),
     ],
 )
-def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
+def test_a_failed_run_leaves_no_file(folder, old, new, code, said):
     (folder / "ball.toml").write_text(SCENARIO.replace(old, new), encoding="utf-8")
     with h5py.File(folder / "ball.nc", "w") as file:
         file.attrs["historysim_version"] = "an older one"
@@ -554,7 +554,7 @@ def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, argume
         (KeyboardInterrupt("interrupted; a.history keeps"), 130, "Error: interrupted; a.history keeps\n"),
     ],
 )
-def test_what_the_machine_cannot_do_ends_with_a_message(folder, monkeypatch, raised, code, said):
+def test_errors_of_the_system_end_with_a_message(folder, monkeypatch, raised, code, said):
     def fail(*_, **__):
         raise raised
 

@@ -62,6 +62,6 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
         (["reduce", SCENARIO, "--elements", "0"], "elements"),
     ],
 )
-def test_wrong_words_are_told(tmp_path, words, message):
+def test_wrong_arguments_are_refused(tmp_path, words, message):
     assert message in said(tmp_path, *words, code=2)
     assert not list(tmp_path.iterdir())

@@ -95,7 +95,7 @@ def test_all_numbers_come_with_their_units():
     assert data["data_vars"]["dissipated_energy"]["attrs"]["units"] == "J"
 
 
-def test_what_is_done_is_said_when_it_is_asked_for(caplog):
+def test_progress_is_logged_on_request(caplog):
     with caplog.at_level(logging.INFO, logger="historysim"):
         assert CliRunner().invoke(main, ["-v", "run", "s.toml", "-o", "v.nc", "-q"]).exit_code == 0
     said = [record.getMessage() for record in caplog.records]
@@ -103,7 +103,7 @@ def test_what_is_done_is_said_when_it_is_asked_for(caplog):
     assert any(line.startswith("v.nc: written, ") for line in said)
 
 
-def test_the_program_alone_says_where_to_begin():
+def test_the_program_without_arguments_shows_first_steps():
     done = CliRunner().invoke(main, [])
     assert done.exit_code == 0
     assert "a measured record      historysim columns record.csv" in done.output

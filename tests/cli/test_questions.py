@@ -98,7 +98,7 @@ def test_a_table_can_be_netcdf(history):
         (["r.nc", "drift", "--with", "first"], "--with 'first': expected NAME=VALUE"),
     ],
 )
-def test_what_does_not_fit_is_refused(tmp_path, arguments, told):
+def test_unsuitable_arguments_are_refused(tmp_path, arguments, told):
     done = call(*arguments)
     assert done.exit_code == 2
     assert told in done.output

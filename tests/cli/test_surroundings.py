@@ -15,7 +15,7 @@ def test_the_program_runs_wherever_it_is(tmp_path, case):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes on Linux alone")
-def test_a_name_that_is_no_text_is_told(tmp_path):
+def test_a_name_that_is_no_text_is_reported(tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "historysim", "run", os.fsencode("a\udcff.toml")],
         cwd=tmp_path,

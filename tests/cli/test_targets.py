@@ -58,7 +58,7 @@ def test_all_commands_are_here():
 
 
 @pytest.mark.parametrize("command", ["run", "state of one", "table", "plot", "fmu", "reduce"])
-def test_what_is_no_regular_file_is_refused(folder, command):
+def test_targets_other_than_regular_files_are_refused(folder, command):
     ending = COMMANDS[command][1]
     os.mkfifo(folder / f"fifo{ending}")
     (folder / f"folder{ending}").mkdir()
@@ -75,7 +75,7 @@ def test_what_is_no_regular_file_is_refused(folder, command):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_neither_what_is_read_nor_what_somebody_else_wrote_is_replaced(folder, command):
+def test_inputs_and_foreign_files_are_not_replaced(folder, command):
     arguments, ending = COMMANDS[command]
     source = arguments[1] if arguments[1] != "." else "s.toml"
     # what scenarios of a gallery read is no page
@@ -102,7 +102,7 @@ ALSO = [
 
 
 @pytest.mark.parametrize("command", ALSO)
-def test_an_older_output_of_its_own_is_replaced(folder, command, monkeypatch):
+def test_an_older_output_of_the_same_command_is_replaced(folder, command, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     arguments, ending = COMMANDS[command]
     target = folder / f"again{ending}"

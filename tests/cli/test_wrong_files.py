@@ -121,7 +121,7 @@ def test_a_wrong_file_is_named_with_its_type(folder, command):
         (["state", "a.history", "-o", "new.nc"], "new.nc"),
     ],
 )
-def test_what_may_not_be_written_is_named_as_it_was_asked_for(folder, monkeypatch, arguments, asked_for):
+def test_an_unwritable_output_is_named_by_its_given_path(folder, monkeypatch, arguments, asked_for):
     opened = os.open
 
     def refuse(path, flags, *arguments, **options):

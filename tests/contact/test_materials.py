@@ -104,7 +104,7 @@ def test_shear_modulus_follows_from_isotropy(given_as):
         ({"name": 5}, "name is 5; expected a string"),
     ],
 )
-def test_what_no_material_has(changes, message):
+def test_impossible_materials_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         Material(**{"name": "x", "youngs_modulus": 1e9, "poissons_ratio": 0.3, **changes})
 
@@ -125,7 +125,7 @@ def test_a_material_takes_texts_with_units():
 
 
 @pytest.mark.parametrize(("wrong", "shown"), [({"youngs_modulus": 210}, "210 Pa"), ({"hardness": 7.2}, "7.2 Pa")])
-def test_moduli_that_no_material_has_are_told(wrong, shown):
+def test_moduli_that_no_material_has_are_reported(wrong, shown):
     with pytest.warns(UnlikelyValueWarning, match=rf"Material: \w+ is {shown}, which is implausible: .* in Pa"):
         Material(**{"name": "steel", "youngs_modulus": 210e9, "poissons_ratio": 0.3} | wrong)
 
@@ -145,7 +145,7 @@ def test_dundurs_beta_by_the_definition_in_kolosovs_constants(first_ratio, secon
     assert MaterialPair(first, first).dundurs_beta == 0
 
 
-def test_what_a_pair_looks_like():
+def test_a_pair_has_a_repr():
     pair = MaterialPair(material("silicon"), material("float glass"))
     assert repr(pair) == "MaterialPair(material('silicon'), material('float glass'))"
     assert str(pair) == "silicon on float glass: E* = 43.05 GPa, G* = 9.232 GPa"
@@ -187,7 +187,7 @@ def test_equality_and_copies():
         pair.contact_modulus = 1.0
 
 
-def test_what_is_not_a_pair():
+def test_invalid_pairs_are_refused():
     with pytest.raises(InputError, match=r"'silicon' is not a Material.*from_moduli"):
         MaterialPair(material("silicon"), "silicon")
     with pytest.raises(InputError, match=r"1\.0 is not a Material"):

@@ -19,7 +19,7 @@ def control():
     return pytest.importorskip("control")
 
 
-def test_its_response_is_that_of_stepping_by_hand(control):
+def test_its_response_agrees_with_stepping_by_hand(control):
     system = contact_system(ENSEMBLE, PRESSED, dt=DT, outputs=["tangential_load", "dissipated_energy"])
     time = np.arange(200) * DT
     moves = 8e-9 * np.sin(300 * time)
@@ -30,7 +30,7 @@ def test_its_response_is_that_of_stepping_by_hand(control):
         np.testing.assert_array_equal(response.outputs[1], totals.dissipated_energy)
 
 
-def test_in_a_loop_with_a_mass_it_is_that_of_the_loop_by_hand(control):
+def test_in_a_loop_with_a_mass_it_agrees_with_the_loop_by_hand(control):
     """A mass, semi-implicit: its outputs do not depend on its input at once, so that the loop is well posed."""
     mass, damping = 1e-4, 0.5
 

@@ -207,7 +207,7 @@ def check_equal(host, stepper, ensemble):
 # random steps turn round at each step, and are meant to
 @pytest.mark.filterwarnings("ignore:the stepper went back and forth")
 @pytest.mark.parametrize(("kind", "normal", "tangential"), WAYS)
-def test_random_steps_and_rollbacks_are_those_of_a_stepper(hosted, kind, normal, tangential):
+def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, tangential):
     make, options = CONTACTS[kind]
     ensemble = make()
     replay = job(ensemble, **options)
@@ -251,7 +251,7 @@ def test_random_steps_and_rollbacks_are_those_of_a_stepper(hosted, kind, normal,
     ("kind", "normal", "tangential"),
     [way for way in WAYS if getattr(way, "values", way) != ("many coefficients", "load", "load")],
 )
-def test_derivatives_are_those_of_the_step(hosted, kind, normal, tangential):
+def test_derivatives_agree_with_the_step(hosted, kind, normal, tangential):
     make, options = CONTACTS[kind]
     ensemble = make()
     replay = job(ensemble, **options)
@@ -291,7 +291,7 @@ PLANE = hs.TangentialDisplacement(0.0, (0.0, 0.0))
         ("load", "displacement", {"instrument": hs.Instrument(lateral_stiffness=(3e5, 6e5))}),
     ],
 )
-def test_two_directions_with_rollbacks_are_those_of_a_replay(hosted, normal, tangential, options):
+def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tangential, options):
     ensemble = rough(np.repeat([0.2, 0.3], 20), rings=hs.Rings(height_classes=2, rings=12))
     host = hosted(hs.Replay(ensemble, [PLANE], **options), normal=normal, tangential=tangential).begin()
     names = {"load": (hs.NormalLoad, hs.TangentialLoad), "displacement": (hs.NormalDisplacement, PLANE.__class__)}
@@ -352,7 +352,7 @@ def test_two_directions_with_rollbacks_are_those_of_a_replay(hosted, normal, tan
         host.slave.freeFMUstate(state)
 
 
-def test_patches_in_two_directions_are_those_of_a_state(hosted):
+def test_patches_in_two_directions_agree_with_a_state(hosted):
     ensemble, rng = patches(), np.random.default_rng(7)
     host = hosted(hs.Replay(ensemble, [PLANE]), normal="displacement", tangential="displacement").begin()
     state = ensemble.initial_state()
@@ -436,7 +436,7 @@ def _flipped(content, place):
     return content[:place] + bytes([content[place] ^ 16]) + content[place + 1 :]
 
 
-def test_the_factor_on_friction_is_that_of_the_ensemble(hosted):
+def test_the_factor_on_friction_agrees_with_the_ensemble(hosted):
     ensemble = rough(np.linspace(0.1, 0.4, 40))
     replay = job(ensemble)
     state = replay.state(until=1.0)
@@ -458,7 +458,7 @@ def test_the_factor_on_friction_is_that_of_the_ensemble(hosted):
 
 
 @pytest.mark.parametrize("make", [rough, patches])
-def test_the_share_that_slips_is_that_of_a_history(hosted, make):
+def test_the_share_that_slips_agrees_with_a_history(hosted, make):
     ensemble = make()
     replay = hs.Replay(
         ensemble, [*job(ensemble).events, hs.NormalLoad(3.0, 0.03)], record="all", substeps=7, hold=False

@@ -90,7 +90,7 @@ def test_units_of_variables_are_declared(tmp_path):
         ({"directions": 3}, "directions is 3; expected 1 or 2"),
     ],
 )
-def test_wrong_arguments_are_told(tmp_path, options, message):
+def test_wrong_arguments_are_reported(tmp_path, options, message):
     with pytest.raises(hs.InputError, match=re.escape(message)):
         hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", **options)
     assert not list(tmp_path.iterdir())

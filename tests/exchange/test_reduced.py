@@ -121,12 +121,12 @@ def test_normal_load_and_shipped_scenario():
         ({"normal_load": math.nan}, "normal_load"),
     ],
 )
-def test_wrong_arguments_are_told(options, message):
+def test_wrong_arguments_are_reported(options, message):
     with pytest.raises(hs.InputError, match=message):
         hs.reduce(job(ball()), **options)
 
 
-def test_contacts_that_cannot_be_reduced_are_told():
+def test_contacts_that_cannot_be_reduced_are_reported():
     with pytest.raises(hs.InputError, match="friction is 0 everywhere"):
         hs.reduce(hs.Replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.0), job(ball()).events))
     with pytest.raises(hs.InputError, match="never moves its contact"):

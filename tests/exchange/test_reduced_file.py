@@ -95,7 +95,7 @@ def without(key):
         (lambda told: told | {"format": "historysim reduced model 1"}, "create it again"),
     ],
 )
-def test_damaged_files_are_told(path, change, said):
+def test_damaged_files_are_reported(path, change, said):
     path.write_text(json.dumps(change(json.loads(path.read_text(encoding="utf-8")))), encoding="utf-8")
     with pytest.raises(hs.InputError, match=re.escape(said)) as told:
         hs.report(path)

@@ -116,7 +116,7 @@ def test_summits_drawn_from_their_distribution_carry_the_same(alpha):
     assert np.all(np.abs(drawn.sum(axis=1) - np.array(expected)) < 4 * np.maximum(error, 1e-3 * np.array(expected)))
 
 
-def test_round_summits_are_those_of_hertz():
+def test_round_summits_agree_with_hertz():
     load, area = _elliptic(np.array([1.0]))
     found = summit_contact([1.0], 1.0, 0.9, contact_modulus=1.0)
     assert load[0] * 0.1**1.5 == pytest.approx(found.normal_load)

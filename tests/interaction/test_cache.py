@@ -49,7 +49,7 @@ def test_a_folder_that_cannot_be_written_only_costs_time(counted, monkeypatch, t
     assert len(calls) == 2
 
 
-def test_the_folder_is_that_of_the_system(monkeypatch, tmp_path):
+def test_the_folder_agrees_with_the_system(monkeypatch, tmp_path):
     monkeypatch.delenv("HISTORYSIM_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("sys.platform", "linux")

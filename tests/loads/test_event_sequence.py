@@ -37,7 +37,7 @@ def test_arrays_of_loads_say_what_the_events_say_and_others_have_none():
     assert pickle.loads(pickle.dumps(Events(events))) == tuple(events)  # noqa: S301 - our own
 
 
-def test_events_of_arrays_are_those_of_objects():
+def test_events_of_arrays_agree_with_objects():
     objects = Events([hs.NormalLoad(0.0, 0.5), hs.TangentialLoad(0.5, -0.1), hs.NormalDisplacement(2.0, 1e-9)])
     arrays = Events(loads=objects.loads)
     assert (arrays, len(arrays), repr(arrays)) == (objects, 3, repr(list(objects)))

@@ -21,7 +21,7 @@ def changes(events):
     return [(event.time, event.friction) for event in events if isinstance(event, hs.FrictionChange)]
 
 
-def test_over_time_it_is_that_of_each_event():
+def test_over_time_it_agrees_with_each_event():
     events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, 2e-6, 3e-6)]
     found = FrictionCourse(time=[1.0, 3.0], coefficient=[0.4, 0.2]).along(events)
     assert changes(found) == [(0.0, 0.4), (2.0, pytest.approx(0.3)), (3.0, pytest.approx(0.2))]

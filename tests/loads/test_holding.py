@@ -169,7 +169,7 @@ def sequences(draw):
 
 
 @given(sequences())
-def test_the_first_ramp_is_that_of_a_direct_search(events):
+def test_the_first_ramp_agrees_with_a_direct_search(events):
     """A ramp: two consecutive waypoints that differ, and an event at a time strictly between."""
     found = []
     for last, end in enumerate(events):

@@ -110,7 +110,7 @@ class TestOfSummits:
         hs.run(tmp_path / "longer.nc", tmp_path / "again.nc").close()
         check_same(tmp_path / "longer.nc", tmp_path / "again.nc")
 
-    def test_what_does_not_match_its_digest_is_refused(self, made, tmp_path):
+    def test_sources_that_do_not_match_their_digest_are_refused(self, made, tmp_path):
         with netCDF4.Dataset(made, "a") as file:
             file["surface/log/event_value"][0] *= 1.5
         with pytest.raises(hs.InputError, match="what it was made from does not match its digest"):
@@ -118,7 +118,7 @@ class TestOfSummits:
         assert not (tmp_path / "again.nc").exists()
         assert not (tmp_path / "again.history").exists()
 
-    def test_a_file_without_it_is_told(self, made, tmp_path):
+    def test_a_file_without_its_sources_is_refused(self, made, tmp_path):
         xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "other.nc")
         with pytest.raises(hs.InputError, match="is a netCDF or HDF5 file, and no result of historysim run"):
             hs.run(tmp_path / "other.nc", tmp_path / "again.nc")
@@ -126,7 +126,7 @@ class TestOfSummits:
         with pytest.raises(hs.InputError, match=r"half\.nc: is damaged"):
             hs.run(tmp_path / "half.nc", tmp_path / "again.nc")
 
-    def test_it_goes_on_from_its_own_log_alone(self, made, tmp_path):
+    def test_it_resumes_from_the_log_of_the_same_run_only(self, made, tmp_path):
         hs.run(made, tmp_path / "again.nc").close()
         hs.run(made, tmp_path / "again.nc", resume=True).close()
         other = HEAD.format(friction=0.1) + SUMMITS + "[loading]\nwaypoints = [{ time = 0, normal_load = 0.004 }]\n"
@@ -135,7 +135,7 @@ class TestOfSummits:
         with pytest.raises(hs.InputError, match=r"was not made from .*o\.history, so the run cannot go on"):
             hs.run(made, tmp_path / "o.nc", resume=True)
 
-    def test_a_large_result_is_told_beforehand(self, made, tmp_path, monkeypatch):
+    def test_a_large_result_is_reported_beforehand(self, made, tmp_path, monkeypatch):
         told = []
         hs.run(made, tmp_path / "again.nc", notify=told.append).close()
         assert told == []

@@ -350,7 +350,7 @@ def test_a_fork_in_the_first_move_of_a_channel_keeps_it(path, tmp_path):
             assert fork.state(at=time).tangential_load == pytest.approx(log.state(at=time).tangential_load)
 
 
-def test_a_log_says_what_it_is(path):
+def test_a_log_has_a_repr_and_a_summary(path):
     with hs.EventLog.create(path, ENSEMBLE, [hs.NormalLoad(0.0, 0.03)]) as log:
         log.append(hs.TangentialLoad(2.0, 0.004))
         count = f"{len(ENSEMBLE)} {'asperity' if len(ENSEMBLE) == 1 else 'asperities'}"

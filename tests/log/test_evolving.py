@@ -50,7 +50,7 @@ def test_a_head_keeps_law_and_wear(law):
         assert again.friction.tobytes() == ensemble.friction.tobytes()
 
 
-def test_a_head_of_steady_contacts_is_that_of_earlier_versions():
+def test_a_head_of_steady_contacts_agrees_with_earlier_versions():
     settings = LogHeader.of(hs.Replay(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), ())).settings
     assert settings["format"] == 1
     assert not {"friction_law", "wear", "follow_sliding"} & set(settings)
@@ -123,7 +123,7 @@ def test_a_result_tells_what_evolves_and_verifies(made):
         assert direct[name].values.tobytes() == history[name].values.tobytes(), name
 
 
-def test_states_at_any_moment_and_forks_are_those_of_the_replay(made):
+def test_states_at_any_moment_and_forks_agree_with_the_replay(made):
     folder, history = made
     with hs.EventLog(folder / "s.history") as log:
         state = log.state(4.5)

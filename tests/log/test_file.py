@@ -92,7 +92,7 @@ def test_the_head_makes_the_ensemble_again_bit_for_bit(made):
     assert soft.link != LogHeader.of(JOB).link
 
 
-def test_what_is_appended_is_chained_to_what_is_there(made):
+def test_appended_events_are_chained_to_earlier_ones(made):
     more = [hs.NormalLoad(2.0, 0.01), hs.NormalLoad(3.0, 0.02), hs.TangentialLoad(4.0, 0.0)]
     with LogFile(made) as file:
         before = list(file.sound().links)
@@ -115,7 +115,7 @@ def test_what_is_appended_is_chained_to_what_is_there(made):
         ("an event", r"event 0: 'an event' is not a load event"),
     ],
 )
-def test_what_cannot_follow_is_refused_and_nothing_is_appended(made, event, message):
+def test_invalid_successors_are_refused_and_nothing_is_appended(made, event, message):
     with LogFile(made) as file:
         with pytest.raises(hs.InputError, match=message):
             file.append([event, hs.NormalLoad(5.0, 0.01)])
@@ -169,7 +169,7 @@ def check_damage(path, whole):
     return events, problem
 
 
-def test_a_log_cut_anywhere_is_told(made, tmp_path):
+def test_a_log_cut_anywhere_is_reported(made, tmp_path):
     whole = made.read_bytes()
     lengths = {*range(0, len(whole), 509), *range(0, len(whole), 2048), len(whole) - 1}
     for length in sorted(lengths):
@@ -218,7 +218,7 @@ def tampered(path, statement, *values):
         ("UPDATE chain SET link = zeroblob(32) WHERE number = 2", 2),
     ],
 )
-def test_whoever_gets_past_the_triggers_is_seen(made, statement, sound):
+def test_changes_past_the_triggers_are_detected(made, statement, sound):
     tampered(made, statement)
     events, problem = check_damage(made, EVENTS)
     assert problem
@@ -249,7 +249,7 @@ def test_a_damaged_head_is_an_error(made, statement):
         file.sound()
 
 
-def test_what_is_no_log_is_refused(path):
+def test_files_other_than_logs_are_refused(path):
     with pytest.raises(hs.InputError, match="there is no such file; expected the log of a run"):
         LogFile(path)
     for content in (b"", b"notes", b"SQLite format 3\x00" + bytes(4080)):
@@ -285,7 +285,7 @@ def with_snapshot(path):
         ("DROP TABLE snapshot", "the snapshots cannot be read"),
     ],
 )
-def test_a_damaged_snapshot_is_told_and_harms_nothing(made, statement, reason):
+def test_a_damaged_snapshot_is_reported_and_harms_nothing(made, statement, reason):
     with_snapshot(made)
     tampered(made, statement)
     with LogFile(made) as file:
@@ -295,7 +295,7 @@ def test_a_damaged_snapshot_is_told_and_harms_nothing(made, statement, reason):
         assert file.sound().events == EVENTS
 
 
-def test_a_snapshot_of_another_log_is_told(made, tmp_path):
+def test_a_snapshot_of_another_log_is_reported(made, tmp_path):
     with_snapshot(made)
     other = tmp_path / "other.history"
     LogFile.create(other, LogHeader.of(JOB, title="another"), EVENTS).close()
@@ -313,7 +313,7 @@ def test_a_snapshot_of_another_log_is_told(made, tmp_path):
 # -- several at once -------------------------------------------------------------------------------
 
 
-def test_a_second_writer_is_told_and_readers_are_not_held_up(made):
+def test_a_second_writer_is_reported_and_readers_are_not_held_up(made):
     with LogFile(made, write=True) as writer:
         with pytest.raises(OSError, match="another process is writing it; wait until it is done"):
             LogFile(made, write=True)

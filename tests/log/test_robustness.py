@@ -71,7 +71,7 @@ def test_killed_runs_appends_and_forks_lose_nothing(tmp_path):
     assert sum(kill_runs(2, tmp_path, seed=1).values()) >= 2
 
 
-def test_a_resume_computes_only_what_came_after_the_last_snapshot(folder, whole, monkeypatch):
+def test_a_resume_computes_only_rows_after_the_last_snapshot(folder, whole, monkeypatch):
     scenario, output, written = interrupted(folder, monkeypatch)
     assert names(folder) == [".killed.nc.unfinished", "killed.history", "killed.toml"]
     assert last_snapshot(output.with_suffix(".history")) == written[-1]
@@ -150,7 +150,7 @@ def test_a_resume_of_another_result_of_the_same_log_does_not_take_its_snapshots(
     assert variables(output) == variables(whole / "killed.nc")
 
 
-def test_a_resume_of_what_is_complete_does_nothing(folder):
+def test_a_resume_of_a_complete_run_does_nothing(folder):
     output = folder / "killed.nc"
     before = output.stat().st_mtime_ns
     hs.run(folder / "killed.toml", output, resume=True).close()
@@ -185,7 +185,7 @@ def test_a_failed_write_sync_or_rename_is_reported_and_resumed(tmp_path):
     assert told > 2
 
 
-def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(folder, whole, monkeypatch):
+def test_a_full_disk_is_reported_and_the_run_resumes_later(folder, whole, monkeypatch):
     scenario, output, written = interrupted(folder, monkeypatch)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6)))
     with pytest.raises(OSError, match=r"the disk is full: the result needs .* then go on with --resume"):
@@ -221,14 +221,14 @@ def test_the_log_alone_makes_the_result_again(folder, whole):
     assert history.total_normal_load.values.tobytes() == variables(whole / "killed.nc")["total_normal_load"]
 
 
-def test_two_runs_at_once_are_told_apart(folder):
+def test_a_second_run_of_one_result_is_refused(folder):
     for resume in (False, True):
         busy = pytest.raises(OSError, match="another process is writing it")
         with LogFile(folder / "killed.history", write=True), busy:
             hs.run(folder / "killed.toml", folder / "killed.nc", resume=resume)
 
 
-def test_two_logs_for_one_result_are_told_apart(folder):
+def test_a_second_log_for_one_result_is_refused(folder):
     shutil.copy(folder / "killed.history", folder / "copy.history")
     busy = pytest.raises(OSError, match="another process is writing this result")
     with Unfinished(folder / "x.nc"), busy:
@@ -238,7 +238,7 @@ def test_two_logs_for_one_result_are_told_apart(folder):
 # -- verified --------------------------------------------------------------------------------------
 
 
-def test_a_result_is_what_its_log_gives(folder):
+def test_a_result_equals_the_replay_of_its_log(folder):
     assert hs.verify(folder / "killed.nc").differences == ()
     found = hs.verify(folder / "killed.history")
     assert found
@@ -279,7 +279,7 @@ def test_a_result_is_verified_after_its_log_has_grown(folder):
     assert hs.verify(folder / "killed.nc").differences == ()
 
 
-def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
+def test_a_snapshot_that_differs_from_the_replay_is_reported(folder):
     with LogFile(folder / "killed.history", write=True) as file:
         content = file.sound()
         add_snapshot(file, content, next(snapshots(file, content)).cursor, file.head.ensemble.initial_state())
@@ -295,7 +295,7 @@ def flipped(path, within):
     path.write_bytes(content)
 
 
-def test_a_damaged_chunk_of_a_compressed_result_is_told(folder):
+def test_a_damaged_chunk_of_a_compressed_result_is_reported(folder):
     hs.run(folder / "killed.toml", folder / "killed.nc", compression="zlib").close()
     with h5py.File(folder / "killed.nc") as file:
         _, chunk = file["stick_radius"].id.read_direct_chunk((0, 0))

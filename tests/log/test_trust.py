@@ -31,7 +31,7 @@ def folder(made, tmp_path):
 
 
 @pytest.mark.parametrize("forgery", hostile.FORGERIES)
-def test_what_was_forged_is_told_and_never_appended_to(folder, forgery):
+def test_a_forged_log_is_reported_and_never_appended_to(folder, forgery):
     log = folder / "a.history"
     hostile.forged_log(log, hostile.FORGERIES[forgery])
     before = log.read_bytes()
@@ -52,7 +52,7 @@ def test_a_trigger_that_is_planted_while_the_log_is_open_is_seen(folder):
 
 
 @pytest.mark.parametrize("name", hostile.FORGED_HEADS)
-def test_a_forged_head_whose_digests_agree_is_told(folder, name):
+def test_a_forged_head_whose_digests_agree_is_reported(folder, name):
     log = folder / "a.history"
     hostile.forged_head(log, {name: hostile.FORGED_HEADS[name]})
     with pytest.raises(InputError, match=r"a\.history: "):
@@ -75,7 +75,7 @@ def test_digests_that_agree_alone_do_not_make_a_log_bad(folder):
         ("time", [0, 2, 1, 3, 4], "times that fall"),
     ],
 )
-def test_events_that_nobody_could_append_are_told(folder, column, values, told):
+def test_events_that_nobody_could_append_are_reported(folder, column, values, told):
     log = folder / "a.history"
     connection = sqlite3.connect(log)
     for table in ("batch", "chain"):

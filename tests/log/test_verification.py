@@ -28,7 +28,7 @@ def again(before):
     return before
 
 
-def test_what_was_written_before_opens_and_verifies(before):
+def test_files_of_an_earlier_version_open_and_verify(before):
     found = hs.verify(before)
     assert found
     assert all(difference.rounding for difference in found.differences)
@@ -80,7 +80,7 @@ def test_more_than_rounding_is_a_failure_wherever_it_was_made(again, name, chang
     assert not found.differences[0].rounding
 
 
-def test_the_same_bits_are_asked_for_where_nothing_else_was_at_work(again):
+def test_the_same_bits_are_required_on_one_machine_and_version(again):
     assert hs.verify(again)
     with netCDF4.Dataset(again, "a") as result:
         result["separation"][2] = np.nextafter(result["separation"][2], 1.0)

@@ -135,7 +135,7 @@ def test_what_the_library_refuses_is_an_error_of_the_system(path):
             target.flush()
 
 
-def test_the_room_that_is_missing_is_told(path, monkeypatch):
+def test_the_room_that_is_missing_is_reported(path, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 0, 4999))
     check_room(path.parent, 4999)
     with pytest.raises(OSError, match=r"the result needs .* MB more"):
@@ -189,7 +189,7 @@ def test_what_an_error_ends_is_there_for_the_next_one_where_rows_are_kept(tmp_pa
         assert again.path.read_bytes() == (bytes(8) + b"rows" if keep else b"")
 
 
-def test_a_second_writer_is_told(tmp_path):
+def test_a_second_writer_is_reported(tmp_path):
     with Unfinished(tmp_path / "out.nc"):
         with pytest.raises(OSError, match="another process is writing this result") as caught:
             Unfinished(tmp_path / "out.nc")

@@ -33,7 +33,7 @@ def test_the_greatest_load_of_all_is_looked_at():
         (hs.TangentialLoad(1.0, -2e-9), "load_resolution"),
     ],
 )
-def test_amplitudes_below_the_resolution_are_told(event, resolution):
+def test_amplitudes_below_the_resolution_are_reported(event, resolution):
     events = [hs.NormalLoad(0.0, 50e-3), event]
     assert names(events) == []
     assert names(events, **{resolution: 1.9e-9}) == []

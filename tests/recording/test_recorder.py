@@ -378,7 +378,7 @@ def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
     assert list(in_memory(ensemble).attrs)[-1] == "complete"
 
 
-def test_a_disk_without_room_is_told_before_anything_is_computed(ensemble, tmp_path, monkeypatch):
+def test_a_disk_without_room_is_reported_before_anything_is_computed(ensemble, tmp_path, monkeypatch):
     path = tmp_path / "out.nc"
     path.write_bytes(b"an older result")
     monkeypatch.setattr(netcdf.shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 20_000))

@@ -44,7 +44,7 @@ def gapped(shape, share=0.31, seed=0):
 
 
 @pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
-def test_every_kind_has_its_summits_and_its_map_bit_for_bit_beside_its_history(folder, entry):
+def test_every_kind_stores_its_summits_and_map_bit_for_bit(folder, entry):
     path, ground = run(folder, entry)
     with xr.open_dataset(path, group=GROUP) as group:
         assert group.sizes["summit"] == len(ground.summits)
@@ -128,7 +128,7 @@ def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
     assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
 
 
-def test_variables_are_those_of_the_table(folder):
+def test_variables_agree_with_the_table(folder):
     path, _ = run(folder, SECTIONS["random"])
     with netCDF4.Dataset(path) as file:
         group = file[GROUP]

@@ -29,7 +29,7 @@ def written(folder, *args, **options):
     return path
 
 
-def test_hum_is_told_with_its_mend(folder):
+def test_hum_is_reported_with_its_mend(folder):
     ((label, text),) = hs.load(written(folder)).measurement().remarks
     assert (label, text.partition("; ")[0]) == (
         "hum",
@@ -58,7 +58,7 @@ def test_a_notch_takes_it_off_and_says_how_much(folder):
         ),
     ],
 )
-def test_what_cannot_be_filtered_is_refused(folder, keys, said):
+def test_invalid_filters_are_refused(folder, keys, said):
     channel = {"tangential_displacement": f'{{ column = "u", unit = "nm", {keys} }}'}
     with pytest.raises(InputError) as refused:
         hs.load(written(folder, channel)).measurement()
@@ -165,7 +165,7 @@ def test_a_missing_clock_and_a_wrong_rate_are_errors(rounded, rate, expected):
         hs.load(write(without_clock(text), rate))
 
 
-def test_a_rate_beside_a_clock_is_an_error(rounded):
+def test_a_rate_together_with_a_clock_is_an_error(rounded):
     write, text = rounded
     with pytest.raises(InputError, match=r"rate: together with columns\.time; expected one of them"):
         hs.load(write(text, 'rate = "400 Hz"'))

@@ -61,7 +61,7 @@ def loaded(folder, run, name="s.toml"):
     return hs.load(folder / name)
 
 
-def test_a_clock_that_starts_again_is_told(folder):
+def test_a_clock_that_starts_again_is_reported(folder):
     with pytest.raises(InputError, match=r"comes after .* if these are 3 runs, run = 1 to 3 in \[loading\]"):
         loaded(folder, "").measurement()
 

@@ -63,7 +63,7 @@ def test_a_load_of_several_columns(tmp_path, load_of, expected):
         ("normal_load = { constant = 1 }", "loading.columns: constants alone, and no time; expected a column"),
     ],
 )
-def test_what_cannot_be_combined(tmp_path, columns, said):
+def test_options_that_exclude_each_other_are_refused(tmp_path, columns, said):
     with pytest.raises(InputError) as refused:
         scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns).measurement()
     assert said in str(refused.value)
@@ -123,7 +123,7 @@ def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
 
 
 @pytest.mark.parametrize(("header", "expected"), [("Time [s],Load [V],Stroke", "?")])
-def test_what_cannot_be_told_of_a_column_is_marked(tmp_path, header, expected):
+def test_unknown_properties_of_a_column_are_marked(tmp_path, header, expected):
     path = tmp_path / "a.csv"
     path.write_text(f"{header}\n0,1,2\n1,2,3\n", encoding="utf-8")
     loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
@@ -140,7 +140,7 @@ def test_what_cannot_be_told_of_a_column_is_marked(tmp_path, header, expected):
          ("normal_load_mN", "mN"), ("tangential_displacement_nm", "nm"), None),
     ],
 )  # fmt: skip
-def test_columns_are_told_by_what_they_are_called(tmp_path, monkeypatch, header, time, normal, stroke, friction):
+def test_columns_are_recognised_by_their_names(tmp_path, monkeypatch, header, time, normal, stroke, friction):
     """A unit that stands in a name behind "_" is suggested, and the path is the one that was given."""
     (tmp_path / "data").mkdir()
     monkeypatch.chdir(tmp_path)

@@ -152,7 +152,7 @@ seed = 1""",
         ),
     ],
 )
-def test_what_is_no_picture_is_told_with_its_place(write, text, message):
+def test_an_invalid_picture_is_reported_with_its_path(write, text, message):
     whole = text + BALL if text.startswith("picture") else BALL + text
     with pytest.raises(InputError, match=message):
         hs.load(write(whole))

@@ -284,7 +284,7 @@ def test_a_record_without_a_whole_loop_is_compared(compared, tmp_path):
 
 
 @pytest.mark.parametrize("scenario", [None, {}])
-def test_what_is_no_scenario(scenario):
+def test_objects_other_than_scenarios_are_refused(scenario):
     for call in (hs.load, hs.compare, hs.fit):
         with pytest.raises(hs.InputError, match="is no scenario; expected the path of a TOML file"):
             call(scenario)

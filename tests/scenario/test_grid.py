@@ -77,7 +77,7 @@ def test_values_are_lists_and_ranges(given, values):
         ({"a": range(2000), "b": range(2000)}, [], "over: 4,000,000 points; expected 1,000,000 at most"),
     ],
 )
-def test_what_is_no_grid_is_refused(over, together, message):
+def test_an_invalid_grid_is_refused(over, together, message):
     with pytest.raises(hs.InputError, match=message):
         grid_of(over, together)
 
@@ -145,7 +145,7 @@ NO_KEYS = (
 
 
 @pytest.mark.parametrize("key", NO_KEYS)
-def test_what_is_no_key_is_refused(key):
+def test_an_invalid_key_is_refused(key):
     with pytest.raises(hs.InputError, match="is no key; expected names"):
         place_of(key)
 

@@ -46,7 +46,7 @@ def remarks(found):
 # -- what each key does ----------------------------------------------------------------------------
 
 
-def test_columns_as_they_stand(folder):
+def test_columns_without_options(folder):
     found = record(folder, response={"tangential_load": '"T"'})
     assert_array_equal(found.time, TIME)
     assert_array_equal(found["normal_load"], LOAD)
@@ -385,7 +385,7 @@ UNNAMED = """waypoints = [
 """
 
 
-def test_a_channel_that_runs_on_unnamed_is_told_and_may_be_held(tmp_path):
+def test_a_channel_that_runs_on_unnamed_is_reported_and_may_be_held(tmp_path):
     as_ever, told = events_of(UNNAMED, tmp_path)
     (notice,) = told
     assert notice == (

@@ -58,7 +58,7 @@ def same(found, surface, **options):
     ],
     ids=lambda value: "" if callable(value) else ",".join(value),
 )
-def test_a_key_does_what_its_function_does_bit_for_bit(folder, measured, keys, by_functions):
+def test_a_key_equals_its_function_bit_for_bit(folder, measured, keys, by_functions):
     same(loaded(folder, {**MAP, **keys}).surface(), by_functions(measured))
 
 
@@ -85,7 +85,7 @@ def test_random_maps_and_sums_are_filtered_too(folder):
     ],
     ids=str,
 )
-def test_what_cannot_be_done_is_refused_by_its_key(folder, keys, said):
+def test_invalid_preparation_is_refused_by_its_key(folder, keys, said):
     with pytest.raises(InputError) as refused:
         loaded(folder, {**MAP, **keys}).surface()
     assert str(refused.value).startswith(f"s.toml: {said}")
@@ -100,7 +100,7 @@ def test_statistics_are_told_before_and_after(folder):
     assert "map as prepared" not in dict(summary(loaded(folder, MAP)))
 
 
-def test_steps_too_coarse_for_radii_are_told_and_a_filter_mends_it(folder):
+def test_steps_too_coarse_for_radii_are_reported_and_a_filter_mends_it(folder):
     heights = random_surface((64, 64), 1e-6, 1e-8, 20e-6, seed=2, autocorrelation="gaussian").heights
     step = 2e-9
     np.save(folder / "map.npy", np.rint(heights / step) * step)
@@ -111,7 +111,7 @@ def test_steps_too_coarse_for_radii_are_told_and_a_filter_mends_it(folder):
     assert loaded(folder, MAP).surface().notices == ()
 
 
-def test_a_scratch_whose_edge_carries_all_is_told_and_spikes_mend_it(folder):
+def test_a_scratch_whose_edge_carries_all_is_reported_and_spikes_mend_it(folder):
     surface = random_surface((128, 128), 1e-6, 1e-8, 8e-6, seed=3)
     heights = surface.heights.copy()
     heights[[40, 90], [40, 90]] += 2e-6

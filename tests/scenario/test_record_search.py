@@ -49,14 +49,14 @@ def test_a_result_its_history_and_the_analysis_have_the_same_loops(folder):
         assert hs.loops(record).ends.tolist() == ends
 
 
-def test_the_scenario_says_the_dead_band(folder):
+def test_the_scenario_sets_the_dead_band(folder):
     write(folder, dead_band={"tangential_displacement": '"2 nm"'})
     found = hs.loops(folder / "s.toml")
     assert (len(found), found.dead_band) == (5, 2e-9)
     assert len(hs.loops(folder / "s.toml", dead_band=20e-9, skip=1)) == 2
 
 
-def test_a_log_is_said_to_be_one(folder):
+def test_a_log_is_refused_as_a_log(folder):
     hs.run(folder / "s.toml", folder / "s.nc").close()
     with pytest.raises(hs.InputError, match=r"s\.history: is no scenario .* makes the result of a log"):
         hs.loops(folder / "s.history")
@@ -66,7 +66,7 @@ def test_a_log_is_said_to_be_one(folder):
     ("record", "said"),
     [(None, "None: cannot be evaluated; expected a history"), ("none.toml", "none.toml: there is no such file")],
 )
-def test_what_has_no_loops(record, said):
+def test_objects_without_loops_are_refused(record, said):
     with pytest.raises(hs.InputError, match=said):
         hs.loops(record)
 
@@ -112,7 +112,7 @@ def test_all_ways_lead_to_the_same_friction(slider):
     assert hs.sliding("s.nc").window_mean.tolist() == simulated.window_mean.tolist()
 
 
-def test_the_command_says_writes_and_draws(slider):
+def test_the_command_prints_writes_and_draws(slider):
     done = call("sliding", "s.toml", "--windows", "20", "-o", "mu.csv")
     assert done.exit_code == 0, done.output
     assert done.output.startswith("slides                  10 µm, in 20 windows of 500 nm\n")

@@ -107,7 +107,7 @@ def test_a_sweep_has_a_report(folder):
 
 
 @pytest.mark.usefixtures("measured")
-def test_a_scenario_with_a_record_is_set_beside_it():
+def test_a_scenario_is_compared_with_its_record():
     text = hs.report("measured.toml")
     assert "rms difference" in text
     assert "What was fitted" not in text
@@ -126,7 +126,7 @@ def test_a_fit_has_a_report():
 
 
 @pytest.mark.usefixtures("folder")
-def test_what_has_no_report_is_refused():
+def test_objects_without_a_report_are_refused():
     assert call("run", "ball.toml", "-q").exit_code == 0
     for file, told in (
         ("ball.toml", "ball.toml: loading: has no measured record; expected loading.file"),

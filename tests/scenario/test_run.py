@@ -82,7 +82,7 @@ def test_run_and_replay_give_the_same_numbers(ensemble, scenario, tmp_path):
     assert {**replayed.attrs, **told} == ran.attrs
 
 
-def test_the_result_says_where_it_comes_from(scenario):
+def test_the_result_states_its_origin(scenario):
     attributes = hs.run(scenario).attrs
     assert attributes["title"] == "five summits"
     assert attributes["scenario"] == SCENARIO
@@ -112,7 +112,7 @@ def test_another_process_finds_the_same_bits(scenario):
 # -- threads ---------------------------------------------------------------------------------------
 
 
-def test_threads_do_not_change_what_comes_out(scenario, tmp_path):
+def test_threads_do_not_change_the_result(scenario, tmp_path):
     expected = fingerprint(hs.run(scenario, threads=1))
     assert fingerprint(hs.run(scenario, threads=3)) == expected
     with hs.run(scenario, tmp_path / "five.nc", threads=3) as written:
@@ -120,7 +120,7 @@ def test_threads_do_not_change_what_comes_out(scenario, tmp_path):
 
 
 @pytest.mark.parametrize("output", [None, "five.nc"])
-def test_what_is_no_number_of_threads_is_refused_before_anything_is_made(scenario, tmp_path, output):
+def test_an_invalid_number_of_threads_leaves_no_file(scenario, tmp_path, output):
     with pytest.raises(hs.InputError, match="threads is 0; expected a whole number of 1 or more"):
         hs.run(scenario, output and tmp_path / output, threads=0)
     assert list(tmp_path.iterdir()) == [scenario]

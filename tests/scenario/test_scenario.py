@@ -86,7 +86,7 @@ def test_one_waypoint_moves_several_channels_and_friction_comes_last(folder):
     assert events == [NormalDisplacement(2.0, 1e-6), TangentialDisplacement(2.0, 5e-9), FrictionChange(2.0, (0.1,))]
 
 
-def test_inline_summits_and_a_material_of_ones_own(folder):
+def test_inline_summits_and_a_custom_material(folder):
     ensemble, _ = built(folder, BLOCKS)
     assert ensemble.summit_height.tolist() == [0.0, 1e-8, 2e-8]
     assert ensemble.summit_radius.tolist() == [2e-5] * 3
@@ -338,7 +338,7 @@ def small(folder, monkeypatch):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
-def test_what_is_to_be_broken_is_good(small, document):
+def test_the_documents_to_be_broken_are_good(small, document):
     assert built(small, document)
 
 

@@ -47,7 +47,7 @@ def test_columns_that_are_none(value, said):
     assert str(refused.value) == said
 
 
-def test_what_is_listed_can_be_asked_for(file):
+def test_listed_columns_can_be_selected(file):
     file.write_text('remark,t,t,"F ""N"""\nx,0,1,2\n,3,4,5\n', encoding="utf-8")
     for place, listing in enumerate(describe(file)[1:]):
         column = column_from_toml(tomllib.loads(f"column = {listing.column}")["column"])
@@ -66,7 +66,7 @@ def refusal(folder, column, **keys):
     return refused.value.place, refused.value.args[0]
 
 
-def test_what_is_wrong_with_the_file_is_said_of_it(file):
+def test_an_error_in_the_file_names_the_file(file):
     place, problem = refusal(file.parent, Column("F"))
     assert place == ("file",)
     assert problem == f"f.txt: there is no such file in {file.parent}; expected a path relative to the scenario"
@@ -76,7 +76,7 @@ def test_what_is_wrong_with_the_file_is_said_of_it(file):
     assert problem.startswith("f.txt: line 2, column 'F': 'x'; expected a finite number")
 
 
-def test_what_is_wrong_with_a_unit_is_said_of_it(file):
+def test_a_wrong_unit_names_the_column(file):
     file.write_text("t,F (kN)\n0,1\n", encoding="utf-8")
     place, problem = refusal(file.parent, Column("F (kN)", "mm"))
     assert place == ("columns", "load", "unit")

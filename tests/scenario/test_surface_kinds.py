@@ -136,7 +136,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("entry", "by_functions"), CASES, ids=NAMES)
-def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_functions):
+def test_a_kind_equals_its_function_bit_for_bit(folder, entry, by_functions):
     summits, surface = by_functions(folder)
     found = built(folder, entry)
     assert len(summits) > 0
@@ -313,7 +313,7 @@ def test_a_map_without_summits_is_refused(folder, name):
         ),
     ],
 )
-def test_messages_name_what_came_and_what_is_expected(folder, name, changes, said):
+def test_messages_name_the_value_and_the_expectation(folder, name, changes, said):
     message = refusal(folder, {**SECTIONS[name], **changes})
     assert message.startswith(f"s.toml: {said}")
     assert len(message.splitlines()) == 1
@@ -420,7 +420,7 @@ def test_an_indentation_curve_is_a_contact(tmp_path):
         (('kind = "normal_curve"', 'kind = "normal_curve"\nheight_scale = 2'), "surface.height_scale: given"),
     ],
 )
-def test_what_does_not_fit_a_normal_curve_is_refused(tmp_path, change, message):
+def test_unsupported_keys_of_a_normal_curve_are_refused(tmp_path, change, message):
     with pytest.raises(hs.InputError, match=message):
         hs.run(indented(tmp_path, INDENTED.replace(*change)))
 
@@ -448,7 +448,7 @@ waypoints = [{ time = 0, normal_load = "50 mN" }]
 """
 
 
-def test_the_nominal_area_of_a_rough_ball_is_that_of_the_ball(tmp_path):
+def test_the_nominal_area_of_a_rough_ball_agrees_with_the_ball(tmp_path):
     """50 mN on silicon of 2.5 mm on glass: a = 12.962 µm by Hertz, 94.7 MPa."""
     (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
     with hs.run(tmp_path / "ball.toml", tmp_path / "ball.nc") as history:

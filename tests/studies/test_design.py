@@ -29,7 +29,7 @@ def test_a_radius_for_a_drift_follows_hertz_and_mindlin(ball):
     assert found.attrs["target"] == 2e-9
 
 
-def test_a_scenario_says_its_own_design(ball):
+def test_a_scenario_defines_its_design(ball):
     section = '[design]\nkey = "surface.radius"\nbetween = ["1 mm", "10 m"]\ntarget = "5 nm"\noutput = "{output}"\n'
     ball.write_text(BALL + section.format(output="preliminary_displacement"), encoding="utf-8")
     found = hs.design(ball)
@@ -63,7 +63,7 @@ def test_workers_find_the_same(ball):
     assert others.identical(hs.design(*arguments, over=over))
 
 
-def test_where_there_is_none_it_says_why(ball):
+def test_a_missing_solution_is_explained(ball):
     notices = []
     over = {"friction.coefficient": [0.1, 0.2]}
     most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
@@ -78,7 +78,7 @@ def test_where_there_is_none_it_says_why(ball):
         hs.design(ball, "surface.radius", ["1 mm", "1 m"], "1 µm")
 
 
-def test_points_that_keep_a_limit_over_the_whole_range_are_told_in_one_line(ball):
+def test_points_that_keep_a_limit_over_the_whole_range_are_reported_in_one_line(ball):
     notices = []
     most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
     over = {"friction.coefficient": [0.05, 0.1, 0.2]}
@@ -87,7 +87,7 @@ def test_points_that_keep_a_limit_over_the_whole_range_are_told_in_one_line(ball
     assert notices == [f"drift stays below {1.5e9 * most:.4g} nm over the whole of between at 2 of 3 points"]
 
 
-def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
+def test_a_range_in_which_the_target_is_met_twice_is_reported(ball):
     """A swing of the tangential displacement, up or down by as much, has the same peak load."""
     last = BALL.index("    { time = 2")
     ball.write_text(BALL[:last] + "]", encoding="utf-8")
@@ -114,7 +114,7 @@ def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
         (("surface.radius", [1, 2], 1e-9, "drfit"), "output is 'drfit'; did you mean 'drift'"),
     ],
 )
-def test_what_cannot_be_sought_is_told(ball, arguments, message):
+def test_invalid_designs_are_refused(ball, arguments, message):
     *arguments, output = arguments if len(arguments) == 4 else (*arguments, "drift")
     with pytest.raises(hs.InputError, match=message):
         hs.design(ball, *arguments, output=output)
@@ -137,7 +137,7 @@ def test_a_limit_holds_in_a_fraction_of_the_points(ball, quantile, friction):
     assert lines["drift there"].endswith(f"; below in {share:.0%}")
 
 
-def test_what_is_above_a_limit_takes_the_other_end(ball):
+def test_a_lower_limit_uses_the_other_end_of_the_range(ball):
     over = {"friction.coefficient": [0.1, 0.15, 0.2]}
     found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], above="2 nm", over=over)
     np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
@@ -154,7 +154,7 @@ def test_a_limit_that_cannot_be_kept(ball):
     np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
 
 
-def test_what_nothing_can_change_is_told_once(ball):
+def test_an_output_that_does_not_change_is_reported_once(ball):
     ball.write_text(BALL.replace("70 mN", "50 mN").replace("0.07", "0.05"), encoding="utf-8")
     notices = []
     with pytest.raises(

@@ -41,7 +41,7 @@ def test_a_ball_follows_hertz_and_mindlin_over_load_friction_and_radius(ball):
     assert found.preliminary_displacement.attrs["units"] == "m"
 
 
-def test_each_cell_is_what_a_run_of_its_scenario_gives(rough):
+def test_each_cell_equals_a_run_of_its_scenario(rough):
     found = hs.sweep(rough, {"surface.seed": range(3), "friction.coefficient": [0.1, 0.2]})
     for seed in range(3):
         for friction in (0.1, 0.2):
@@ -110,7 +110,7 @@ EVOLVING = {
 
 
 @pytest.mark.parametrize("name", EVOLVING)
-def test_what_evolves_is_what_a_run_of_its_scenario_gives(ball, name):
+def test_evolving_cells_equal_runs_of_their_scenarios(ball, name):
     """Every number of every cell is that of its own run, and what is swept changes some."""
     text, over = EVOLVING[name]
     ball.write_text(text, encoding="utf-8")
@@ -142,7 +142,7 @@ def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
         hs.sweep(ball, {"friction.exponent": [0]}, outputs=["slid_distance"])
 
 
-def test_a_scenario_says_its_own_sweep(ball):
+def test_a_scenario_defines_its_sweep(ball):
     sweep = (
         '[sweep]\noutputs = ["preliminary_displacement"]\ntogether = [["materials.first", "friction.coefficient"]]\n'
         '[sweep.over]\nmaterials.first = ["silicon", "silica"]\nfriction.coefficient = [0.1, 0.2]\n'
@@ -191,7 +191,7 @@ def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
     assert notices[0].startswith("cell 0 (friction.coefficient = 0.1) failed: ")
 
 
-def test_what_cannot_be_swept_is_told_before_anything_is_computed(ball, tmp_path):
+def test_invalid_sweeps_are_refused_before_anything_is_computed(ball, tmp_path):
     for over, message in (
         (None, r"ball.toml: has no \[sweep\]"),
         ({"friction.coefficent": [0.1]}, "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'"),
@@ -239,7 +239,7 @@ def counted(monkeypatch):
 OVER = {"surface.seed": range(4), "friction.coefficient": [0.1, 0.2]}
 
 
-def test_what_is_kept_is_not_computed_again(rough, tmp_path, counted):
+def test_stored_cells_are_not_recomputed(rough, tmp_path, counted):
     first = hs.sweep(rough, OVER, store=tmp_path / "cells")
     assert len(counted) == 8
     assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells"))

@@ -19,7 +19,7 @@ def found():
     return xr.Dataset(data, {"surface_seed": np.arange(7), "load": [1.0, 2.0, 3.0]})
 
 
-def test_spread_is_that_of_numpy_over_what_is_there(found):
+def test_spread_agrees_with_numpy_over_what_is_there(found):
     quantiles = (0, 0.05, 0.3, 0.5, 1)
     spread = hs.spread(found, quantiles=quantiles)
     values = found.drift.values
@@ -77,7 +77,7 @@ def test_drift_along_a_dimension(found):
     assert drift.attrs["units"] == "m"
 
 
-def test_what_is_not_there_is_told(found):
+def test_what_is_not_there_is_reported(found):
     with pytest.raises(hs.InputError, match="'lod' is no dimension of this sweep; did you mean 'load'"):
         hs.spread(found, "lod")
     with pytest.raises(hs.InputError, match="'lod' is no dimension"):

@@ -72,7 +72,7 @@ def scenario(folder, loading, more=""):
 
 
 @pytest.mark.parametrize(("loading", "place"), REFUSED.values(), ids=REFUSED)
-def test_what_cannot_be_carried_is_named_where_it_stands(folder, loading, place):
+def test_an_excessive_load_is_named_with_its_path(folder, loading, place):
     path = scenario(folder, loading)
     for ask in (hs.validate, hs.run, lambda path: hs.run(path, "out.nc")):
         with pytest.raises(hs.LoadError, match=rf"^s\.toml: loading\.{re.escape(place)} at t = .*friction limit of"):

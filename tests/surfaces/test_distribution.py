@@ -228,6 +228,6 @@ def test_textures_out_of_range(call, message):
 
 
 @pytest.mark.parametrize("seed", [None, -1, 1.5, True, "7", [7]])
-def test_what_is_no_seed(seed):
+def test_an_invalid_seed_is_refused(seed):
     with pytest.raises(InputError, match="expected a whole number of 0 or more"):
         generator(seed)

@@ -41,7 +41,7 @@ def test_half_of_a_wave_passes_at_the_cut_off(ratio):
         assert middle == pytest.approx(2 ** -(ratio**-2) * heights[200, 30], abs=2e-6)
 
 
-def test_it_is_the_plane_of_least_squares_beside_borders_and_missing_points():
+def test_it_is_the_plane_of_least_squares_against_borders_and_missing_points():
     rng = np.random.default_rng(1)
     heights = rng.normal(size=(23, 17))
     heights[rng.random(heights.shape) < 0.3] = np.nan
@@ -78,7 +78,7 @@ def test_a_cut_off_has_to_be_of_the_map(cutoff):
 # --- points that are no heights ---
 
 
-def test_the_median_around_a_point_is_that_of_its_neighbours():
+def test_the_median_around_a_point_agrees_with_its_neighbours():
     rng = np.random.default_rng(1)
     # more rows than are taken at once
     heights = rng.normal(size=(70, 9))

@@ -66,7 +66,7 @@ def test_a_surface_that_is_its_own_form_is_given_back_at_all_points(kind, shape,
 
 @pytest.mark.parametrize("gaps", [0, 0.31, 0.95])
 @pytest.mark.parametrize("kind", TERMS)
-def test_a_polynomial_is_that_of_least_squares(kind, gaps):
+def test_a_polynomial_agrees_with_least_squares(kind, gaps):
     heights = with_gaps(np.random.default_rng(2).standard_normal((17, 14)), gaps)
     form = fit_form(heights, PIXEL, kind)
     # about 12 points in the worst case, in no special position: conditions of some hundred

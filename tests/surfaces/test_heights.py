@@ -218,7 +218,7 @@ def test_surfaces_that_do_not_overlap(shift):
 # --- hard cases at once -----------------------------------------------------------------------------------------
 
 
-def test_a_surface_says_what_it_is():
+def test_a_surface_has_a_repr():
     heights = np.zeros((3, 5))
     heights[1, 2], heights[0, 0] = 4e-9, np.nan
     text = repr(Surface(heights, (1e-6, 2e-6), periodic=True))

@@ -39,7 +39,7 @@ def surface():
     return random_surface((64, 40), (1e-6, 2e-6), 20e-9, (8e-6, 12e-6), seed=1)
 
 
-def test_the_numbers_are_those_of_the_heights(surface):
+def test_the_numbers_agree_with_the_heights(surface):
     found, z = lines_of(surface), surface.heights
     deviation = z - z.mean()
     assert found["points"] == "64 × 40, 1 µm × 2 µm apart"
@@ -62,7 +62,7 @@ def test_the_numbers_are_those_of_the_heights(surface):
     assert [float(found["bandwidth ψ"])] == rounded((z.std() * curvature / slope**2) ** 2)
 
 
-def test_the_correlation_is_that_of_the_heights(surface):
+def test_the_correlation_agrees_with_the_heights(surface):
     found, z = lines_of(surface), surface.heights - surface.heights.mean()
     along = []
     for level, name in ((0.1, "0.1"), (1 / math.e, "1/e")):
@@ -77,7 +77,7 @@ def test_the_correlation_is_that_of_the_heights(surface):
     assert [float(found["lay γ"])] == rounded(along[0][0] / along[0][1])
 
 
-def test_the_summits_are_those_of_the_9_point_rule(surface):
+def test_the_summits_agree_with_the_9_point_rule(surface):
     found, summits = lines_of(surface), surface.summits(9)
     count, density = found["summits, 9-point rule"].split(", ")
     assert int(count) == len(summits)

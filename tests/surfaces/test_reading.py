@@ -67,7 +67,7 @@ def nanoscope(path):
 
 
 @measured_files
-def test_atomic_force_map_beside_its_raw_numbers(library):  # noqa: ARG001 - skips where it is not installed
+def test_atomic_force_map_against_its_raw_numbers(library):  # noqa: ARG001 - skips where it is not installed
     surface = read_surface(HEIGHTS / "di-4.di")
     lines, size = nanoscope(HEIGHTS / "di-4.di")
     assert surface.shape == (512, 512)
@@ -81,7 +81,7 @@ def test_atomic_force_map_beside_its_raw_numbers(library):  # noqa: ARG001 - ski
 
 
 @measured_files
-def test_optical_map_beside_its_raw_numbers(library):  # noqa: ARG001 - skips where it is not installed
+def test_optical_map_against_its_raw_numbers(library):  # noqa: ARG001 - skips where it is not installed
     surface = read_surface(HEIGHTS / "x3p-2.x3p")
     with zipfile.ZipFile(HEIGHTS / "x3p-2.x3p") as archive:
         index = ET.fromstring(archive.read("main.xml"))  # noqa: S314 - of a file that is known

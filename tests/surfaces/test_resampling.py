@@ -53,7 +53,7 @@ steps = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
 
 @pytest.mark.parametrize("size", [2, 3, 4, 7, 30])
 @pytest.mark.parametrize("quarters", [-5, -1, 1, 2, 3, 4])
-def test_quarter_turns_from_x_towards_y_are_those_of_numpy(quarters, size):
+def test_quarter_turns_from_x_towards_y_agree_with_numpy(quarters, size):
     # np.rot90 turns from the first axis towards the second one, and these are x and y
     heights = noise((size, size), missing=0.2)
     for periodic in (False, True):

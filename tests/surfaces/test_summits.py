@@ -107,7 +107,7 @@ WINDING = drawn("0100 0110 0010 0110")
 @given(small_maps, st.sampled_from([3, 5, 9]), st.booleans())
 @example(drawn("000000 011110 000000"), 9, False)
 @example(WINDING, 5, True)
-def test_maps_full_of_ties_beside_brute_force(heights, rule, periodic):
+def test_maps_full_of_ties_against_brute_force(heights, rule, periodic):
     found = find_summits(heights, (2.0, 0.5), rule, periodic=periodic)
     wanted = expected(heights, (2.0, 0.5), rule, periodic)
     assert len(found) == len(wanted)
@@ -122,7 +122,7 @@ def test_maps_full_of_ties_beside_brute_force(heights, rule, periodic):
 )
 @example([0, 1, 1, 1, 1, 0], False, False)
 @example([1, 1, 1, 0], True, True)
-def test_profiles_full_of_ties_beside_brute_force(values, along_y, periodic):
+def test_profiles_full_of_ties_against_brute_force(values, along_y, periodic):
     heights = np.array([values], float) if along_y else np.array(values, float)[:, None]
     found = find_summits(heights, (2.0, 0.5), 3, periodic=periodic)
     wanted = np.reshape(expected(heights, (2.0, 0.5), 3, periodic), (-1, 4)).T
@@ -132,7 +132,7 @@ def test_profiles_full_of_ties_beside_brute_force(values, along_y, periodic):
 
 
 @given(st.integers(0, 10**9), st.tuples(st.integers(2, 9), st.integers(2, 9)), st.booleans())
-def test_maps_of_any_heights_beside_brute_force(seed, shape, periodic):
+def test_maps_of_any_heights_against_brute_force(seed, shape, periodic):
     heights = np.random.default_rng(seed).standard_normal(shape)
     for rule in (3, 5, 9):
         found = find_summits(heights, (0.25, 8.0), rule, periodic=periodic)
@@ -408,7 +408,7 @@ def test_summits_out_of_range(arguments, message):
         Summits(*arguments)
 
 
-def test_summits_say_what_they_are():
+def test_summits_have_a_repr():
     some = Summits([0.0, 1e-9], 1e-6, [0.0, 1e-6], [0.0, 2e-6], nominal_area=1e-12)
     assert repr(some) == (
         "<Summits: 2 summits, heights 0 m to 1 nm, radii 1 µm, x 0 m to 1 µm, y 0 m to 2 µm, 2 per µm²>"

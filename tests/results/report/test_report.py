@@ -105,7 +105,7 @@ def test_wear_and_yielding_have_their_pictures(name, picture, caption):
     assert caption in drawn
 
 
-@pytest.mark.usefixtures("without_bokeh")
+@pytest.mark.usefixtures("without_library")
 def test_totals_alone_have_a_page_without_asperities():
     text = hs.report(replayed(record="totals"))
     assert "Not available: the history is of totals alone" in text
