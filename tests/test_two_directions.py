@@ -333,7 +333,7 @@ def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_
 
 def test_a_stepper_of_two_directions_goes_as_advance_does():
     ensemble = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.2)
-    state = ensemble.advance(ensemble.in_plane(ensemble.initial_state()), normal_load=4e-3)
+    state = ensemble.advance(ensemble.enter_plane(ensemble.initial_state()), normal_load=4e-3)
     stepper = ensemble.stepper(state, saturate=True)
     for to in ((1e-8, 0.0), (1e-8, 1e-8)):
         stepper.step(tangential_displacement=to)
@@ -345,7 +345,7 @@ def test_a_stepper_of_two_directions_goes_as_advance_does():
     np.testing.assert_array_equal(stepper.tangential_load, state.tangential_load)
     other = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.3)
     with pytest.raises(InputError):
-        stepper.restore(other.in_plane(other.initial_state()))
+        stepper.restore(other.enter_plane(other.initial_state()))
     for wrong in ({"tangential_displacement": 1e-9}, {"tangential_displacement": (math.nan, 0.0)}):
         with pytest.raises(InputError):
             stepper.step(**wrong)

@@ -1,4 +1,4 @@
-"""Which theory of adhesion the asperities of an ensemble need; the replay leaves adhesion out."""
+"""Adhesion regimes of the asperities of an ensemble, computed apart from the replay, which neglects adhesion."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from historysim.contact import adhesion, hertz
 
 @attrs.frozen(eq=False)
 class AdheringAsperities:
-    """The asperities that touch, in the order of their normal loads, the greatest first."""
+    """Adhesion parameters of the asperities in contact, by descending normal load."""
 
     asperity: Integers  #: their indices
     normal_load: Floats
@@ -23,19 +23,19 @@ class AdheringAsperities:
     pull_off_load: Floats  #: at which each would be pulled off, by Maugis [N], < 0
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return how many asperities need which theory, and what leaving adhesion out costs, in a few lines."""
+        """Summarise the adhesion regimes and the pull-off load relative to the normal load."""
         zones = list(self.regime)
         counts = ", ".join(f"{zones.count(zone):,} {zone.label}" for zone in dict.fromkeys(zones))
-        share = -self.pull_off_load.sum() / self.normal_load.sum()
+        pull_off_ratio = -self.pull_off_load.sum() / self.normal_load.sum()
         return [
             ("adhesion regimes", f"{counts}, where the asperities are pressed most"),
-            ("adhesion left out", f"pull-off {100 * share:.2g} % of the normal load at most"),
+            ("adhesion left out", f"pull-off {100 * pull_off_ratio:.2g} % of the normal load at most"),
         ]
 
     def examples(self) -> dict[str, tuple[float, float]]:
-        """Return Maugis and load parameter of those with the greatest, the median and the least load, by name."""
+        """Return the Maugis and load parameters of the asperities with the greatest, median and least load."""
         size = self.asperity.size
-        # of few asperities one stands for two, under the last of its names here
+        # if there are fewer than three asperities, one of them has the last of its labels
         ranks = {size - 1: "least load", size // 2: "median load", 0: "greatest load"}
         parameters = self.maugis_parameter.tolist(), self.load_parameter.tolist()
         return {
@@ -47,7 +47,7 @@ class AdheringAsperities:
 def adhering_asperities(
     ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
 ) -> AdheringAsperities:
-    """Return how adhesive each asperity is that touches at an approach of the highest summit, without adhesion.
+    """Classify the asperities in contact by adhesion regime, at an approach computed without adhesion.
 
     The approach is in m, the work of adhesion W in J/m², the equilibrium separation z0 in m, all > 0.
     """

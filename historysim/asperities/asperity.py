@@ -1,4 +1,4 @@
-"""`Asperity`: one contact with its traction memory, by itself or of an ensemble; `Asperities`: those of one state."""
+"""`Asperity`: one contact with its traction memory; `Asperities`: the asperities of one state as a sequence."""
 
 import enum
 import math
@@ -30,7 +30,7 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for po
 
 
 class SlipState(enum.IntEnum):
-    """What the springs of a contact do at its edge and inside; the flag values of ``slip_state``."""
+    """Slip state of a contact; the flag values of ``slip_state``."""
 
     SEPARATED = lib.HS_SEPARATED
     FULL_STICK = lib.HS_FULL_STICK
@@ -45,8 +45,8 @@ class Readout:
         self.ensemble, self.state, self.positions = ensemble, state, positions
 
     @cached_property
-    def recorded(self) -> dict[str, list[Any]]:
-        """Values that a recorder writes, by name, in SI: a number or a vector for each asperity."""
+    def recorded_values(self) -> dict[str, list[Any]]:
+        """Recorded values by name, in SI: a number or a vector for each asperity."""
         rows = blank_rows(1, len(self.positions), planar=self.state.directions == 2)
         check(lib.hs_read(self.state.memory, rows.as_struct(np.array(self.positions)), 0))
         return {name: values[0].tolist() for name, values in rows.each.items()}
@@ -55,13 +55,13 @@ class Readout:
     def parameters(self) -> dict[str, list[float]]:
         """Present height [m], radius [m] and friction coefficient of each asperity, by name."""
         shapes = getattr(self.state, "evolved", None) or self.ensemble
-        found = {"summit_height": shapes.summit_height, "summit_radius": shapes.summit_radius}
-        found["friction"] = self.state.friction
-        return {name: values[self.positions].tolist() for name, values in found.items()}
+        arrays = {"summit_height": shapes.summit_height, "summit_radius": shapes.summit_radius}
+        arrays["friction"] = self.state.friction
+        return {name: values[self.positions].tolist() for name, values in arrays.items()}
 
 
 class Step(NamedTuple):
-    """End of one step of an asperity by itself."""
+    """End of one step of a single asperity."""
 
     normal_load: float  #: [N]
     tangential_load: Any  #: [N], a vector in two directions
@@ -72,30 +72,30 @@ class Step(NamedTuple):
     pressed: bool  #: whether the step changed the approach
 
     @classmethod
-    def between(cls, before: State, after: State) -> Self:
+    def between(cls, previous: State, current: State) -> Self:
         """Return the step from one state to the next."""
-        line = after.memory.line
-        pressed = line.approach != before.memory.line.approach
-        loads = after.normal_load, after.tangential_load
-        return cls(*loads, after.approach, after.tangential_displacement, line.approach, line.displacement, pressed)
+        line = current.memory.line
+        pressed = line.approach != previous.memory.line.approach
+        loads = current.normal_load, current.tangential_load
+        return cls(*loads, current.approach, current.tangential_displacement, line.approach, line.displacement, pressed)
 
 
-def _recorded(name: str, text: str) -> Any:
+def _recorded_value(name: str, text: str) -> Any:
     """Return a property that reads a recorded value in SI: a number, or a vector in two directions."""
 
     def read(self: Any) -> Any:
-        value = self._readout.recorded[name][self._column]
+        value = self._readout.recorded_values[name][self._column]
         return np.array(value) if isinstance(value, list) else value
 
     return property(read, doc=text)
 
 
-def _parameter(name: str, text: str) -> Any:
+def _present_parameter(name: str, text: str) -> Any:
     return property(lambda self: self._readout.parameters[name][self._column], doc=text)
 
 
 class AsperityOptions(TypedDict, total=False):
-    """Arguments of `Ensemble` that an asperity has."""
+    """Options of `Ensemble` that `Asperity` accepts."""
 
     tolerance: float
     wear: WearLaw | None
@@ -104,17 +104,17 @@ class AsperityOptions(TypedDict, total=False):
     rings: Rings
 
 
-# slots would leave no place for what is computed once
+# no slots: cached properties need an instance dictionary
 @attrs.frozen(eq=False, init=False, repr=False, slots=False)
 class Asperity:
-    """One Hertzian contact with its traction memory: an immutable object that `advance` moves to the next one.
+    """One Hertzian contact with its traction memory: an immutable object; `advance` returns the next one.
 
-    ``hs.Asperity(pair, radius, friction)`` is a new asperity by itself, unloaded, at first touch: the `Ensemble` of
-    one, with the same numbers. `Ensemble.asperity`, `Ensemble.asperities` and ``history.contact.asperity`` return
-    asperities of larger contacts, which have the same properties and move with their ensemble.
+    ``hs.Asperity(pair, radius, friction)`` is a single new asperity, unloaded, at first touch: an `Ensemble` of one,
+    with the same results. `Ensemble.asperity`, `Ensemble.asperities` and ``history.contact.asperity`` return
+    asperities of larger contacts, which have the same properties but are advanced by their ensemble.
 
-    In two tangential directions tangential loads, displacements and tractions are vectors in x and y. An asperity
-    moves in two directions from the first pair of targets on.
+    In two tangential directions, tangential loads, displacements and tractions are vectors in x and y. An asperity
+    has two directions after its first pair of targets.
 
     Parameters
     ----------
@@ -146,9 +146,9 @@ class Asperity:
 
     #: `Ensemble`, which imports this module
     ensemble_type: ClassVar[Any]
-    ensemble: Any  #: the ensemble that it is part of, of one asperity if it is by itself
+    ensemble: Any  #: the ensemble that contains it; an ensemble of one for a single asperity
     state: State  #: state of that ensemble
-    index: int | None  #: position in the ensemble, or label in the history; None of one by itself
+    index: int | None  #: position in the ensemble, or label in the history; None for a single asperity
     _readout: Readout
     _column: int
     _steps: tuple[Step, ...] | None
@@ -163,14 +163,16 @@ class Asperity:
         self.__attrs_init__(ensemble, state, None, Readout(ensemble, state, [0]), 0, ())
 
     @classmethod
-    def of(cls, readout: Readout, column: int, index: int | None, steps: tuple[Step, ...] | None = None) -> Self:
-        """Return an asperity of an ensemble in a state: a column of a readout."""
-        found = cls.__new__(cls)
-        found.__attrs_init__(readout.ensemble, readout.state, index, readout, column, steps)
-        return found
+    def from_readout(
+        cls, readout: Readout, column: int, index: int | None, steps: tuple[Step, ...] | None = None
+    ) -> Self:
+        """Return an asperity of an ensemble in a state, from a column of a readout."""
+        asperity = cls.__new__(cls)
+        asperity.__attrs_init__(readout.ensemble, readout.state, index, readout, column, steps)
+        return asperity
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (self.ensemble, self.state, self._position, self.index, self._steps)
+        return _rebuild_asperity, (self.ensemble, self.state, self._position, self.index, self._steps)
 
     def advance(
         self,
@@ -184,7 +186,7 @@ class Asperity:
     ) -> Self:
         """Return a new asperity after one joint straight path; this one is not changed.
 
-        A channel that is not named is held as it was controlled last: a load stays, or a displacement does.
+        A channel without a target is held at its last controlled value, a load or a displacement.
 
         Parameters
         ----------
@@ -195,7 +197,7 @@ class Asperity:
         tangential_displacement : float, optional
             Displacement U to reach [m], or a pair in x and y.
         friction : float, optional
-            New coefficient, which acts at the end of the path.
+            New coefficient, applied at the end of the path.
         saturate : bool
             Hold a tangential load beyond the friction limit at the limit.
 
@@ -204,13 +206,13 @@ class Asperity:
         FrictionLimitError
             |T| > μ N.
         InputError
-            As for `Ensemble.advance`, or an asperity of an ensemble of several, which move together.
+            As for `Ensemble.advance`, or if the asperity belongs to an ensemble of several, which move together.
         """
         if len(self.ensemble) > 1:
             raise InputError(
                 f"asperity {self.index} is one of {len(self.ensemble):,} that move together; expected the ensemble to "
                 f"advance: ensemble.asperity({self.index}, ensemble.advance(state, …)), or hs.Asperity(pair, radius, "
-                "friction) for one by itself"
+                "friction) for a single asperity"
             )
         targets = {
             "normal_load": normal_load,
@@ -220,15 +222,15 @@ class Asperity:
         }
         state: Any = self.ensemble.advance(self.state, **targets, friction=friction, saturate=saturate)
         readout = Readout(self.ensemble, state, [self._position])
-        after = self.of(readout, 0, self.index)
+        successor = self.from_readout(readout, 0, self.index)
         if self._steps is None:
-            return after
-        steps = (*_remembered(self._steps, after), Step.between(self.state, state))
-        return self.of(readout, 0, self.index, steps)
+            return successor
+        steps = (*_select_remembered(self._steps, successor), Step.between(self.state, state))
+        return self.from_readout(readout, 0, self.index, steps)
 
     def __repr__(self) -> str:
         texts = [f"{name} {value}" for name, value in summary(self)[-5:-1]]
-        if self.on_one_line:
+        if self.has_moved_straight:
             texts.append(counted(self.reversal_points.size, "reversal point", "reversal points"))
         name = type(self).__name__ if self.index is None else f"{type(self).__name__} {self.index}"
         return f"<{name}: {', '.join([self.state_text, *texts])}>"
@@ -236,17 +238,17 @@ class Asperity:
     def _repr_html_(self) -> str:
         return traction_svg(self) + html_table(summary(self))
 
-    normal_load = _recorded("normal_load", "Normal load N [N].")
-    tangential_load = _recorded(
+    normal_load = _recorded_value("normal_load", "Normal load N [N].")
+    tangential_load = _recorded_value(
         "tangential_load",
         "Tangential load T [N], with the sign of the displacement that raised it; a vector in two directions.",
     )
-    contact_radius = _recorded("contact_radius", "Contact radius a [m]; 0 if separated.")
-    stick_radius = _recorded("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
-    dissipated_energy = _recorded("dissipated_energy", "Energy dissipated by friction since the start [J].")
-    summit_height = _parameter("summit_height", "Present height of the summit [m].")
-    summit_radius = _parameter("summit_radius", "Present radius R of the summit [m].")
-    friction = _parameter("friction", "Coulomb coefficient μ in this state.")
+    contact_radius = _recorded_value("contact_radius", "Contact radius a [m]; 0 if separated.")
+    stick_radius = _recorded_value("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
+    dissipated_energy = _recorded_value("dissipated_energy", "Energy dissipated by friction since the start [J].")
+    summit_height = _present_parameter("summit_height", "Present height of the summit [m].")
+    summit_radius = _present_parameter("summit_radius", "Present radius R of the summit [m].")
+    friction = _present_parameter("friction", "Coulomb coefficient μ in this state.")
 
     @property
     def pair(self) -> MaterialPair:
@@ -256,8 +258,8 @@ class Asperity:
 
     @property
     def slip_state(self) -> SlipState:
-        """Whether the contact is separated, sticks, slips in part, or slides as a whole."""
-        return SlipState(self._readout.recorded["slip_state"][self._column])
+        """Slip state: separated, full stick, partial slip or gross slip."""
+        return SlipState(self._readout.recorded_values["slip_state"][self._column])
 
     @property
     def state_text(self) -> str:
@@ -268,7 +270,7 @@ class Asperity:
     def slip_annulus(self) -> tuple[float, float]:
         """Inner and outer radius of the annulus that slips [m]: the stick radius and the contact radius.
 
-        Equal in full stick; (0, a) in gross slip.
+        The radii are equal in full stick, and (0, a) in gross slip.
         """
         return self.stick_radius, self.contact_radius
 
@@ -280,7 +282,7 @@ class Asperity:
 
     @cached_property
     def memory(self) -> Memory:
-        """Traction memory of this asperity alone, of the library; in two directions that along its line."""
+        """Traction memory of this asperity alone, held by the library; in two directions the memory along its line."""
         return owned(lib.hs_state_of_one(self.state.memory, self._position))
 
     @property
@@ -317,14 +319,14 @@ class Asperity:
 
     @property
     def superposition(self) -> tuple[Floats, Floats]:
-        """Radii [m] and weights of the Hertz pressures whose sum is the traction, the edge first.
+        """Radii [m] and weights of the Hertz pressures whose sum is the traction, from the edge inward.
 
-        The weight is the slope of the anchors inside the radius, ±μ where springs slip, less the slope outside; in two
-        directions a vector (radius, direction).
+        The weight is the slope of the anchors inside the radius (±μ in slip zones) minus the slope outside; in two
+        directions it is a vector (radius, direction).
         """
         nodes = self._nodes
         if nodes is None:
-            seen = self._seen
+            seen = self._visible_vertices
             return self._radius(seen["label"][::-1]), np.diff(seen["slope"][::-1], prepend=0.0)
         slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
         return self._radius(nodes[: len(slopes), 0]), np.diff(slopes, prepend=0.0, axis=0)
@@ -333,51 +335,55 @@ class Asperity:
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
         """Reversals of the displacement that the contact remembers: records of ``radius`` and ``displacement`` [m].
 
-        The radius is that of the slip front that the reversal left behind: the stick radius at the moment of the
-        reversal, 0 for a reversal out of gross slip. The displacement is U at that moment, with its sign. The order is
-        from the edge inward, which is from the latest reversal to the earliest.
+        The radius is the radius of the slip front at the reversal: the stick radius at that moment, 0 for a reversal
+        out of gross slip. The displacement is U at that moment, with its sign. The order is from the edge inward, from
+        the latest reversal to the earliest.
 
-        Virgin loading has no reversal point: the front of the slip that continues now is not one yet. A reversal out of
-        full stick leaves no front. A reversal is forgotten (wiped out) when slip from the edge passes its front, such
-        as when a loop closes, or when unloading moves the contact edge inside it.
+        Virgin loading has no reversal point: a slip front that still advances is not counted. A reversal out of full
+        stick leaves no front. A reversal is wiped out when slip from the edge passes its front, such as when a loop
+        closes, or when unloading moves the contact edge inside it.
 
-        In two directions displacements are vectors (point, direction), along one line. InputError once the asperity has
-        turned off its line: from there on reversals have no fronts; see `superposition`.
+        In two directions displacements are vectors (point, direction), along one line. InputError if the asperity has
+        left its line, since its reversals then have no fronts; see `superposition`.
         """
-        if not self.on_one_line:
+        if not self.has_moved_straight:
             raise InputError(
                 "reversal_points need motion along one line, and the asperity has turned off its line; expected "
                 "`superposition` or `traction(r)`"
             )
-        # with the vertex inside of those that are seen, which strain is measured against
-        stack = self._vertices[-len(self._seen) - 1 :] if len(self._seen) else self._seen
+        # includes the next vertex inward, the reference of the strain
+        stack = (
+            self._vertices[-len(self._visible_vertices) - 1 :]
+            if len(self._visible_vertices)
+            else self._visible_vertices
+        )
         made_at = stack["made_at"]
         tie = TIE * np.abs(made_at).max(initial=0.0)
         steps = np.diff(made_at, append=made_at[-1:])
         turns = np.flatnonzero(np.abs(steps) > tie)
-        # of each vertex, the first step outside it that is more than rounding
+        # for each vertex, the first step outward of it that exceeds rounding
         onward = np.append(steps[turns], 0.0)[np.searchsorted(turns, np.arange(len(stack)))]
-        # springs were at the limit at a slip front when it was made, at a former edge they were not strained; the front
-        # is left behind when the displacement then went the other way
+        # springs were at the friction limit at a slip front when it formed, and unstrained at a former contact edge; a
+        # front becomes a reversal point when the displacement then changes direction
         strain = made_at - stack["anchor"]
-        left = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
-        displacement = self.state.on_line(left["made_at"][::-1])
-        points = np.recarray(left.size, dtype=[("radius", float), ("displacement", float, displacement.shape[1:])])
-        points.radius = self._radius(left["label"][::-1])
+        fronts = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
+        displacement = self.state.on_line(fronts["made_at"][::-1])
+        points = np.recarray(fronts.size, dtype=[("radius", float), ("displacement", float, displacement.shape[1:])])
+        points.radius = self._radius(fronts["label"][::-1])
         points.displacement = displacement
         return points
 
     @property
     def history(self) -> "np.recarray[Any, np.dtype[np.record]]":
-        """Ends of the steps that an asperity by itself still remembers, the oldest first; the last one is now.
+        """Ends of the steps that an asperity by itself still remembers, the latest one last.
 
         Records of ``normal_load`` and ``tangential_load`` [N], ``approach`` and ``tangential_displacement`` [m] at the
         end of a call of `advance`; in two directions the tangential ones are vectors. A step is remembered as long as
-        its end is a vertex of the memory: a reversal whose slip front is still inside the contact, or a normal load
-        whose contact edge is. Wiped out steps are missing. Once the asperity has turned off its line, all steps since
-        the last gross slip are remembered.
+        its end is a vertex of the memory: a reversal whose slip front, or a normal load whose contact edge, is still
+        inside the contact. Wiped out steps are missing. After the asperity has left its line, all steps since the last
+        gross slip are remembered.
 
-        InputError for an asperity of an ensemble or a history: their steps are the events of the replay.
+        InputError for an asperity of an ensemble or a history: its steps are the events of the replay.
         """
         if self._steps is None:
             raise InputError(
@@ -386,21 +392,21 @@ class Asperity:
             )
         names = Step._fields[:4]
         shapes = [np.shape(getattr(self.state, name)) for name in names]
-        found = np.recarray(
+        records = np.recarray(
             len(self._steps), dtype=[(name, float, shape) for name, shape in zip(names, shapes, strict=True)]
         )
         for row, step in enumerate(self._steps):
             for name, shape in zip(names, shapes, strict=True):
                 # steps before the first pair were along x
                 value = getattr(step, name)
-                found[name][row] = (value, 0.0) if shape and not np.ndim(value) else value
-        return found
+                records[name][row] = (value, 0.0) if shape and not np.ndim(value) else value
+        return records
 
     def traction(self, radius: npt.ArrayLike) -> Floats:
         """Return the tangential traction τ(r) [Pa], the sum of `superposition`: Σ_j Δm_j p(r; c_j) (Jäger; Ciavarella).
 
-        The radii are distances from the contact's centre [m], any shape; outside the contact it is 0. In two directions
-        the last axis is x and y. A distance that is not a finite number is an InputError.
+        The radii are distances from the centre of the contact [m], an array of any shape; the traction outside the
+        contact is 0. In two directions the last axis is x and y. InputError if a distance is not finite.
         """
         distance = np.abs(checked("radius", radius))
         radii, weights = self.superposition
@@ -418,8 +424,8 @@ class Asperity:
         return peak * half_chord(distance, contact_radius)
 
     @property
-    def on_one_line(self) -> bool:
-        """Whether it has moved along one line only, so that its memory is exact."""
+    def has_moved_straight(self) -> bool:
+        """True if it has moved along one line only, so that its memory is exact."""
         return not self.state.turned
 
     @property
@@ -436,8 +442,8 @@ class Asperity:
         return view(line.vertices, line.depth[0])
 
     @property
-    def _seen(self) -> Array:
-        """The vertices beyond the asperity's gap, the deepest first."""
+    def _visible_vertices(self) -> Array:
+        """Vertices beyond the asperity's gap, the deepest first."""
         return self._vertices[self._vertices["label"] > self._gap]
 
     @cached_property
@@ -453,39 +459,39 @@ class Asperity:
         return radius
 
 
-def _remembered(steps: tuple[Step, ...], asperity: Asperity) -> tuple[Step, ...]:
+def _select_remembered(steps: tuple[Step, ...], asperity: Asperity) -> tuple[Step, ...]:
     """Select the earlier steps whose ends an asperity still remembers."""
     sliding = asperity.slip_state == SlipState.GROSS_SLIP
-    if not asperity.on_one_line and not sliding:
+    if not asperity.has_moved_straight and not sliding:
         return steps
     line = asperity.memory.line
     stack = view(line.vertices, line.depth[0])
-    # if all springs slide in one direction, only the contact edge remains of the past
+    # if all springs slide in one direction, only the contact edge is remembered
     vertices = stack[-1:] if sliding else stack
     label, anchor, made_at = (vertices[name].tolist() for name in ("label", "anchor", "made_at"))
     fronts = {mark for mark, start in zip(made_at, anchor, strict=True) if mark != start}
     kinks, edges = {*zip(label, anchor, strict=True)}, {*label}
-    # the latest step of each vertex, by what the two have in common
-    found: dict[object, int] = {}
+    # the latest step of each vertex, matched by the label, mark or edge that the two share
+    latest: dict[object, int] = {}
     for number, step in enumerate(steps):
-        found |= {("front", step.mark): number} if step.mark in fronts else {}
-        found |= {(step.label, step.mark): number} if (step.label, step.mark) in kinks else {}
-        found |= {("edge", step.label): number} if step.pressed and step.label in edges else {}
-    return tuple(steps[number] for number in sorted({*found.values()}))
+        latest |= {("front", step.mark): number} if step.mark in fronts else {}
+        latest |= {(step.label, step.mark): number} if (step.label, step.mark) in kinks else {}
+        latest |= {("edge", step.label): number} if step.pressed and step.label in edges else {}
+    return tuple(steps[number] for number in sorted({*latest.values()}))
 
 
-def _restored(
+def _rebuild_asperity(
     ensemble: Any, state: State, position: int, index: int | None, steps: tuple[Step, ...] | None
 ) -> Asperity:
     """Rebuild an asperity from its pickle."""
-    return Asperity.of(Readout(ensemble, state, [position]), 0, index, steps)
+    return Asperity.from_readout(Readout(ensemble, state, [position]), 0, index, steps)
 
 
 class Asperities(Sequence[Asperity]):
     """Asperities of one state as a sequence: ``len``, index, slice and iteration.
 
-    Loads, radii and slip states of all of them are read in one batch when the first one is needed. `make` returns the
-    asperity at an index of the ensemble.
+    Loads, radii and slip states of all asperities are read in one batch on first access. `make` returns the asperity
+    at an index of the ensemble.
     """
 
     def __init__(self, make: Callable[[int], Asperity], indices: range) -> None:
@@ -517,7 +523,7 @@ class Asperities(Sequence[Asperity]):
 
 
 def summary(asperity: Asperity) -> list[tuple[str, str]]:
-    """Return the state of an asperity in a few lines."""
+    """Summarise the state of an asperity as labelled lines."""
     units = {"normal_load": "N", "tangential_load": "N", "contact_radius": "m", "stick_radius": "m"}
     units |= {"dissipated_energy": "J"}
     values = [(name.replace("_", " "), _text(getattr(asperity, name), unit)) for name, unit in units.items()]
@@ -526,18 +532,18 @@ def summary(asperity: Asperity) -> list[tuple[str, str]]:
 
 
 def _text(value: Any, unit: str) -> str:
-    """Format a number with its unit, or a vector with that of its components."""
+    """Format a number or a vector with its unit."""
     return (
         quantity_text(value, unit)
         if np.ndim(value) == 0
-        else f"({', '.join(quantity_text(each, unit) for each in value)})"
+        else f"({', '.join(quantity_text(component, unit) for component in value)})"
     )
 
 
 def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
-    """Return the remembered reversal points, from the edge inward, as strings under a heading."""
+    """Tabulate the remembered reversal points, from the edge inward, as strings under a heading."""
     rows = [("reversal point", "radius", "turned at displacement")]
-    if not asperity.on_one_line:
+    if not asperity.has_moved_straight:
         return rows
     for number, point in enumerate(asperity.reversal_points):
         rows.append((str(number), quantity_text(point.radius, "m"), _text(point.displacement, "m")))

@@ -1,4 +1,4 @@
-"""`ContactBatch`: many independent contacts of balls, each with an approach and a displacement of its own."""
+"""`ContactBatch`: many independent contacts of spheres, each with a separate approach and displacement."""
 
 from typing import Any, Self
 
@@ -13,18 +13,18 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check, owned
 
-# what a step need not look up
-_FLOAT, _DOUBLES, _row_of = np.dtype(np.float64), ffi.typeof("double[]"), ffi.from_buffer
-_takes, _step = lib.hs_batch_accepts, lib.hs_batch_step
+# module-level references save attribute look-ups in each step
+_FLOAT, _DOUBLES, _from_buffer = np.dtype(np.float64), ffi.typeof("double[]"), ffi.from_buffer
+_accepts, _step = lib.hs_batch_accepts, lib.hs_batch_step
 
 
 class ContactBatch:
-    """Hertzian contacts that share nothing but their materials, such as those of grains, stepped in place.
+    """Independent Hertzian contacts of one pair of materials, such as those between grains, stepped in place.
 
-    Each path of each contact is straight in its approach and displacement and is carried exactly, as an `Ensemble` of
-    one asperity would carry it. The displacement is along one direction, which the caller keeps. Energies are not kept:
-    what friction takes is the work of the loads less what comes back. A batch is of one thread at a time: another one
-    that comes in meanwhile gets an error.
+    Each path of each contact is straight in approach and displacement and is integrated exactly, as in an `Ensemble`
+    of one asperity. The displacement is along one fixed direction, chosen by the caller. Energies are not computed:
+    the dissipated energy is the work of the loads minus the recovered energy. Only one thread at a time can use a
+    batch; a second thread gets an error.
 
     Parameters
     ----------
@@ -56,13 +56,13 @@ class ContactBatch:
         coefficients = coulomb(friction, int(count)) if np.size(friction) > 1 else coulomb(friction, 1)
         scale = np.atleast_1d(4.0 / 3.0 * pair.contact_modulus * np.sqrt(radii))
         self._count = int(count)
-        self.__dict__.update(_held(np.zeros((2, self._count))))
-        self._place = OneAtATime("the batch: a batch for each thread, such as batch.save()")
-        self._of = coefficients.tobytes(), scale.tobytes(), pair.displacement_ratio
-        made = lib.hs_batch_new(
+        self.__dict__.update(_load_fields(np.zeros((2, self._count))))
+        self._guard = OneAtATime("the batch: a batch for each thread, such as batch.save()")
+        self._identity = coefficients.tobytes(), scale.tobytes(), pair.displacement_ratio
+        batch = lib.hs_batch_new(
             count, coefficients.size, pointer(coefficients), scale.size, pointer(scale), pair.displacement_ratio
         )
-        self._batch = owned(made, lib.hs_batch_free)
+        self._batch = owned(batch, lib.hs_batch_free)
 
     def __len__(self) -> int:
         """Return the number of contacts."""
@@ -84,38 +84,38 @@ class ContactBatch:
         return f"<ContactBatch: {len(self)} contacts, {np.count_nonzero(self.normal_load)} touch>"
 
     def step(self, approach: npt.ArrayLike, tangential_displacement: npt.ArrayLike) -> None:
-        """Carry each contact straight to its approach and displacement.
+        """Move each contact straight to its approach and displacement.
 
         Parameters
         ----------
         approach, tangential_displacement : array_like (contact)
-            δ and U [m]. A negative δ, where the balls are apart, erases what the contact remembers. A contact that
-            touches on its path does so where the straight path from its last place has δ = 0; the first starts from
-            δ = U = 0. Numbers that are not finite, or not one for each contact, are an InputError, as is another
-            thread that steps it: then nothing is changed.
+            δ and U [m]. A negative δ, at which the spheres are separated, erases the memory of the contact. First touch
+            on a path is at δ = 0 on the straight line from the previous position; the first path starts from
+            δ = U = 0. InputError if numbers are not finite, if their number is not that of the contacts, or if another
+            thread steps the batch; nothing is changed then.
         """
-        places = self._as_they_are(approach, tangential_displacement)
-        if places is None:
-            given = ("approach", approach), ("tangential_displacement", tangential_displacement)
-            places = tuple(pointer(self._each(*each)) for each in given)
-        with self._place:
-            check(_step(self._batch, *places, *self._rows))
+        pointers = self._native_pointers(approach, tangential_displacement)
+        if pointers is None:
+            arguments = ("approach", approach), ("tangential_displacement", tangential_displacement)
+            pointers = tuple(pointer(self._checked_array(*argument)) for argument in arguments)
+        with self._guard:
+            check(_step(self._batch, *pointers, *self._rows))
 
-    def _as_they_are(self, *given: Any) -> tuple[Any, ...] | None:
-        """Return what the library takes as it is; None where something has to be converted, or is refused."""
-        for values in given:
+    def _native_pointers(self, *arrays: Any) -> tuple[Any, ...] | None:
+        """Return pointers to the arrays without a copy; None if one needs conversion or is invalid."""
+        for values in arrays:
             plain = type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (self._count,)
             if not plain or not values.flags.c_contiguous:
                 return None
-        places = tuple([_row_of(_DOUBLES, values) for values in given])
-        return places if _takes(self._batch, *places, LARGEST) else None
+        pointers = tuple([_from_buffer(_DOUBLES, values) for values in arrays])
+        return pointers if _accepts(self._batch, *pointers, LARGEST) else None
 
     def forget(self, contacts: npt.ArrayLike) -> None:
-        """Make contacts new, by index, such as where grains have new neighbours: unloaded, at δ = U = 0."""
+        """Reset contacts by index, such as where grains have new neighbours: unloaded, at δ = U = 0."""
         chosen = np.atleast_1d(np.asarray(contacts))
         if not np.issubdtype(chosen.dtype, np.integer) or not np.all((chosen >= 0) & (chosen < len(self))):
             raise InputError(f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}")
-        with self._place:
+        with self._guard:
             for contact in chosen.tolist():
                 lib.hs_batch_forget(self._batch, contact)
             self._loads[:, chosen] = 0.0
@@ -123,31 +123,33 @@ class ContactBatch:
     def save(self) -> Self:
         """Return an independent copy, such as before a trial."""
         saved = type(self).__new__(type(self))
-        saved.__dict__.update(self.__dict__ | {"_place": self._place.copy_guard()} | self._copied())
+        saved.__dict__.update(self.__dict__ | {"_place": self._guard.copy_guard()} | self._copy_fields())
         return saved
 
     def restore(self, saved: Self) -> None:
-        """Go on from what `save` has returned; InputError for a batch of other contacts."""
-        if len(saved) != len(self) or saved._of != self._of:
+        """Return to a state saved by `save`; InputError for a batch of other contacts."""
+        if len(saved) != len(self) or saved._identity != self._identity:
             raise InputError(
-                f"saved is of {len(saved)} contacts of other radii, friction or materials; expected what save() of "
-                f"this batch of {len(self)} returned"
+                f"saved has {len(saved)} contacts with other radii, friction or materials; expected the result of "
+                f"save() of this batch of {len(self)}"
             )
-        copied = saved._copied()
-        with self._place:
-            self.__dict__.update(copied)
+        fields = saved._copy_fields()
+        with self._guard:
+            self.__dict__.update(fields)
 
-    def _copied(self) -> dict[str, Any]:
-        with self._place:
-            return _held(self._loads.copy()) | {"_batch": owned(lib.hs_batch_copy(self._batch), lib.hs_batch_free)}
+    def _copy_fields(self) -> dict[str, Any]:
+        with self._guard:
+            return _load_fields(self._loads.copy()) | {
+                "_batch": owned(lib.hs_batch_copy(self._batch), lib.hs_batch_free)
+            }
 
-    def _each(self, name: str, values: npt.ArrayLike) -> Floats:
+    def _checked_array(self, name: str, values: npt.ArrayLike) -> Floats:
         array = workable(name, checked(name, values))
         if array.shape != (len(self),):
             raise InputError(f"{name} has shape {array.shape}; expected one number for each of {len(self)} contacts")
         return np.ascontiguousarray(array)
 
 
-def _held(loads: Floats) -> dict[str, Any]:
-    """Return the loads of a batch, and where they stand, as the library takes it."""
+def _load_fields(loads: Floats) -> dict[str, Any]:
+    """Return the load fields of a batch: the array, and pointers to its rows for the library."""
     return {"_loads": loads, "_rows": tuple(map(pointer, loads))}

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.asperity import Asperities, Asperity, Readout
-from historysim.asperities.ensemble import Ensemble, refused
+from historysim.asperities.ensemble import Ensemble, unsupported_method
 from historysim.asperities.instrument import RIGID, as_instrument
 from historysim.asperities.state import SavedState, State
 from historysim.basics.arguments import Array, Booleans, Floats, Integers, one_per
@@ -64,7 +64,7 @@ class Facet(Ensemble):
         return facet
 
     @property
-    def _more(self) -> bytes:
+    def _settings_bytes(self) -> bytes:
         # heights know the slope, but not its sign
         return struct.pack("<d", self.slope) if self.slope else b""
 
@@ -344,10 +344,10 @@ class InclinedEnsemble(Ensemble):
 
     slope: Floats
 
-    shown: ClassVar[dict[str, str]] = {**Ensemble.shown, "slope": ""}
-    stepper = refused(_no("stepper"))
-    with_friction = refused(_no("change of friction"))
-    with_geometry = refused(_no("change of geometry"))
+    summary_units: ClassVar[dict[str, str]] = {**Ensemble.summary_units, "slope": ""}
+    stepper = unsupported_method(_no("stepper"))
+    with_friction = unsupported_method(_no("change of friction"))
+    with_geometry = unsupported_method(_no("change of geometry"))
 
     def __init__(
         self,
@@ -411,7 +411,7 @@ class InclinedEnsemble(Ensemble):
         **how: Any,
     ) -> InclinedState:
         """Return the state after straight paths, and record rows on the way; see `Ensemble.walk`, `advance`."""
-        self._memory_of(state)
+        self._checked_memory(state)
         if how.pop("friction", None) is not None:
             raise _refused("change of friction")
         if are_in_plane(paths):
@@ -469,22 +469,24 @@ class InclinedEnsemble(Ensemble):
 
     def asperity(self, index: int, state: InclinedState) -> Asperity:  # type: ignore[override] # a state of its kind
         """Return one asperity as it is in the axes of its slope; an index that is not there raises InputError."""
-        self._memory_of(state)
+        self._checked_memory(state)
         for facet, each in zip(self.facets, state.facets, strict=True):
             if index in facet.members:
-                return Asperity.of(Readout(facet, each, [int(np.searchsorted(facet.members, index))]), 0, int(index))
+                return Asperity.from_readout(
+                    Readout(facet, each, [int(np.searchsorted(facet.members, index))]), 0, int(index)
+                )
         raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
 
     def asperities(self, state: InclinedState) -> Asperities:  # type: ignore[override] # a state of its kind
         """Return all asperities as they are in the axes of their slopes, as a sequence; see `Ensemble.asperities`."""
-        self._memory_of(state)
+        self._checked_memory(state)
         places: dict[int, tuple[Readout, int]] = {}
         for facet, each in zip(self.facets, state.facets, strict=True):
             readout = Readout(facet, each, range(len(facet)))
             places |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
-        return Asperities(lambda index: Asperity.of(*places[index], index), range(len(self)))
+        return Asperities(lambda index: Asperity.from_readout(*places[index], index), range(len(self)))
 
-    def _memory_of(self, state: Any) -> Any:
+    def _checked_memory(self, state: Any) -> Any:
         """Return how the channels of a state are controlled, which has to be one of this ensemble's."""
         if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
             raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")

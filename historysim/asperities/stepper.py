@@ -89,7 +89,7 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
     return (kinds[0], kinds[1]), (targets[0], targets[1])
 
 
-def path_to(*channels: tuple[Control, Target]) -> Paths:
+def make_path(*channels: tuple[Control, Target]) -> Paths:
     """Return the paths on which the normal and the tangential channel go where `channel` says."""
     normal, tangential = (_goal(*each) for each in channels)
     return paths_to(normal, tangential)
@@ -145,7 +145,7 @@ class Stepper(WholeContact):
         self.memory: Any = None
         self._in_plane = False
         self._refusal = ffi.new("hs_refusal *")
-        self._place = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
+        self._guard = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
         self._go_on_from(state)
 
     def __getstate__(self) -> tuple[Any, ...]:
@@ -161,7 +161,7 @@ class Stepper(WholeContact):
         if not isinstance(state, State):
             raise InputError(f"state is {state!r}; expected what save() returns")
         self._ensemble.check_state(state)
-        with self._place:
+        with self._guard:
             self._go_on_from(state)
 
     def _go_on_from(self, state: State) -> None:
@@ -171,13 +171,13 @@ class Stepper(WholeContact):
 
     def _hold(self, memory: Any) -> None:
         """Step another memory from now on."""
-        in_plane = binding.directions_of(memory) == 2
-        if self.memory is None or in_plane != self._in_plane:
+        is_planar = binding.directions_of(memory) == 2
+        if self.memory is None or is_planar != self._in_plane:
             # a step in one direction is in place: what a signal stopped in the midst would be of no use
-            self.drive = self._ensemble.driven(**self._how, directions=1 + in_plane, heeds=in_plane)
+            self.drive = self._ensemble.make_drive(**self._how, directions=1 + is_planar, heeds=is_planar)
         line = memory.line
         # the memory owns its line
-        self.memory, self._held, self._in_plane = memory, (memory, line), in_plane
+        self.memory, self._held, self._in_plane = memory, (memory, line), is_planar
         self._is_walked = bool(line.evolved or self._how["instrument"].parallel_stiffness)
 
     def _position(self) -> Any:
@@ -190,8 +190,8 @@ class Stepper(WholeContact):
 
     def save(self) -> State:
         """Return the present state, which later steps do not change."""
-        with self._place:
-            state: State = self._ensemble.state_of(copied(self.memory))
+        with self._guard:
+            state: State = self._ensemble.wrap_memory(copied(self.memory))
             return state
 
     def step(
@@ -214,18 +214,18 @@ class Stepper(WholeContact):
         control = binding.tangential_control(memory) if self._in_plane else line.tangential_control
         normal, end = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
         tangential, goal = channel("tangential", tangential_load, tangential_displacement, control)
-        start, free = line.approach, self._place.free
+        start, free = line.approach, self._guard.free
         if self._curves is not None:
-            self._curves.check_reach(path_to((normal, end), (tangential, goal)))
-        # not `with self._place`, which costs a third of a step
+            self._curves.check_reach(make_path((normal, end), (tangential, goal)))
+        # not `with self._guard`, which costs a third of a step
         try:
             del free[0]
         except IndexError:
-            raise self._place.lock_error() from None
+            raise self._guard.lock_error() from None
         try:
             if self._is_walked:
-                path = path_to((normal, end), (tangential, goal))
-                self._hold(self._ensemble.walk(self._ensemble.state_of(self.memory), path, **self._how).memory)
+                path = make_path((normal, end), (tangential, goal))
+                self._hold(self._ensemble.walk(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
             elif self._in_plane or goal.__class__ is tuple:
                 self._step_in_plane(normal, end, tangential, goal)
             else:
@@ -251,11 +251,11 @@ class Stepper(WholeContact):
                 self._warn(f"went back and forth in each of the last {TURNS} steps")
 
     def _step_in_plane(self, normal: Any, end: Any, tangential: Any, goal: Any) -> None:
-        memory, driven = self.memory, self.drive
+        memory, drive = self.memory, self.drive
         if not self._in_plane:
-            memory = self._ensemble.in_plane(self._ensemble.state_of(memory)).memory
-            driven = self._ensemble.driven(**self._how, directions=2)
-        self._hold(binding.advanced_in_plane(memory, normal, end, tangential, goal, driven))
+            memory = self._ensemble.enter_plane(self._ensemble.wrap_memory(memory)).memory
+            drive = self._ensemble.make_drive(**self._how, directions=2)
+        self._hold(binding.advanced_in_plane(memory, normal, end, tangential, goal, drive))
 
     def _warn(self, what: str) -> None:
         warnings.warn(
@@ -272,7 +272,7 @@ class Stepper(WholeContact):
         directions, where the saved state has a `stiffness`. Of asperities that evolve they are those at held friction
         and shapes: a summit that is yielding is softer than that.
         """
-        with self._place:
+        with self._guard:
             binding.check_one_direction(self.memory)
             found = lib.hs_slopes_of(self.memory, self._start)
         return Slopes(found.tangential, found.coupling, found.normal)

@@ -108,7 +108,7 @@ def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
 
 
 def _of_curve(curves: NormalCurves) -> list[Finding | None]:
-    if not (curves.guessed_before_rows or curves.noise is not None):
+    if not (curves.is_extrapolated_to_touch or curves.noise is not None):
         # of solutions the first row is that of the first touch, and rows are close
         return []
     first, error = float(curves.approach[0] / curves.approach[-1]), curves.error()

@@ -304,7 +304,7 @@ def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: 
     cursor = Cursor(about["events"], about["rows"], about["time"], tuple(about["heading"]))
     if make_cursor(content.events, cursor.events, file.head.substeps) != cursor:
         return f"at t = {time_text(cursor.time)} was made before events were appended"
-    return Start(ensemble.state_from(state), cursor)
+    return Start(ensemble.state_from_bytes(state), cursor)
 
 
 def start_before(

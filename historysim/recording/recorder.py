@@ -79,7 +79,7 @@ def find_changes(ensemble: Ensemble, events: Sequence[Event], instrument: Instru
     planar = is_planar(events)
     # events of one direction may be arrays, of which no objects are made
     kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)} if planar else ()
-    if planar and (problem := ensemble.confined or ", ".join(sorted(kinds))):
+    if planar and (problem := ensemble.direction_limit or ", ".join(sorted(kinds))):
         raise InputError(
             f"one tangential direction goes with {problem}; expected one number in each load event, not two"
         )

@@ -227,7 +227,7 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
         state = alone.walk(state, paths, rows=walked, asperities=[0])
         loads[:, part] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
         if last in positions:
-            found[last] = Asperity.of(Readout(alone, state, [0]), 0, int(own["asperity"]))
+            found[last] = Asperity.from_readout(Readout(alone, state, [0]), 0, int(own["asperity"]))
         first = last + 1
     off = np.abs(loads - recorded).max(axis=1)
     return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]

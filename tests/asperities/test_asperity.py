@@ -323,7 +323,7 @@ def answers(asperity):
     found = {name: np.asarray(getattr(asperity, name)).tobytes() for name in NUMBERS}
     radius = PLACES * asperity.contact_radius
     found |= {"traction": asperity.traction(radius).tobytes(), "pressure": asperity.pressure(radius).tobytes()}
-    if asperity.on_one_line:
+    if asperity.has_moved_straight:
         found["reversal_points"] = asperity.reversal_points.tobytes()
     return found | {"tangential_load": np.asarray(asperity.tangential_load).tobytes()}
 
@@ -367,7 +367,7 @@ def test_in_two_directions_it_has_the_bits_of_an_ensemble_of_one(seed):
         assert answers(alone) == answers(ensemble.asperity(0, state))
         assert alone.tangential_load.shape == alone.traction(0.0).shape == (2,)
         assert alone.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
-    assert not alone.on_one_line
+    assert not alone.has_moved_straight
     with pytest.raises(hs.InputError, match="turned off its line; expected `superposition`"):
         _ = alone.reversal_points
 
@@ -378,7 +378,7 @@ def test_along_a_line_in_the_plane_reversal_points_are_vectors():
     for share in (0.9, -0.5, 0.2):
         flat = flat.advance(tangential_load=share * LIMIT)
         plane = plane.advance(tangential_load=tuple(share * LIMIT * direction))
-    assert plane.on_one_line
+    assert plane.has_moved_straight
     points = plane.reversal_points
     assert points.radius == pytest.approx(flat.reversal_points.radius, rel=1e-12)
     expected = np.multiply.outer(flat.reversal_points.displacement, direction)
@@ -513,15 +513,15 @@ def test_all_asperities_are_a_sequence_of_the_same_ones(several):
 def test_a_sequence_reads_all_asperities_in_one_batch(monkeypatch):
     ensemble, states = scattered_states(True)
     reads = []
-    read = asperity_module.Readout.recorded.func
+    read = asperity_module.Readout.recorded_values.func
 
     def counted(readout):
         reads.append(len(readout.positions))
         return read(readout)
 
     prop = cached_property(counted)
-    prop.__set_name__(asperity_module.Readout, "recorded")
-    monkeypatch.setattr(asperity_module.Readout, "recorded", prop)
+    prop.__set_name__(asperity_module.Readout, "recorded_values")
+    monkeypatch.setattr(asperity_module.Readout, "recorded_values", prop)
     assert len([(each.stick_radius, each.slip_state) for each in ensemble.asperities(states[-1])]) == len(ensemble)
     assert reads == [len(ensemble)]
 

@@ -315,13 +315,13 @@ def rising(**change):
     ("change", "message"),
     [
         ({"load": np.sqrt(APPROACH)}, "not convex.*expected a load that rises ever faster"),
-        ({"approach": APPROACH[::-1]}, "approach is .* expected more than before"),
+        ({"approach": APPROACH[::-1]}, "approach is .* expected ascending values"),
         ({"approach": APPROACH[:3], "load": HERTZ[:3]}, "2 rows with a load; expected 4 or more"),
         ({"load": np.clip(HERTZ - 0.01, 0, None)}, "load is 0 in row 0.*take the approach from first touch"),
         ({"load": np.stack([HERTZ, -HERTZ / 2], axis=1)}, "in row 0 of patch 1; expected 0 or more"),
         (
             {"load": np.stack([HERTZ, np.sin(40 * APPROACH) ** 2 * 0.01], axis=1)},
-            "load is .* of patch 1; expected one that rises",
+            "load is .* of patch 1; expected a value that rises",
         ),
         ({"area": np.ones((41, 3))}, "area has 3 columns and load 1"),
         ({"area": APPROACH[::-1] + 0.01}, "area is .* of patch 0; expected one that rises"),

@@ -164,7 +164,7 @@ def test_one_batch_in_several_threads_says_so_or_works():
 
 
 def test_one_stepper_of_two_directions_in_several_threads_says_so_or_works():
-    stepper = MANY.stepper(MANY.in_plane(pressed(MANY, 1.0)))
+    stepper = MANY.stepper(MANY.enter_plane(pressed(MANY, 1.0)))
     done = []
 
     def work():
@@ -198,7 +198,7 @@ def test_a_place_that_is_taken_is_given_back_after_an_error():
         with pytest.raises(hs.FrictionLimitError):
             stepper.step(tangential_load=1.0)
     with (
-        stepper._place,
+        stepper._guard,
         pytest.raises(hs.InputError, match=r"the stepper is in use.*expected a stepper for each thread"),
     ):
         stepper.step(tangential_displacement=1e-9)

@@ -481,7 +481,7 @@ def test_a_walk_goes_without_a_refusal():
     for load, status in ((0.5 * LOAD, lib.HS_OK), (2.0 * LOAD, lib.HS_BEYOND_LIMIT)):
         paths["tangential_target"] = load, 0.0
         memory, path = copied(state.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
-        driven = sphere().driven(False, hs.Instrument(), directions=2)
+        driven = sphere().make_drive(False, hs.Instrument(), directions=2)
         assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == status
 
 
@@ -491,14 +491,14 @@ def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
     paths = paths_to(Goals(LOAD_CONTROL, LOAD, 0.0), Goals(DISPLACED, [(0.1, 0.2)]), recorded=False)
     paths["normal_control"] = DISPLACED
     memory, path = copied(start.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
-    driven = ensemble.driven(False, hs.Instrument())
+    driven = ensemble.make_drive(False, hs.Instrument())
     assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == lib.HS_OK
     assert hs.State(memory) == ensemble.advance(start, tangential_displacement=(0.1, 0.2))
 
 
 def test_a_step_in_a_plane_moves_along_x_in_the_library():
     state = walked(sphere(), way("square", 0.7, 1))[-1]
-    memory, driven = copied(state.memory), sphere().driven(False, hs.Instrument(), directions=2)
+    memory, driven = copied(state.memory), sphere().make_drive(False, hs.Instrument(), directions=2)
     x, _ = state.tangential_displacement
     along_x = lib.HS_DISPLACED, float("nan"), lib.HS_DISPLACED
     assert lib.hs_step(memory, *along_x, x + 0.05, driven, ffi.NULL) == lib.HS_OK
@@ -654,7 +654,7 @@ def test_the_most_rings_agree_with_the_library():
 def test_one_component_by_load_and_the_other_by_displacement_against_both_by_load(along, soft):
     """In small steps, with the loads and displacements that are found fed back as the other kind of control."""
     ensemble = sphere(0.3, rings=30, height_classes=1, tolerance=1e-4)
-    start = ensemble.in_plane(ensemble.advance(ensemble.initial_state(), normal_displacement=1.0))
+    start = ensemble.enter_plane(ensemble.advance(ensemble.initial_state(), normal_displacement=1.0))
     limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
     spring = {"instrument": hs.Instrument(limit / slip / soft)} if soft else {}
     yields = soft * slip / limit

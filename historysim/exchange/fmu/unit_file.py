@@ -165,9 +165,9 @@ def _resolve_directions(job: Replay, requested: int | None) -> int:
         raise InputError(f"directions is {requested!r}; expected 1 or 2, or None for the number in the events")
     if requested == 1 and planar:
         raise InputError("directions is 1, and the events move in two tangential directions; expected 2, or None")
-    if requested == 2 and job.ensemble.confined:
+    if requested == 2 and job.ensemble.direction_limit:
         raise InputError(
-            f"directions is 2, and {job.ensemble.confined} supports one tangential direction only; expected 1"
+            f"directions is 2, and {job.ensemble.direction_limit} supports one tangential direction only; expected 1"
         )
     return requested or 1 + planar
 
@@ -190,7 +190,7 @@ def unit_files(
         )
     state: Any = job.ensemble.initial_state() if at is None else job.state(until=at)
     if controls.directions == 2:
-        state = job.ensemble.in_plane(state)
+        state = job.ensemble.enter_plane(state)
     elif state.memory.line.evolved:
         raise InputError(f"{EVOLVES}, which a co-simulation unit does not support; {CONSTANT}")
     curves = job.ensemble.curves
@@ -299,7 +299,7 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
     kind = {"load": "HS_LOAD", "displacement": "HS_DISPLACED"}
     limits = () if curves is None else (float(curves.load[-1].sum()), float(curves.approach[-1]))
     largest = [(limit * (1.0 + ROUNDING)).hex() for limit in limits] or ["HUGE_VAL", "HUGE_VAL"]
-    x, y = job.instrument.compliances_in(controls.directions)
+    x, y = job.instrument.directional_compliances(controls.directions)
     return {
         "NORMAL_CONTROL": kind[controls.normal],
         "TANGENTIAL_CONTROL": kind[controls.tangential],

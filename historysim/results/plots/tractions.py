@@ -346,7 +346,7 @@ class AsperityPicture(Picture):
         columns = traction.reshape(radius.size, -1).T
         for name, values, colour in zip(names, columns, STATE_COLOURS[1:], strict=False):
             axes.plot(radius, values, color=colour, linewidth=1.2, label=name)
-        for reversal in data.reversal_points.radius if data.on_one_line else ():
+        for reversal in data.reversal_points.radius if data.has_moved_straight else ():
             axes.axvline(reversal, color=INK, linewidth=0.5, linestyle=":")
         axes.set(xlim=(0.0, extent), xlabel="radius (m)", ylabel="tangential traction (Pa)")
         label = "asperity" if data.index is None else f"asperity {data.index}"

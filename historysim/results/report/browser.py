@@ -174,7 +174,7 @@ def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str
         "rings": [rings.height_classes, rings.rings, rings.tolerance],
         "drive": [
             ensemble.tolerance,
-            *trajectory.instrument.compliances_in(directions),
+            *trajectory.instrument.directional_compliances(directions),
             float(trajectory.saturate),
         ],
         "rows": history.sizes["step"],
