@@ -324,7 +324,7 @@ def rising(**change):
             "load is .* of patch 1; expected a value that rises",
         ),
         ({"area": np.ones((41, 3))}, "area has 3 columns and load 1"),
-        ({"area": APPROACH[::-1] + 0.01}, "area is .* of patch 0; expected one that rises"),
+        ({"area": APPROACH[::-1] + 0.01}, "area is .* of patch 0; expected a value that rises"),
         ({"area": np.zeros(41)}, "area is 0 in row 0 of patch 0; expected more than 0"),
         ({"load": "stiff"}, "load: 'stiff' is not one number and its unit"),
     ],
