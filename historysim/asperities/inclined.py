@@ -1,4 +1,4 @@
-"""`InclinedEnsemble`: asperities that meet on slopes, on facets that are level in turned axes."""
+"""`InclinedEnsemble`: asperities that meet on slopes, as facets that are level in rotated axes."""
 
 import math
 import struct
@@ -37,12 +37,12 @@ _SUMMED = ("contact_count", "real_contact_area", "dissipated_energy")
 
 
 def towards(start: Any, end: Any, share: Any) -> Any:
-    """Return what lies at a share of the way, to the bit at its end."""
+    """Interpolate linearly from start to stop; exact to the bit at fraction 1."""
     return np.where(share == 1.0, end, start + (end - start) * share)[()]
 
 
 class Facet(Ensemble):
-    """Asperities of one slope: a level ensemble in axes that are turned by it.
+    """Asperities with the same slope: a level ensemble in axes rotated by it.
 
     Only + - × ÷ √ make its axes, so that its bits are the same everywhere.
     """
@@ -55,7 +55,7 @@ class Facet(Ensemble):
 
     @classmethod
     def of(cls, whole: Ensemble, slope: float, members: Integers) -> Self:
-        """Return the facet of some asperities, with the slope that they have."""
+        """Return the facet of the asperities with a slope."""
         cosine = 1.0 / math.sqrt(1.0 + slope * slope)
         height, radius = whole.summit_height[members], whole.summit_radius[members]
         facet = cls(whole.pair, height * cosine, radius, whole.friction[members], tolerance=whole.tolerance)
@@ -69,23 +69,23 @@ class Facet(Ensemble):
         return struct.pack("<d", self.slope) if self.slope else b""
 
     def turned(self, approach: Any, displacement: Any) -> tuple[Any, Any]:
-        """Return how far it is pressed along its normal, and moved along its slope [m], from touch at U = 0."""
+        """Transform approach and displacement of the body to the axes of the facet [m], from touch at U = 0."""
         depth = approach - self.gap
         return depth * self.cosine + displacement * self.sine, displacement * self.cosine - depth * self.sine
 
     def carried(self, memory: Memory, approach: float, displacement: float) -> Memory:
-        """Return a memory after a straight path of the body."""
+        """Advance a memory along a straight path of the body."""
         normal, tangential = self.turned(approach, displacement)
         after: Memory = advanced(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
         return after
 
     def beginning(self) -> State:
-        """Return the unloaded state where the body is at d = U = 0."""
+        """Return the unloaded state at d = U = 0 of the body."""
         start = self.initial_state()
         return State(self.carried(start.memory, 0.0, 0.0), start.memory) if self.gap else start
 
     def add_to(self, totals: Array, rows: Rows) -> None:
-        """Add its rows to those of the whole body."""
+        """Add the facet's rows to the totals of the body."""
         own, c, s = rows.totals, self.cosine, self.sine
         for name in _SUMMED:
             totals[name] += own[name]
@@ -102,7 +102,7 @@ At = Callable[[float], tuple[float, float]]  #: normal load [N] and displacement
 
 @attrs.frozen(eq=False)
 class Body:
-    """A body on facets: where it is, and what each of them remembers there."""
+    """Position of a body on facets, with the memory of each facet."""
 
     facets: tuple[Facet, ...]
     memories: tuple[Memory, ...]
@@ -113,13 +113,13 @@ class Body:
         return zip(self.facets, self.memories, strict=True)
 
     def moved(self, approach: float, displacement: float) -> "Body":
-        """Return the body after a straight path."""
+        """Move the body along a straight path."""
         memories = tuple(facet.carried(memory, approach, displacement) for facet, memory in self._each())
         return Body(self.facets, memories, approach, displacement)
 
     @property
     def loads(self) -> tuple[float, float]:
-        """The normal and the tangential load of the body [N]."""
+        """Normal and tangential load of the body [N]."""
         normal = tangential = 0.0
         for facet, memory in self._each():
             line, unit = memory.line, memory.line.contact.units.load
@@ -130,7 +130,7 @@ class Body:
 
     @property
     def dissipated(self) -> float:
-        """Energy that friction has taken since the start [J]."""
+        """Energy dissipated by friction since the start [J]."""
         return math.fsum(memory.line.dissipated * memory.line.contact.units.energy for memory in self.memories)
 
     def touch(self, displacement: float) -> float:
@@ -138,7 +138,7 @@ class Body:
         return min(facet.gap - displacement * facet.slope for facet in self.facets)
 
     def under(self, load: float, displacement: float) -> "Body":
-        """Return the body at the end of a straight path to a displacement at which the body carries a load.
+        """Solve for the body at a displacement under a normal load, at the end of a straight path.
 
         The load rises with the approach, since friction times slope is below 1. Newton's trials stay in a bracket.
         """
@@ -163,7 +163,7 @@ class Body:
         return there
 
     def normal_stiffness(self, start: "Body") -> float:
-        """Return ∂N/∂d at the end of a straight path, its start being what it is [N/m]."""
+        """Return ∂N/∂d at the end of a straight path from ``start`` [N/m]."""
         found = 0.0
         for facet, memory in self._each():
             slopes = lib.hs_slopes_of(memory, facet.turned(start.approach, start.displacement)[0])
@@ -172,7 +172,7 @@ class Body:
         return found
 
     def chords(self, at: At, low: float, high: float, tolerance: float) -> "list[tuple[float, Body]]":
-        """Return the ends of chords along a part of a way, each with its share of the way.
+        """Split a part of a path into chords; return the path fraction and the body at the end of each.
 
         Chords end where the body carries the load there. They are halved until approach, tangential load and energy
         are settled.
@@ -209,7 +209,7 @@ class Body:
 
 
 def _over_facets(part: Callable[[State, float, float], float], text: str) -> float:
-    """Return a property that is a sum over facets, of their states with cosine and sine."""
+    """Return a property that sums a quantity over facet states, given their cosine and sine."""
 
     def total(state: Any) -> float:
         return math.fsum(part(each, *axis) for axis, each in zip(state.axes.tolist(), state.facets, strict=True))
@@ -219,7 +219,7 @@ def _over_facets(part: Callable[[State, float, float], float], text: str) -> flo
 
 @attrs.frozen(eq=False, repr=False)
 class InclinedState(SavedState):
-    """The state of an `InclinedEnsemble`: a value that can be pickled, and compared to the bit."""
+    """State of an `InclinedEnsemble`: a value that can be pickled, and compared bit for bit."""
 
     facets: tuple[State, ...]  #: one for each slope, ascending, in axes turned by it
     axes: Floats  #: cosine and sine of each (facet, 2)
@@ -256,7 +256,7 @@ class InclinedState(SavedState):
         return sum(facet.contact_count for facet in self.facets)
 
     def to_bytes(self) -> bytes:
-        """Return all of it as bytes."""
+        """Serialise the state."""
         controls = self.normal_control, self.tangential_control
         head = _HEAD.pack(_MARK, len(self.facets), *controls, self.approach, self.tangential_displacement)
         each = [facet.to_bytes() for facet in self.facets]
@@ -265,7 +265,7 @@ class InclinedState(SavedState):
 
     @classmethod
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
-        """Return the state of `to_bytes`; see `SavedState`."""
+        """Read the state from the result of `to_bytes`; see `SavedState`."""
         try:
             mark, count, *controls, approach, displacement = _HEAD.unpack_from(content)
             # a forged number may be larger than NumPy accepts
@@ -294,7 +294,7 @@ class InclinedState(SavedState):
 
 
 class _Controls(NamedTuple):
-    """What a step asks of a memory."""
+    """Stand-in for a memory in `Ensemble.advance`: the control of each channel."""
 
     normal_control: int
     tangential_control: int
@@ -316,7 +316,7 @@ def _refused(what: str) -> InputError:
 
 
 class InclinedEnsemble(Ensemble):
-    """Asperities of two rough bodies that meet on slopes, so that moving the body also lifts it, and needs a load.
+    """Asperities of two rough bodies that meet on slopes, so that tangential motion lifts the body and needs a load.
 
     The contact plane of an asperity rises with its slope in the direction of motion. The body moves by its approach d
     and displacement U; the asperity is pressed along the normal of its plane by d cos α + U sin α, and moved along it
@@ -379,7 +379,7 @@ class InclinedEnsemble(Ensemble):
 
     @cached_property
     def facets(self) -> tuple[Facet, ...]:
-        """Level ensembles in turned axes, one for each slope, ascending."""
+        """Level ensembles in rotated axes, one for each slope, ascending."""
         slopes, which = np.unique(self.slope, return_inverse=True)
         return tuple(Facet.of(self, slope, np.flatnonzero(which == i)) for i, slope in enumerate(slopes.tolist()))
 
@@ -388,7 +388,7 @@ class InclinedEnsemble(Ensemble):
         return np.array([(facet.cosine, facet.sine) for facet in self.facets])
 
     def initial_state(self) -> InclinedState:  # type: ignore[override] # a state of its own kind
-        """Return the unloaded state: the body is at d = U = 0, nothing is remembered."""
+        """Return the unloaded virgin state, with the body at d = U = 0."""
         return InclinedState(tuple(facet.beginning() for facet in self.facets), self._axes, 0.0, 0.0)
 
     def advance(self, state: InclinedState, **targets: Any) -> InclinedState:  # type: ignore[override]
@@ -410,7 +410,7 @@ class InclinedEnsemble(Ensemble):
         until: float = 1.0,
         **how: Any,
     ) -> InclinedState:
-        """Return the state after straight paths, and record rows on the way; see `Ensemble.walk`, `advance`."""
+        """Advance a state along load paths and record rows; see `Ensemble.walk`, `advance`."""
         self._checked_memory(state)
         if how.pop("friction", None) is not None:
             raise _refused("change of friction")
@@ -451,14 +451,14 @@ class InclinedEnsemble(Ensemble):
         return InclinedState(tuple(facets), self._axes, float(ways[0, -1]), float(ways[1, -1]), *controls)
 
     def slide_time(self, state: InclinedState) -> Floats:  # type: ignore[override] # a state of its own kind
-        """Return when each asperity first slid as a whole in a replay [s]; NaN where it has not."""
+        """Return the time at which each asperity first slid as a whole in a replay [s]; NaN if never."""
         found = np.empty(len(self))
         for facet, each in zip(self.facets, state.facets, strict=True):
             found[facet.members] = facet.slide_time(each)
         return found
 
     def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
-        """Return which asperities may touch up to a normal load [N], an approach [m] and a displacement either way [m].
+        """Select asperities that may touch up to a normal load [N], an approach [m] and a displacement either way [m].
 
         At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1 + μ |tan α|.
         """
@@ -468,7 +468,7 @@ class InclinedEnsemble(Ensemble):
         return found
 
     def asperity(self, index: int, state: InclinedState) -> Asperity:  # type: ignore[override] # a state of its kind
-        """Return one asperity as it is in the axes of its slope; an index that is not there raises InputError."""
+        """Return one asperity in the axes of its slope; InputError if the index is out of range."""
         self._checked_memory(state)
         for facet, each in zip(self.facets, state.facets, strict=True):
             if index in facet.members:
@@ -478,7 +478,7 @@ class InclinedEnsemble(Ensemble):
         raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
 
     def asperities(self, state: InclinedState) -> Asperities:  # type: ignore[override] # a state of its kind
-        """Return all asperities as they are in the axes of their slopes, as a sequence; see `Ensemble.asperities`."""
+        """Return all asperities in the axes of their slopes, as a sequence; see `Ensemble.asperities`."""
         self._checked_memory(state)
         places: dict[int, tuple[Readout, int]] = {}
         for facet, each in zip(self.facets, state.facets, strict=True):
@@ -487,13 +487,13 @@ class InclinedEnsemble(Ensemble):
         return Asperities(lambda index: Asperity.from_readout(*places[index], index), range(len(self)))
 
     def _checked_memory(self, state: Any) -> Any:
-        """Return how the channels of a state are controlled, which has to be one of this ensemble's."""
+        """Return the channel controls of a state; InputError if it belongs to another ensemble."""
         if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
             raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")
         return _Controls(state.normal_control, state.tangential_control)
 
     def _legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
-        """Return the paths of the body in d and U: as they are, or where a normal load is given their chords."""
+        """Convert paths to straight legs in d and U; a path under normal load becomes chords."""
         here = state.approach, state.tangential_displacement
         body = Body(self.facets, tuple(facet.memory for facet in state.facets), *here)
         loaded = bool((paths["normal_control"] == LOAD).any())
@@ -529,7 +529,7 @@ class InclinedEnsemble(Ensemble):
 
 
 def _of_rows(ways: Floats, legs: Paths) -> Floats:
-    """Return d and U at each recorded row (2, row), of where they are before and behind each leg (2, leg + 1)."""
+    """Interpolate d and U at each recorded row (2, row) between the ends of each leg (2, leg + 1)."""
     leg = np.repeat(np.arange(legs.size), legs["parts"] - 1 + legs["recorded"])
     share = (np.arange(leg.size) - legs["first_row"][leg] + 1) / legs["parts"][leg]
     found: Floats = towards(ways[:, leg], ways[:, leg + 1], share)

@@ -1,4 +1,4 @@
-"""Laws of friction, wear and yielding: how they are written down, and how the library takes and asks them."""
+"""Laws of friction, wear and yielding: serialisation, and the interface to the C library."""
 
 import abc
 import contextlib
@@ -46,18 +46,18 @@ class Law(abc.ABC):
     @property
     @abc.abstractmethod
     def text(self) -> str:
-        """The law in a line: what is chosen, and where it comes from."""
+        """One-line description: the choice of law, and its source."""
 
     @abc.abstractmethod
     def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of its struct; without a ``library_kind`` the library asks by `answer`."""
+        """Return the fields of its C structure; without a ``library_kind`` the library calls `answer`."""
 
     @abc.abstractmethod
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
-        """Answer the library: take its arguments, the last of them places for what is returned."""
+        """Answer a call of the library: the last arguments are arrays for the results."""
 
     def in_library(self, pair: Any) -> tuple[Any, list[Any]]:
-        """Return the law as the library has it, and what has to live as long; a law of your own is refused."""
+        """Return the C structure of the law, and the objects that must outlive it; user-defined laws have none."""
         if self.library_kind is None:
             raise NotImplementedError(f"{type(self).__name__} has no {self.answers}; expected a method that returns it")
         made = ffi.new(f"hs_{self.struct} *")
@@ -65,7 +65,7 @@ class Law(abc.ABC):
 
     @property
     def described(self) -> dict[str, Any]:
-        """Its name as ``law``, its numbers, and of a foreign one the package that it comes from."""
+        """Its name as ``law``, its numbers, and the package that provides it if third-party."""
         numbers, origin = self.numbers, self.registry.provider(type(self))
         package = {} if origin is None else {"package": [origin.package, origin.version]}
         return {"law": numbers.pop("law"), **package, **numbers}
@@ -80,7 +80,7 @@ class Law(abc.ABC):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """`described`, of a law that `from_settings` can read again; of another one an InputError."""
+        """`described`, of a law that `from_settings` can read again; InputError for any other law."""
         laws = self.registry
         if laws.get(self.kind) is not type(self) or not attrs.has(type(self)):
             raise InputError(
@@ -92,7 +92,7 @@ class Law(abc.ABC):
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
-        """Return the law of `settings`; InputError for a name, a package or numbers that no law has."""
+        """Reconstruct a law from its serialised settings; InputError if name, package or numbers are invalid."""
         laws, given = cls.registry, dict(settings)
         kind, package = given.pop("law", None), " ".join(map(str, given.pop("package", ()))).rstrip()
         if package and kind not in laws:
@@ -114,7 +114,7 @@ class Law(abc.ABC):
 
 @attrs.frozen(eq=False)
 class Loaded:
-    """How asperities are loaded at one moment; arrays are (asperity)."""
+    """Loads of asperities at one instant; arrays are (asperity)."""
 
     pair: MaterialPair
     normal_load: Floats  #: > 0 [N]
@@ -146,7 +146,7 @@ class FrictionLaw(Law):
         return fields | {name: number for name, number in self.numbers.items() if isinstance(number, float)}
 
     def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity); a law of your own computes it here, for arrays."""
+        """Return the coefficient μ of each asperity (asperity); a user-defined law computes it here, on arrays."""
         law, kept = self.in_library(loaded.pair)
         given, found = ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
         names = ("normal_load", "summit_radius", "slid_distance", "total_normal_load")
@@ -165,18 +165,18 @@ class FrictionLaw(Law):
         put(friction, given.count, self.coefficients(loaded), "coefficients", least=0.0)
 
     def at_start(self, count: int) -> Floats:
-        """Return the coefficient of each asperity before anything has happened (asperity): 0 where it needs a load."""
+        """Return the coefficient of each asperity at the start (asperity), 0 if it depends on a load."""
         if self.depends_on == "nothing":
             raise NotImplementedError(f"{type(self).__name__} depends on nothing; expected a method at_start")
         return np.zeros(count)
 
     def steepest_rise(self) -> float:
-        """Return by how much friction rises with the distance slid where it rises most [1/m]; 0 where it does not."""
+        """Return the largest increase of friction with slid distance [1/m]; 0 if there is none."""
         return 0.0
 
 
 def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
-    """Return one coefficient μ ≥ 0 per asperity (asperity), of one for all or one per asperity."""
+    """Return one coefficient μ ≥ 0 per asperity (asperity), from one for all or one per asperity."""
     coefficients = workable("friction", checked("friction", friction, least=0))
     if (large := coefficients > MOST_FRICTION).any():
         raise InputError(
@@ -192,24 +192,24 @@ def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
 
 @attrs.frozen(eq=False)
 class FrictionGoal:
-    """Coefficients (asperity) that a path goes a fraction of the way to, from where they are."""
+    """Target coefficients (asperity) of a path, and the fraction of the change that the path covers."""
 
     coefficients: Floats
     fraction: float = 1.0
 
 
 def given_to(numbers: Any, count: int) -> Floats:
-    """Return numbers of the library that a law may keep: a copy, since the library's own end with the call."""
+    """Copy an array of the library, whose memory ends with the call, for a law that may keep it."""
     return view(numbers, count).copy()
 
 
 def put(place: Any, count: int, values: Any, what: str, least: float = -np.inf) -> None:
-    """Give the library what a law returns for its asperities, checked."""
+    """Check the results of a law and write them to an array of the library."""
     view(place, count)[:] = _numbers(values, count, what, least)
 
 
 def _numbers(values: Any, count: int, what: str, least: float = -np.inf) -> Floats:
-    """Return what a law returns for its asperities, checked."""
+    """Check the results of a law for its asperities and return them as an array."""
     try:
         found = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
     except (TypeError, ValueError):
@@ -231,7 +231,7 @@ def evolution_of(
     virgin_radius: Floats,
     goal: FrictionGoal | None,
 ) -> Iterator[Any]:
-    """Give what makes asperities evolve as the library takes it, for one call; then raise errors of a user's own law.
+    """Yield the ``hs_evolution`` of the laws for one call; afterwards raise errors of a user-defined law.
 
     The radii are those of the summits before they yielded [m] (asperity).
     """
@@ -274,7 +274,7 @@ def _callback(law: Law, pair: MaterialPair, raised: list[BaseException]) -> Any:
 
 
 def _of_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
-    """Return the error of a user's own law as one that names the law and the line."""
+    """Return the error of a user-defined law as one that names the law and the line."""
     if isinstance(error, HistorySimError):
         return InputError(f"the law '{law.kind}': {error}").with_traceback(trace)
     *_, last = traceback.extract_tb(trace)

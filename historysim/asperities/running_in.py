@@ -1,4 +1,4 @@
-"""Running in: summits of a height map yield and wear, pass after pass, and are found anew after each."""
+"""Running in: in each pass summits of a height map yield and wear, and are then detected again."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -30,7 +30,7 @@ class Pass:
 
 
 class PassRecord(NamedTuple):
-    """How a map meets the flat before a pass."""
+    """Contact of a map with the flat before a pass."""
 
     normal_load: float  #: [N]
     preliminary_displacement: float  #: θμδ of the highest summit under it [m]
@@ -53,7 +53,7 @@ def run_in(
     volume: str = "lost",
     find: Callable[[Surface], Summits] | None = None,
 ) -> tuple[Surface, list[PassRecord]]:
-    """Return a map after passes of a flat over it, and how it met the flat before each.
+    """Run in a map by passes of a flat; return the final map, and the contact with the flat before each pass.
 
     In each pass the summits of the map are found (by ``find``, or the 9-point rule), pressed on, and those that yield
     are flattened: within the circle of contact the map is cut down to the paraboloid that is left. Then the flat
@@ -108,7 +108,7 @@ def run_in(
 def _flattened(
     surface: Surface, summits: Summits, height: Floats, *, radius: Floats, own: Floats, worn: Floats
 ) -> Floats:
-    """Return the heights of a map without what its summits lost as they yielded, own approaches deep, and wore."""
+    """Return the map heights after summits have yielded, to contact depths ``own``, and worn."""
     heights = surface.heights.copy()
     places = list(zip(summits.x, summits.y, strict=True))  # type: ignore[arg-type] # those of a map have both
     for i in np.flatnonzero(height < summits.height):
@@ -123,7 +123,7 @@ def _flattened(
 def _cut(
     heights: Floats, surface: Surface, place: tuple[float, float], *, height: float, radius: float, reach: float
 ) -> None:
-    """Cut heights down to a paraboloid of a height and radius within a distance of its top, at least at its point."""
+    """Cut heights down to a paraboloid within a distance of its top, at least at the point of the top."""
     index, offset = [], []
     for axis in (0, 1):
         pixel, count = surface.pixel_size[axis], surface.shape[axis]
@@ -139,7 +139,7 @@ def _cut(
 
 
 def _worn(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, one: Pass) -> Floats:
-    """Return the heights of summits after they have slid under a load [m]."""
+    """Return the heights of summits after sliding under a load [m]."""
     friction = float(ensemble.friction[0])
     sliding = Ensemble(ensemble.pair, height, radius, friction, wear=wear)
     state = sliding.advance(sliding.initial_state(), normal_load=one.normal_load)

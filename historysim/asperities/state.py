@@ -20,7 +20,7 @@ SHOWN = {"normal_load": "N", "tangential_load": "N", "approach": "m", "tangentia
 
 
 class SavedState:
-    """What states of all kinds have in common: they are shown alike, and compared, pickled and saved by their bytes."""
+    """Base class of states: representation, and comparison, pickling and saving by their bytes."""
 
     __slots__ = ()
 
@@ -39,16 +39,16 @@ class SavedState:
 
     @classmethod
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
-        """Return the state of `to_bytes`; InputError for damaged bytes, or another ensemble than that of ``like``."""
+        """Read a state from bytes of `to_bytes`; InputError if damaged, or of another ensemble than ``like``."""
         raise NotImplementedError
 
     def to_bytes(self) -> bytes:
-        """Return all of it as bytes, which any machine with the same order of bytes reads."""
+        """Serialise the state; the bytes are portable between machines of equal byte order."""
         raise NotImplementedError
 
     @property
     def tangential_request(self) -> Any:
-        """Tangential load that is asked for [N]; it is beyond the friction limit where `saturate` holds it there."""
+        """Requested tangential load [N]; beyond the friction limit if `saturate` holds the load at the limit."""
         return self.tangential_load + self._excess  # type: ignore[attr-defined] # of every state
 
     _excess: Any = 0.0  # of the request beyond the tangential load [N]
@@ -67,7 +67,7 @@ IN_C = {"given": "friction_overridden"}
 
 
 class Evolved(NamedTuple):
-    """What has become of asperities since the start, beside what their tractions remember; arrays are (asperity)."""
+    """Evolution of asperities since the start, in addition to their traction memory; arrays are (asperity)."""
 
     summit_height: Floats  #: present heights [m]
     summit_radius: Floats  #: present radii [m]
@@ -82,7 +82,7 @@ class Evolved(NamedTuple):
 
 
 class Yielded(NamedTuple):
-    """How asperities have yielded since the start; arrays are (asperity)."""
+    """Yielding of asperities since the start; arrays are (asperity)."""
 
     virgin_height: Floats  #: heights before they yielded [m]
     virgin_radius: Floats  #: radii before they yielded [m]
@@ -94,12 +94,12 @@ class Yielded(NamedTuple):
 
     @property
     def yielded_depth(self) -> Floats:
-        """By how much each summit has been flattened [m] (asperity)."""
+        """Reduction of the height of each summit by yielding [m] (asperity)."""
         return self.virgin_height - self.summit_height
 
 
 def _in_si(field: str, unit: str, text: str) -> float:
-    """Return a property that reads a field of the line of ``hs_state``, which is dimensionless, in SI."""
+    """Return a property that converts a dimensionless field of the line of ``hs_state`` to SI."""
 
     def read(holder: Any) -> float:
         memory = holder.memory  # which owns its line, and which a stepper may replace meanwhile
@@ -138,7 +138,7 @@ class WholeContact:
 
 @attrs.frozen(eq=False, repr=False, init=False)
 class State(WholeContact, SavedState):
-    """The state of an ensemble: a value, never changed once made.
+    """State of an ensemble: an immutable value.
 
     In one tangential direction, which is x, tangential quantities are numbers. `Ensemble.advance` moves a state in two
     from the first pair of targets on; then they are vectors in x and y. States are equal where all their bits are:
@@ -156,13 +156,13 @@ class State(WholeContact, SavedState):
 
     @classmethod
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
-        """Return the state of `to_bytes`; see `SavedState`."""
+        """Read the state from the result of `to_bytes`; see `SavedState`."""
         start = None if like is None else like.memory
         memory = binding.from_bytes(content, start)
         return cls(memory, start if start is not None and binding.moves_like(memory, start) else None)
 
     def to_bytes(self) -> bytes:
-        """Return all of it as bytes."""
+        """Serialise the state."""
         return binding.to_bytes(self.memory)
 
     def _bits(self) -> bytes:
@@ -179,7 +179,7 @@ class State(WholeContact, SavedState):
 
     @property
     def group(self) -> Integers:
-        """Number of the group of each asperity (asperity); those of one group share what they remember."""
+        """Group number of each asperity (asperity); asperities of a group share one memory."""
         return binding.group_of_each(self.memory)
 
     @property
@@ -189,7 +189,7 @@ class State(WholeContact, SavedState):
 
     @property
     def normal_stiffness(self) -> float:
-        """dN/dd, with the approach d [N/m]; the same whichever way it goes on."""
+        """dN/dd, with the approach d [N/m]; the same for loading and unloading."""
         return float(lib.hs_normal_stiffness(self.memory))
 
     @property
@@ -202,7 +202,7 @@ class State(WholeContact, SavedState):
 
     @property
     def slip_share(self) -> float:
-        """Share of the contact that slides, 1 - Σ c/Σ a, with stick radii c and contact radii a; 0 without contact."""
+        """Sliding fraction of the contact, 1 - Σ c/Σ a, with stick radii c and contact radii a; 0 without contact."""
         units = self.memory.line.contact.units
         whole = self.normal_stiffness * units.length / units.load
         # springs that stick are as stiff in each direction
@@ -210,7 +210,7 @@ class State(WholeContact, SavedState):
         return 1.0 - sticking / units.stiffness / whole if whole > 0.0 else 0.0
 
     def stiffness(self, direction: Any = None) -> Any:
-        """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m].
+        """Return dT/dU at a fixed approach for a displacement that continues in a direction [N/m].
 
         Springs that slide in that direction take no part; those that slide the other way stick again. The direction is
         1 for a growing displacement, -1 for a falling one. In two directions it is a pair of any length, by default
@@ -221,22 +221,22 @@ class State(WholeContact, SavedState):
 
     @property
     def stored_energy(self) -> float:
-        """Tangential elastic energy that all asperities hold [J]."""
+        """Tangential elastic energy of all asperities [J]."""
         return float(lib.hs_stored_energy(self.memory))
 
     @property
     def evolved(self) -> Evolved | None:
-        """What has become of asperities that evolve; None where they do not."""
+        """Evolution of the asperities; None if they do not evolve."""
         return Evolved(**self._of_each(Evolved)) if self.memory.line.evolved else None
 
     @property
     def yielded(self) -> Yielded | None:
-        """How asperities have yielded; None where they do not."""
+        """Yielding of the asperities; None if they do not yield."""
         found = self.memory.line.evolved
         return Yielded(**self._of_each(Yielded)) if found and found.virgin_height else None
 
     def _of_each(self, kind: type[NamedTuple]) -> dict[str, Any]:
-        """Return the fields of ``hs_evolved`` that a tuple has, arrays as copies."""
+        """Read the fields of ``hs_evolved`` that a tuple declares, arrays as copies."""
         found, count = self.memory.line.evolved, self.memory.line.contact.count
         values: dict[str, Any] = {name: getattr(found, IN_C.get(name, name)) for name in kind._fields}
         for name, value in values.items():
@@ -249,7 +249,7 @@ class State(WholeContact, SavedState):
         return binding.stack(self.memory, group)
 
     def on_line(self, displacement: Floats) -> Floats:
-        """Return the positions [m] of dimensionless displacements along the line of motion, (…, direction) in two."""
+        """Convert dimensionless displacements along the line of motion to positions [m], (…, direction) in two."""
         return binding.on_line(self.memory, displacement)
 
     @property
@@ -260,12 +260,12 @@ class State(WholeContact, SavedState):
 
     @property
     def tangential_control(self) -> int | tuple[int, int]:
-        """How the tangential channel was controlled last, `LOAD` or `DISPLACED`; in two directions that of x and y."""
+        """Last control of the tangential channel, `LOAD` or `DISPLACED`; a pair for x and y in two directions."""
         return binding.tangential_control(self.memory)
 
     @property
     def turned(self) -> bool:
-        """Whether the contact has left the line along which it first moved, so that rings hold its tractions."""
+        """True if the contact has left the line along which it first moved, so that rings hold its tractions."""
         plane = self.memory.plane
         return bool(plane and plane.body)
 

@@ -1,4 +1,4 @@
-"""Stepping by hand: where a step goes, the totals of many at once, and a tight loop in place (`Stepper`)."""
+"""Stepping by hand: paths to targets, totals of many paths, and in-place steps in tight loops (`Stepper`)."""
 
 import math
 import warnings
@@ -25,7 +25,7 @@ Control = int | tuple[int, int]
 def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and returns early
     name: str, load: Any, displacement: Any, control: Control, least: float = -math.inf, several: bool = False
 ) -> tuple[Any, Any]:
-    """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`.
+    """Return the control of one channel of a path, and its target in N or m; a load is at least `least`.
 
     The target of the tangential channel may be a pair, in x and y, and the control is one for both components or one
     for each; that of several paths is an array, or one number.
@@ -60,7 +60,7 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
 
 
 def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tuple[int, int], tuple[float, float]]:
-    """Return control and target of the components x and y, where a load or displacement leaves one open (None)."""
+    """Return control and target of the components x and y, if a load or displacement leaves one open (None)."""
     # a state of one direction has moved along x
     kinds = list(control if isinstance(control, tuple) else (control, LOAD))
     targets = [HELD, HELD]
@@ -90,7 +90,7 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
 
 
 def make_path(*channels: tuple[Control, Target]) -> Paths:
-    """Return the paths on which the normal and the tangential channel go where `channel` says."""
+    """Build the paths to the targets of the normal and the tangential channel, as returned by `channel`."""
     normal, tangential = (_goal(*each) for each in channels)
     return paths_to(normal, tangential)
 
@@ -108,7 +108,7 @@ def _goal(kind: Control, end: Any) -> Goals:
 
 
 class Totals(NamedTuple):
-    """What the whole contact does at the end of each of several paths; all arrays are (path), in SI."""
+    """Totals of the contact at the end of each path; all arrays are (path), in SI."""
 
     normal_load: Floats
     tangential_load: Floats
@@ -120,14 +120,14 @@ class Totals(NamedTuple):
 
     @classmethod
     def of(cls, rows: npt.NDArray[Any]) -> Self:
-        """Return them of recorded rows, with the fields of ``hs_totals``."""
+        """Read the totals from recorded rows, with the fields of ``hs_totals``."""
         names = ["displacement" if name == "tangential_displacement" else name for name in cls._fields]
         columns: dict[str, Any] = {field: rows[name].copy() for field, name in zip(cls._fields, names, strict=True)}
         return cls(**columns | {"contact_count": columns["contact_count"].astype(np.int64)})
 
 
 class Stepper(WholeContact):
-    """A state that is stepped in place, for tight loops: of a controller, or of an integrator.
+    """A state that is stepped in place, for tight loops of a controller or an integrator.
 
     `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does not
     grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It moves in two
@@ -157,7 +157,7 @@ class Stepper(WholeContact):
         self._start = start
 
     def restore(self, state: State) -> None:
-        """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
+        """Return to a state of the same ensemble, such as `save` returns; InputError for any other state."""
         if not isinstance(state, State):
             raise InputError(f"state is {state!r}; expected what save() returns")
         self._ensemble.check_state(state)
@@ -170,7 +170,7 @@ class Stepper(WholeContact):
         self._move, self._turns, self._time = 0.0, 0, -math.inf
 
     def _hold(self, memory: Any) -> None:
-        """Step another memory from now on."""
+        """Replace the memory that is stepped."""
         is_planar = binding.directions_of(memory) == 2
         if self.memory is None or is_planar != self._in_plane:
             # a step in one direction is in place: what a signal stopped in the midst would be of no use
@@ -203,7 +203,7 @@ class Stepper(WholeContact):
         tangential_displacement: float | tuple[float | None, float | None] | None = None,
         time: float | None = None,
     ) -> None:
-        """Go along one joint straight path; parameters and errors as in `Ensemble.advance`: then nothing is changed.
+        """Move along one joint straight path; parameters and errors as in `Ensemble.advance`; no change on an error.
 
         ``time`` is when the path ends [s], where a solver knows it. A UserWarning says that the contact is moved as a
         solver's trials would: to a time that is no later than that of the step before, or back and forth in each of
@@ -265,7 +265,7 @@ class Stepper(WholeContact):
         )
 
     def slopes(self) -> Slopes:
-        """Return the derivatives of the loads in where the last step ended, on its side.
+        """Return the derivatives of the loads at the end of the last step, on its side.
 
         They are exact where there is one friction coefficient or a displacement is controlled; of several coefficients
         under two controlled loads, they are those of the straight path in (d, U) to the same end. InputError in two

@@ -13,7 +13,7 @@ EXTENT = 1.1  # drawn diameter over that of the contact
 
 
 def traction_svg(asperity: Any) -> str:
-    """Return the traction along the diameter, in x in two directions, between ± friction × pressure (dashed)."""
+    """Draw the traction along the diameter, in x in two directions, between ± friction × pressure (dashed)."""
     edge = asperity.contact_radius
     if edge == 0.0:
         return ""
@@ -36,7 +36,7 @@ def traction_svg(asperity: Any) -> str:
 
 
 def _curve(place: Floats, height: Floats, colour: str, more: str = "") -> str:
-    """Return a polyline: places over the contact radius, heights over the greatest one."""
+    """Return a polyline: positions relative to the contact radius, heights relative to the peak."""
     x = WIDTH / 2 * (1 + place / EXTENT)
     y = HEIGHT / 2 - (HEIGHT / 2 - MARGIN) * height
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))

@@ -1,4 +1,4 @@
-"""Whether the model may be used for a contact: its assumptions, checked where the load is greatest.
+"""Validity of the model for a contact: its assumptions, checked at the greatest load.
 
 The asperities are paraboloids (a small beside R), elastic, without adhesion, and independent of each other.
 """
@@ -40,7 +40,7 @@ ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 
 @attrs.frozen
 class _Contact:
-    """The asperities that touch (asperity): radii R, approaches δ, contact radii a [m], and normal loads N [N].
+    """Asperities in contact (asperity): radii R, approaches δ, contact radii a [m], and normal loads N [N].
 
     Where they have yielded R and δ are those of the summit that is left, and the radius before is ``virgin_radius``.
     """
@@ -67,12 +67,12 @@ class _Contact:
         return quantity_text(self.normal_load.sum() / self.area, "Pa", 3)
 
     def share(self, which: Booleans) -> float:
-        """Return the share of the normal load that stands on some of them."""
+        """Return the fraction of the normal load on selected asperities."""
         return float(self.normal_load[which].sum() / self.normal_load.sum())
 
 
 def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
-    """Return which assumptions of the model do not hold at an approach [m], with what can be done.
+    """Check the assumptions of the model at an approach [m]; return those violated, each with a remedy.
 
     The approach is that of the highest summit from first touch, the greatest of a history. The page of this room lists
     all of them. What is not known of an ensemble (hardness, yield stress and surface energies of its materials,
@@ -224,7 +224,7 @@ def _overlap(contact: _Contact) -> Finding | None:
 
 
 def overlapping(place: Floats, radius: Floats) -> Booleans:
-    """Return which circles (circle) overlap another one, of their centres (circle, 2) and radii [m]."""
+    """Return True for circles (circle) that overlap another, from their centres (circle, 2) and radii [m]."""
     one, other = _near(place, radius)
     distance = np.hypot(*(place[one] - place[other]).T)
     both = (one != other) & (distance < radius[one] + radius[other])
@@ -234,7 +234,7 @@ def overlapping(place: Floats, radius: Floats) -> Booleans:
 
 
 def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
-    """Return pairs of circles, among which are all that overlap."""
+    """Return the index pairs of neighbouring circles, among which are all that overlap."""
     if radius.size <= MOST_PAIRED:
         one, other = np.indices((radius.size, radius.size)).reshape(2, -1)
         return one, other

@@ -1,4 +1,4 @@
-"""Wear: how much of a summit is lost, and what shape it has then."""
+"""Wear laws: volume lost by a summit, and its worn shape."""
 
 from typing import Annotated, Any, ClassVar, Self
 
@@ -31,7 +31,7 @@ register = WEAR_LAWS.register
 
 @attrs.frozen(kw_only=True)
 class WearLaw(Law):
-    """A wear law: the volume that an asperity loses, and the shape that is left.
+    """A wear law: volume lost by an asperity, and the worn shape.
 
     The shape follows from the volume while the asperity slides as a whole: then its springs are at the friction limit
     whatever its shape is, and no memory is lost. What it loses in partial slip waits until then.
@@ -54,7 +54,7 @@ class WearLaw(Law):
         return {"shape": f"HS_{self.shape.upper()}"}
 
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
-        """Return the volume that asperities lose [m³] (asperity); a law of your own computes it here, for arrays.
+        """Return the volume that asperities lose [m³] (asperity); a user-defined law computes it here, on arrays.
 
         The load is the mean meanwhile [N], the distance what they slid [m], the energy what they dissipated [J]
         meanwhile: of twice as much of both, twice the volume is lost.
@@ -115,7 +115,7 @@ class ArchardWear(WearLaw):
         hardness: float | str,
         shape: str = "truncated",
     ) -> Self:
-        """Return the law by which a volume [m³] is lost under a load [N] over a distance [m]: K = V H/(N s).
+        """Return the law from a worn volume [m³] under a load [N] over a distance [m]: K = V H/(N s).
 
         The distance is that of gross slip, back and forth counted. Of `hs.registered` take the worn volume; K then has
         its relative error. InputError: a volume below 0, or a load or a distance that is not above it.
@@ -182,7 +182,7 @@ class EnergyWear(WearLaw):
 
 
 def check_wear(law: WearLaw) -> None:
-    """Check a law of a user's own: the volume lost over a distance is that over its parts together."""
+    """Check that a user-defined law is additive: the volume over a distance is the sum over its parts."""
     if not isinstance(law, WearLaw):
         raise InputError(f"wear is {law!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
     if law.library_kind is not None:

@@ -62,7 +62,7 @@ class YieldingLaw(Law):
         return {}
 
     def of(self, pair: MaterialPair) -> Self:
-        """Return the law with what it takes from the materials where it was not given."""
+        """Return the law with missing parameters taken from the materials."""
         return self
 
     @abc.abstractmethod
@@ -120,7 +120,7 @@ class HardnessLaw(YieldingLaw):
     how: ClassVar[str]  #: what is chosen
 
     def of(self, pair: MaterialPair) -> Self:
-        """Return the law with hardness and Poisson's ratio of a pair where they were not given."""
+        """Return the law with missing hardness and Poisson's ratio taken from a pair."""
         hardness = self.hardness or pair.hardness
         if hardness is None and pair.yield_stress is not None:
             hardness = HARDNESS_OF_YIELD * pair.yield_stress
@@ -137,7 +137,7 @@ class HardnessLaw(YieldingLaw):
         return attrs.evolve(self, hardness=hardness, poissons_ratio=ratio)
 
     def critical_strain(self, pair: MaterialPair) -> float:
-        """Return the approach over the radius at which a summit begins to yield: (π p0/(2 E*))²."""
+        """Return the ratio of approach to radius at which a summit begins to yield: (π p0/(2 E*))²."""
         return (math.pi * self.peak_at_onset / (2 * pair.contact_modulus)) ** 2
 
     def critical_approach(self, summit_radius: Floats, pair: MaterialPair) -> Floats:
@@ -249,7 +249,7 @@ class JacksonGreen(HardnessLaw):
 
 
 def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
-    """Return the law of yielding of summits, or the one of a name, with what it takes from the materials."""
+    """Resolve a yielding law, or its name, for summits of a pair of materials; None if there is none."""
     if given is None:
         return None
     law = YieldingLaw.from_settings({"law": given}) if isinstance(given, str) else given
@@ -261,7 +261,7 @@ def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_r
 
 
 def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
-    """Check a law at summits of the smallest and the largest radius, from the onset on."""
+    """Check a law on summits of the smallest and the largest radius, from the onset of yield."""
     name = type(law).__name__
     for radius in (float(summit_radius.min()), float(summit_radius.max())):
         onset = np.asarray(law.critical_approach(np.array([radius]), pair), dtype=np.float64)

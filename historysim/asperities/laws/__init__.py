@@ -1,4 +1,4 @@
-"""Friction laws as values: what the coefficient of each asperity is, and what it depends on."""
+"""Friction laws as values: the coefficient of each asperity, and the quantity on which it depends."""
 
 from historysim.asperities.law import LAWS, FrictionLaw, Loaded
 from historysim.asperities.laws.built_in import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction

@@ -85,7 +85,7 @@ class DrawnFriction(FrictionLaw):
 @LAWS.register
 @attrs.frozen
 class PowerLaw(FrictionLaw):
-    """Friction that goes with a power of the load, μ = μ_ref (N/N_ref)^n.
+    """Friction that varies as a power of the load, μ = μ_ref (N/N_ref)^n.
 
     Parameters
     ----------
@@ -117,16 +117,16 @@ class PowerLaw(FrictionLaw):
 
     @property
     def same_bits(self) -> bool:  # type: ignore[override]
-        """Whether it has the same bits on every machine: powers are those of the machine's C library."""
+        """True if results are bit-identical on all machines; powers come from the C library of the machine."""
         return self.exponent == 0
 
     @property
     def depends_on(self) -> str:  # type: ignore[override]
-        """What it depends on."""
+        """Quantity on which friction depends."""
         return "nothing" if self.exponent == 0 else self.load
 
     def at_start(self, count: int) -> Floats:
-        """Return the coefficients before anything has happened: without an exponent they are there already."""
+        """Return the coefficients at the start, which are known only without an exponent."""
         return np.full(count, 0.0 if self.exponent else self.coefficient)
 
     @property
@@ -174,7 +174,7 @@ class ShearStrength(FrictionLaw):
     same_bits, depends_on = True, "own"
 
     def __attrs_post_init__(self) -> None:
-        """Check that the work of adhesion is there where it is needed."""
+        """Check that a work of adhesion is given exactly if the area needs it."""
         if (self.area == "jkr") != (self.work_of_adhesion is not None):
             given = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
             wanted = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
@@ -279,7 +279,7 @@ class SlidFriction(FrictionLaw):
         return np.full(count, self.coefficient[0])
 
     def steepest_rise(self) -> float:
-        """Return by how much friction rises with the distance slid where it rises most [1/m]."""
+        """Return the largest increase of friction with slid distance [1/m]."""
         return float((np.diff(self.coefficient) / np.diff(self.distance)).max())
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
