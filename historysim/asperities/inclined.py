@@ -76,8 +76,8 @@ class Facet(Ensemble):
     def carried(self, memory: Memory, approach: float, displacement: float) -> Memory:
         """Advance a memory along a straight path of the body."""
         normal, tangential = self.turned(approach, displacement)
-        after: Memory = advanced(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
-        return after
+        advanced_memory: Memory = advanced(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
+        return advanced_memory
 
     def beginning(self) -> State:
         """Return the unloaded state at d = U = 0 of the body."""
@@ -86,15 +86,15 @@ class Facet(Ensemble):
 
     def add_to(self, totals: Array, rows: Rows) -> None:
         """Add the facet's rows to the totals of the body."""
-        own, c, s = rows.totals, self.cosine, self.sine
+        facet_totals, c, s = rows.totals, self.cosine, self.sine
         for name in _SUMMED:
-            totals[name] += own[name]
-        totals["normal_load"] += c * own["normal_load"] - s * own["tangential_load"]
-        totals["tangential_load"] += c * own["tangential_load"] + s * own["normal_load"]
-        totals["friction_limit"] += c * own["friction_limit"]
+            totals[name] += facet_totals[name]
+        totals["normal_load"] += c * facet_totals["normal_load"] - s * facet_totals["tangential_load"]
+        totals["tangential_load"] += c * facet_totals["tangential_load"] + s * facet_totals["normal_load"]
+        totals["friction_limit"] += c * facet_totals["friction_limit"]
         normal = 2.0 * self.pair.contact_modulus * rows.each["contact_radius"].sum(axis=1)
-        totals["tangential_stiffness"] += c * c * own["tangential_stiffness"] + s * s * normal
-        totals["traction_ratio"] = np.maximum(totals["traction_ratio"], own["traction_ratio"])
+        totals["tangential_stiffness"] += c * c * facet_totals["tangential_stiffness"] + s * s * normal
+        totals["traction_ratio"] = np.maximum(totals["traction_ratio"], facet_totals["traction_ratio"])
 
 
 At = Callable[[float], tuple[float, float]]  #: normal load [N] and displacement [m] at a share of a straight way
@@ -150,26 +150,26 @@ class Body:
         if trial <= touch:
             trial = touch + FIRST_DEPTH * min(float(facet.summit_radius.min()) for facet in self.facets)
         for count in range(MOST_TRIALS):
-            there = self.moved(trial, displacement)
-            excess = there.loads[0] - load
+            body = self.moved(trial, displacement)
+            excess = body.loads[0] - load
             low, high = (trial, high) if excess < 0.0 else (low, trial)
             middle = 0.5 * (low + high) if high < math.inf else trial + 2.0 * (trial - touch)
-            rate = there.normal_stiffness(self) if count < MOST_NEWTON else 0.0
+            rate = body.normal_stiffness(self) if count < MOST_NEWTON else 0.0
             following = trial - excess / rate if rate > 0.0 else middle
             following = following if low < following < high else middle
             if abs(excess) <= SETTLED * load or following in {trial, low, high}:
                 break
             trial = following
-        return there
+        return body
 
     def normal_stiffness(self, start: "Body") -> float:
         """Return ∂N/∂d at the end of a straight path from ``start`` [N/m]."""
-        found = 0.0
+        stiffness = 0.0
         for facet, memory in self._each():
             slopes = lib.hs_slopes_of(memory, facet.turned(start.approach, start.displacement)[0])
             c, s = facet.cosine, facet.sine
-            found += c * c * slopes.normal - c * s * slopes.coupling + s * s * slopes.tangential
-        return found
+            stiffness += c * c * slopes.normal - c * s * slopes.coupling + s * s * slopes.tangential
+        return stiffness
 
     def chords(self, at: At, low: float, high: float, tolerance: float) -> "list[tuple[float, Body]]":
         """Split a part of a path into chords; return the path fraction and the body at the end of each.
@@ -180,39 +180,39 @@ class Body:
         (first_load, first_displacement), (last_load, last_displacement) = at(0.0), at(1.0)
         if first_load == last_load and first_displacement == last_displacement:
             return [(high, self)]
-        whole = self.under(*at(high))
-        depth = max(each.approach - each.touch(each.displacement) for each in (self, whole))
+        single_chord = self.under(*at(high))
+        depth = max(body.approach - body.touch(body.displacement) for body in (self, single_chord))
         steepest = max(abs(facet.slope) + float(facet.friction.max()) for facet in self.facets)
         load = max(first_load, last_load) * steepest
         ratio = self.facets[0].pair.displacement_ratio
         loss = LEAST_LOSS * load * (ratio * depth + abs(last_displacement - first_displacement))
 
         def settled(start: Body, one: Body, other: Body) -> bool:
-            taken = one.dissipated - start.dissipated, other.dissipated - start.dissipated
+            losses = one.dissipated - start.dissipated, other.dissipated - start.dissipated
             return (
                 abs(one.approach - other.approach) <= tolerance * depth
                 and abs(one.loads[1] - other.loads[1]) <= tolerance * load
-                and abs(taken[0] - taken[1]) <= LOSSES * tolerance * max(*taken, loss)
+                and abs(losses[0] - losses[1]) <= LOSSES * tolerance * max(*losses, loss)
             )
 
-        def halved(start: Body, low: float, high: float, whole: Body, left: int) -> list[tuple[float, Body]]:
+        def halved(start: Body, low: float, high: float, single_chord: Body, left: int) -> list[tuple[float, Body]]:
             middle = 0.5 * (low + high)
-            half = start.under(*at(middle))
-            end = half.under(*at(high))
-            if left == 0 or settled(start, whole, end):
-                return [(middle, half), (high, end)]
-            first = halved(start, low, middle, half, left - 1)
-            there = first[-1][1]
-            return first + halved(there, middle, high, there.under(*at(high)), left - 1)
+            middle_body = start.under(*at(middle))
+            fine_end = middle_body.under(*at(high))
+            if left == 0 or settled(start, single_chord, fine_end):
+                return [(middle, middle_body), (high, fine_end)]
+            lower_chords = halved(start, low, middle, middle_body, left - 1)
+            reached = lower_chords[-1][1]
+            return lower_chords + halved(reached, middle, high, reached.under(*at(high)), left - 1)
 
-        return halved(self, low, high, whole, MOST_HALVINGS)
+        return halved(self, low, high, single_chord, MOST_HALVINGS)
 
 
 def _over_facets(part: Callable[[State, float, float], float], text: str) -> float:
     """Return a property that sums a quantity over facet states, given their cosine and sine."""
 
     def total(state: Any) -> float:
-        return math.fsum(part(each, *axis) for axis, each in zip(state.axes.tolist(), state.facets, strict=True))
+        return math.fsum(part(facet, *axis) for axis, facet in zip(state.axes.tolist(), state.facets, strict=True))
 
     return property(total, doc=text)  # type: ignore[return-value] # what it gives is a float
 
@@ -259,9 +259,9 @@ class InclinedState(SavedState):
         """Serialise the state."""
         controls = self.normal_control, self.tangential_control
         head = _HEAD.pack(_MARK, len(self.facets), *controls, self.approach, self.tangential_displacement)
-        each = [facet.to_bytes() for facet in self.facets]
-        sizes = struct.pack(f"<{len(each)}q", *map(len, each))
-        return b"".join([head, self.axes.tobytes(), sizes, *each])
+        contents = [facet.to_bytes() for facet in self.facets]
+        sizes = struct.pack(f"<{len(contents)}q", *map(len, contents))
+        return b"".join([head, self.axes.tobytes(), sizes, *contents])
 
     @classmethod
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
@@ -271,13 +271,13 @@ class InclinedState(SavedState):
             # a forged number may be larger than NumPy accepts
             count = max(-1, min(count, len(content)))
             axes = np.frombuffer(content, np.float64, 2 * count, _HEAD.size).reshape(count, 2)
-            place = _HEAD.size + axes.nbytes
-            sizes = np.frombuffer(content, np.int64, count, place)
+            offset = _HEAD.size + axes.nbytes
+            sizes = np.frombuffer(content, np.int64, count, offset)
         except (struct.error, ValueError) as error:
             raise InputError(f"the state is cut off ({error}); expected a state that was saved whole") from None
-        ends = place + sizes.nbytes + np.cumsum(sizes)
-        whole = mark == _MARK and count > 0 and (sizes > 0).all() and ends[-1] == len(content)
-        if not (whole and set(controls) <= {LOAD, DISPLACED}):
+        ends = offset + sizes.nbytes + np.cumsum(sizes)
+        is_complete = mark == _MARK and count > 0 and (sizes > 0).all() and ends[-1] == len(content)
+        if not (is_complete and set(controls) <= {LOAD, DISPLACED}):
             raise InputError("the bytes are of no inclined asperities; expected a state that was saved whole")
         are_unit_vectors = (np.abs(np.hypot(*axes.T) - 1.0) <= UNIT_ROUNDING) & (axes[:, 0] > 0.0)
         if not (are_unit_vectors.all() and is_workable(approach) and is_workable(displacement)):
@@ -288,8 +288,11 @@ class InclinedState(SavedState):
         if like is not None and not np.array_equal(like.axes, axes):
             raise InputError("the state is of other slopes; expected one of this ensemble's")
         starts = (None,) * count if like is None else like.facets
-        parts = [content[end - size : end] for size, end in zip(sizes.tolist(), ends.tolist(), strict=True)]
-        facets = [State.from_bytes(part, start) for part, start in zip(parts, starts, strict=True)]
+        facet_contents = [content[stop - size : stop] for size, stop in zip(sizes.tolist(), ends.tolist(), strict=True)]
+        facets = [
+            State.from_bytes(content_of_facet, start)
+            for content_of_facet, start in zip(facet_contents, starts, strict=True)
+        ]
         return cls(tuple(facets), axes, approach, displacement, *controls)
 
 
@@ -362,18 +365,18 @@ class InclinedEnsemble(Ensemble):
         for name in ("wear", "yielding", "follow_sliding"):
             if options.pop(name, None):
                 raise _refused(name.replace("_", " "))
-        each, count = ("asperity", "asperities"), max(map(np.size, (summit_height, summit_radius, slope)))
-        height = one_per(*each, "summit_height", summit_height, count)
+        nouns, count = ("asperity", "asperities"), max(map(np.size, (summit_height, summit_radius, slope)))
+        height = one_per(*nouns, "summit_height", summit_height, count)
         super().__init__(pair, height, summit_radius, friction, **options)
         if self.law is not None:
             raise _refused("law of friction")
-        slopes = one_per(*each, "slope", slope, count)
+        slopes = one_per(*nouns, "slope", slope, count)
         object.__setattr__(self, "slope", slopes)
         locked = np.flatnonzero(~(np.abs(slopes) * self.friction < STEEPEST_SLIDING))
         if locked.size:
-            first = locked[0]
+            index = locked[0]
             raise InputError(
-                f"slope[{first}] is {slopes[first]:g} with friction {self.friction[first]:g}; expected less than "
+                f"slope[{index}] is {slopes[index]:g} with friction {self.friction[index]:g}; expected less than "
                 f"{STEEPEST_SLIDING} as their product, at which a sliding asperity locks"
             )
 
@@ -396,8 +399,8 @@ class InclinedEnsemble(Ensemble):
 
         A tangential load, an instrument, a pair of targets or another friction is an InputError, unless nothing slopes.
         """
-        after: Any = super().advance(state, **targets)  # type: ignore[arg-type] # a state of its own kind
-        moved: InclinedState = after
+        advanced_state: Any = super().advance(state, **targets)  # type: ignore[arg-type] # a state of its own kind
+        moved: InclinedState = advanced_state
         return moved
 
     def walk(  # type: ignore[override] # a state of its own kind
@@ -436,55 +439,61 @@ class InclinedEnsemble(Ensemble):
         rows.totals[:] = np.zeros((), rows.totals.dtype)
         along = np.zeros(len(rows.totals))
         for facet, start in zip(self.facets, state.facets, strict=True):
-            own, turned, each = blank_rows(len(rows.totals), len(facet)), legs.copy(), np.arange(len(facet))
-            turned["normal_target"], turned["tangential_target"][:, 0] = facet.turned(*ends)
-            facets.append(facet.walk(start, turned, rows=own, asperities=each, threads=how.get("threads", 1)))
-            facet.add_to(rows.totals, own)
-            along += facet.sine * own.totals["normal_load"]
-            _, mine, theirs = np.intersect1d(facet.members, columns, return_indices=True)
+            facet_rows, facet_legs, members = (
+                blank_rows(len(rows.totals), len(facet)),
+                legs.copy(),
+                np.arange(len(facet)),
+            )
+            facet_legs["normal_target"], facet_legs["tangential_target"][:, 0] = facet.turned(*ends)
+            facets.append(
+                facet.walk(start, facet_legs, rows=facet_rows, asperities=members, threads=how.get("threads", 1))
+            )
+            facet.add_to(rows.totals, facet_rows)
+            along += facet.sine * facet_rows.totals["normal_load"]
+            _, facet_columns, row_columns = np.intersect1d(facet.members, columns, return_indices=True)
             for name, values in rows.each.items():
-                values[:, theirs] = own.each[name][:, mine]
+                values[:, row_columns] = facet_rows.each[name][:, facet_columns]
         rows.totals["friction_limit"] += np.abs(along)
-        ways = np.column_stack([(state.approach, state.tangential_displacement), ends])
-        rows.totals["approach"], rows.totals["displacement"] = _of_rows(ways, legs)
+        positions = np.column_stack([(state.approach, state.tangential_displacement), ends])
+        rows.totals["approach"], rows.totals["displacement"] = _of_rows(positions, legs)
         controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"][0])
-        return InclinedState(tuple(facets), self._axes, float(ways[0, -1]), float(ways[1, -1]), *controls)
+        return InclinedState(tuple(facets), self._axes, float(positions[0, -1]), float(positions[1, -1]), *controls)
 
     def slide_time(self, state: InclinedState) -> Floats:  # type: ignore[override] # a state of its own kind
         """Return the time at which each asperity first slid as a whole in a replay [s]; NaN if never."""
-        found = np.empty(len(self))
-        for facet, each in zip(self.facets, state.facets, strict=True):
-            found[facet.members] = facet.slide_time(each)
-        return found
+        times = np.empty(len(self))
+        for facet, facet_state in zip(self.facets, state.facets, strict=True):
+            times[facet.members] = facet.slide_time(facet_state)
+        return times
 
     def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
         """Select asperities that may touch up to a normal load [N], an approach [m] and a displacement either way [m].
 
         At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1 + μ |tan α|.
         """
-        most, steep = float((self.friction * np.abs(self.slope)).max()), np.abs(self.slope)
-        deepest = max(approach, self.approach_at(normal_load * (1 + most) / (1 - most)))
-        found: Booleans = self.first_touch < deepest + displacement * (steep.max() + steep)
-        return found
+        product, steep = float((self.friction * np.abs(self.slope)).max()), np.abs(self.slope)
+        deepest = max(approach, self.approach_at(normal_load * (1 + product) / (1 - product)))
+        touching: Booleans = self.first_touch < deepest + displacement * (steep.max() + steep)
+        return touching
 
     def asperity(self, index: int, state: InclinedState) -> Asperity:  # type: ignore[override] # a state of its kind
         """Return one asperity in the axes of its slope; InputError if the index is out of range."""
         self._checked_memory(state)
-        for facet, each in zip(self.facets, state.facets, strict=True):
+        for facet, facet_state in zip(self.facets, state.facets, strict=True):
             if index in facet.members:
                 return Asperity.from_readout(
-                    Readout(facet, each, [int(np.searchsorted(facet.members, index))]), 0, int(index)
+                    Readout(facet, facet_state, [int(np.searchsorted(facet.members, index))]), 0, int(index)
                 )
         raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
 
     def asperities(self, state: InclinedState) -> Asperities:  # type: ignore[override] # a state of its kind
         """Return all asperities in the axes of their slopes, as a sequence; see `Ensemble.asperities`."""
         self._checked_memory(state)
-        places: dict[int, tuple[Readout, int]] = {}
-        for facet, each in zip(self.facets, state.facets, strict=True):
-            readout = Readout(facet, each, range(len(facet)))
-            places |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
-        return Asperities(lambda index: Asperity.from_readout(*places[index], index), range(len(self)))
+        columns: dict[int, tuple[Readout, int]] = {}
+        for facet, facet_state in zip(self.facets, state.facets, strict=True):
+            readout = Readout(facet, facet_state, range(len(facet)))
+            columns |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
+        return Asperities(lambda index: Asperity.from_readout(*columns[index], index), range(len(self)))
 
     def _checked_memory(self, state: Any) -> Any:
         """Return the channel controls of a state; InputError if it belongs to another ensemble."""
@@ -494,33 +503,33 @@ class InclinedEnsemble(Ensemble):
 
     def _legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
         """Convert paths to straight legs in d and U; a path under normal load becomes chords."""
-        here = state.approach, state.tangential_displacement
-        body = Body(self.facets, tuple(facet.memory for facet in state.facets), *here)
+        position = state.approach, state.tangential_displacement
+        body = Body(self.facets, tuple(facet.memory for facet in state.facets), *position)
         loaded = bool((paths["normal_control"] == LOAD).any())
         legs: list[tuple[float, ...]] = []
         for path in paths:
-            each = dict(zip(PATH.names or (), path.item(), strict=True))
-            begin, parts, lasts = each["begin"], each["parts"], each["end"] - each["begin"]
-            share, end = until * each["normal_fraction"], each["normal_target"]
-            (goal, _), (fraction, _) = each["tangential_target"], each["tangential_fraction"]
-            there = float(towards(body.displacement, goal, until * fraction))
-            if each["normal_control"] == DISPLACED:
-                approach = float(towards(body.approach, end, share))
-                legs.append((approach, there, parts, each["recorded"], begin, each["end"]))
+            fields = dict(zip(PATH.names or (), path.item(), strict=True))
+            start_time, substeps, duration = fields["begin"], fields["parts"], fields["end"] - fields["begin"]
+            share, normal_target = until * fields["normal_fraction"], fields["normal_target"]
+            (goal, _), (fraction, _) = fields["tangential_target"], fields["tangential_fraction"]
+            displacement = float(towards(body.displacement, goal, until * fraction))
+            if fields["normal_control"] == DISPLACED:
+                approach = float(towards(body.approach, normal_target, share))
+                legs.append((approach, displacement, substeps, fields["recorded"], start_time, fields["end"]))
                 # loads alone ask what is remembered on the way
-                body = body.moved(approach, there) if loaded else Body((), (), approach, there)
+                body = body.moved(approach, displacement) if loaded else Body((), (), approach, displacement)
                 continue
             first = body.loads[0], body.displacement
-            last = float(towards(first[0], end, share)), there
+            last = float(towards(first[0], normal_target, share)), displacement
 
-            def at(part: float, first: Any = first, last: Any = last) -> tuple[float, float]:
-                return float(towards(first[0], last[0], part)), float(towards(first[1], last[1], part))
+            def at(substep: float, first: Any = first, last: Any = last) -> tuple[float, float]:
+                return float(towards(first[0], last[0], substep)), float(towards(first[1], last[1], substep))
 
             low = 0.0
-            for part in range(1, parts + 1):
-                for high, body in body.chords(at, low, part / parts, self.tolerance):  # noqa: B020
-                    recorded = high == part / parts and (part < parts or each["recorded"])
-                    times = begin + lasts * low, begin + lasts * high
+            for substep in range(1, substeps + 1):
+                for high, body in body.chords(at, low, substep / substeps, self.tolerance):  # noqa: B020
+                    recorded = high == substep / substeps and (substep < substeps or fields["recorded"])
+                    times = start_time + duration * low, start_time + duration * high
                     legs.append((body.approach, body.displacement, 1, recorded, *times))
                     low = high
         columns = np.array(legs).reshape(-1, 6).T
@@ -532,5 +541,5 @@ def _of_rows(ways: Floats, legs: Paths) -> Floats:
     """Interpolate d and U at each recorded row (2, row) between the ends of each leg (2, leg + 1)."""
     leg = np.repeat(np.arange(legs.size), legs["parts"] - 1 + legs["recorded"])
     share = (np.arange(leg.size) - legs["first_row"][leg] + 1) / legs["parts"][leg]
-    found: Floats = towards(ways[:, leg], ways[:, leg + 1], share)
-    return found
+    values: Floats = towards(ways[:, leg], ways[:, leg + 1], share)
+    return values

@@ -60,8 +60,8 @@ class Law(abc.ABC):
         """Return the C structure of the law, and the objects that must outlive it; user-defined laws have none."""
         if self.library_kind is None:
             raise NotImplementedError(f"{type(self).__name__} has no {self.answers}; expected a method that returns it")
-        made = ffi.new(f"hs_{self.struct} *")
-        return made, fill(made, self.core(pair) | {"kind": self.library_kind})
+        structure = ffi.new(f"hs_{self.struct} *")
+        return structure, fill(structure, self.core(pair) | {"kind": self.library_kind})
 
     @property
     def described(self) -> dict[str, Any]:
@@ -74,9 +74,16 @@ class Law(abc.ABC):
     def numbers(self) -> dict[str, Any]:
         """Its name as ``law``, and its numbers."""
         value: Any = self
-        numbers = attrs.asdict(value, filter=lambda _, number: number is not None) if attrs.has(type(self)) else {}
-        each = {key: list(number) if isinstance(number, tuple) else number for key, number in numbers.items()}
-        return {"law": self.kind, **each}
+        numbers = (
+            attrs.asdict(value, filter=lambda _, value_of_field: value_of_field is not None)
+            if attrs.has(type(self))
+            else {}
+        )
+        fields = {
+            key: list(value_of_field) if isinstance(value_of_field, tuple) else value_of_field
+            for key, value_of_field in numbers.items()
+        }
+        return {"law": self.kind, **fields}
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -93,8 +100,8 @@ class Law(abc.ABC):
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
         """Reconstruct a law from its serialised settings; InputError if name, package or numbers are invalid."""
-        laws, given = cls.registry, dict(settings)
-        kind, package = given.pop("law", None), " ".join(map(str, given.pop("package", ()))).rstrip()
+        laws, fields = cls.registry, dict(settings)
+        kind, package = fields.pop("law", None), " ".join(map(str, fields.pop("package", ()))).rstrip()
         if package and kind not in laws:
             raise MissingPackageError(
                 f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is "
@@ -102,14 +109,14 @@ class Law(abc.ABC):
             )
         law = laws.named(kind)
         try:
-            made: Self = law(**given)
+            law_of_settings: Self = law(**fields)
         except TypeError as error:
-            here = laws.provider(law)
+            provider = laws.provider(law)
             raise InputError(
-                f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of its settings"
+                f"the {laws.noun} {kind!r} of {provider or 'historysim'} cannot be made of its settings"
                 f"{f' with {package}' if package else ''} ({error}); expected the version that wrote them"
             ) from error
-        return made
+        return law_of_settings
 
 
 @attrs.frozen(eq=False)
@@ -147,22 +154,22 @@ class FrictionLaw(Law):
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity); a user-defined law computes it here, on arrays."""
-        law, kept = self.in_library(loaded.pair)
-        given, found = ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
+        law, owners = self.in_library(loaded.pair)
+        arguments, coefficients = ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
         names = ("normal_load", "summit_radius", "slid_distance", "total_normal_load")
-        kept += fill(given, {name: getattr(loaded, name) for name in names} | {"count": found.size})
-        check(lib.hs_coefficients(law, loaded.pair.contact_modulus, given, pointer(found)))
-        return found
+        owners += fill(arguments, {name: getattr(loaded, name) for name in names} | {"count": coefficients.size})
+        check(lib.hs_coefficients(law, loaded.pair.contact_modulus, arguments, pointer(coefficients)))
+        return coefficients
 
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
         """Answer ``hs_law_function``."""
-        given, friction = numbers
-        each = {
-            name: given_to(getattr(given, name), given.count)
+        arguments, friction = numbers
+        arrays = {
+            name: given_to(getattr(arguments, name), arguments.count)
             for name in ("normal_load", "summit_radius", "slid_distance")
         }
-        loaded = Loaded(pair=pair, total_normal_load=given.total_normal_load, **each)
-        put(friction, given.count, self.coefficients(loaded), "coefficients", least=0.0)
+        loaded = Loaded(pair=pair, total_normal_load=arguments.total_normal_load, **arrays)
+        put(friction, arguments.count, self.coefficients(loaded), "coefficients", least=0.0)
 
     def at_start(self, count: int) -> Floats:
         """Return the coefficient of each asperity at the start (asperity), 0 if it depends on a load."""
@@ -211,15 +218,15 @@ def put(place: Any, count: int, values: Any, what: str, least: float = -np.inf) 
 def _numbers(values: Any, count: int, what: str, least: float = -np.inf) -> Floats:
     """Check the results of a law for its asperities and return them as an array."""
     try:
-        found = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
+        array = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
     except (TypeError, ValueError):
         shape = f"an array {np.shape(values)}" if isinstance(values, np.ndarray) else repr(values)
         raise InputError(f"the {what} are {shape}; expected a number for each of {count} asperities") from None
-    wrong = ~(np.isfinite(found) & (found >= least))
+    wrong = ~(np.isfinite(array) & (array >= least))
     if wrong.any():
         bound = f" of {least:g} or more" if least > -np.inf else ""
-        raise InputError(f"one of the {what} is {found[wrong][0]:g}; expected a finite number{bound}")
-    return np.ascontiguousarray(found)
+        raise InputError(f"one of the {what} is {array[wrong][0]:g}; expected a finite number{bound}")
+    return np.ascontiguousarray(array)
 
 
 @contextlib.contextmanager
@@ -236,16 +243,16 @@ def evolution_of(
     The radii are those of the summits before they yielded [m] (asperity).
     """
     raised: list[BaseException] = []
-    found = ffi.new("hs_evolution *")
-    found.contact_modulus, found.goal_fraction = pair.contact_modulus, 1.0
-    found.count, found.follow_sliding = virgin_radius.size, follow_sliding
+    evolution = ffi.new("hs_evolution *")
+    evolution.contact_modulus, evolution.goal_fraction = pair.contact_modulus, 1.0
+    evolution.count, evolution.follow_sliding = virgin_radius.size, follow_sliding
     # what the struct points to has to live as long as it does
-    kept: list[Any] = []
+    owners: list[Any] = []
     if goal is not None:
-        kept.append(pointer(goal.coefficients))
-        found.goal, found.goal_fraction = kept[-1], goal.fraction
+        owners.append(pointer(goal.coefficients))
+        evolution.goal, evolution.goal_fraction = owners[-1], goal.fraction
     for law in laws:
-        struct = getattr(found, law.struct)
+        struct = getattr(evolution, law.struct)
         # a law that the library does not know is asked in Python
         kind = law.library_kind or f"HS_CALLERS_{law.struct.upper()}"
         fields = law.core(pair) | {"kind": kind}
@@ -254,9 +261,9 @@ def evolution_of(
             fields["critical_approach"] = _numbers(onset, virgin_radius.size, "critical approaches")
         if law.library_kind is None:
             fields["function"] = _callback(law, pair, raised)
-        kept += [*fill(struct, fields), fields]
+        owners += [*fill(struct, fields), fields]
     try:
-        yield found
+        yield evolution
     finally:
         if raised:
             raise raised[0]
@@ -277,8 +284,8 @@ def _of_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
     """Return the error of a user-defined law as one that names the law and the line."""
     if isinstance(error, HistorySimError):
         return InputError(f"the law '{law.kind}': {error}").with_traceback(trace)
-    *_, last = traceback.extract_tb(trace)
-    where = f"{Path(last.filename).name}, line {last.lineno}"
-    found = InputError(f"the law '{law.kind}' fails in {where}: {type(error).__name__}: {error}")
-    found.__cause__ = error
-    return found
+    *_, frame = traceback.extract_tb(trace)
+    where = f"{Path(frame.filename).name}, line {frame.lineno}"
+    named = InputError(f"the law '{law.kind}' fails in {where}: {type(error).__name__}: {error}")
+    named.__cause__ = error
+    return named

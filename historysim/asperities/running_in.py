@@ -69,38 +69,38 @@ def run_in(
     if yielding is None and wear is None:
         raise InputError("passes change nothing without yielding or wear; expected one of them, or both")
     records = []
-    for one in passes:
+    for step in passes:
         summits = (find or Surface.summits)(surface)
         if not len(summits) or summits.x is None or summits.y is None:
             raise InputError("the map has no summit left to press on; expected fewer passes, or less wear")
         ensemble = Ensemble.from_summits(pair, summits, friction, yielding=yielding)
-        state = ensemble.advance(ensemble.initial_state(), normal_load=one.normal_load)
-        left = state.yielded
-        height, radius = (left.summit_height, left.summit_radius) if left else (summits.height, summits.radius)
-        own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
+        state = ensemble.advance(ensemble.initial_state(), normal_load=step.normal_load)
+        yielded = state.yielded
+        height, radius = (yielded.summit_height, yielded.summit_radius) if yielded else (summits.height, summits.radius)
+        depth = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
         worn = height
-        if wear is not None and one.sliding_distance > 0:
-            worn = _worn(ensemble, height, radius, wear, one)
-        heights = _flattened(surface, summits, height, radius=radius, own=own, worn=worn)
+        if wear is not None and step.sliding_distance > 0:
+            worn = _worn(ensemble, height, radius, wear, step)
+        heights = _flattened(surface, summits, height, radius=radius, own=depth, worn=worn)
         cut = heights < surface.heights
         pixel = surface.pixel_size[0] * surface.pixel_size[1]
         removed = float((surface.heights[cut] - heights[cut]).sum() * pixel)
-        touching = np.flatnonzero(own > 0)
+        touching = np.flatnonzero(depth > 0)
         records.append(
             PassRecord(
-                normal_load=one.normal_load,
-                preliminary_displacement=float(pair.displacement_ratio * friction * own.max()),
+                normal_load=step.normal_load,
+                preliminary_displacement=float(pair.displacement_ratio * friction * depth.max()),
                 contact_count=touching.size,
-                real_contact_area=float(np.pi * (radius * own).sum()),
+                real_contact_area=float(np.pi * (radius * depth).sum()),
                 rms_height=float(np.nanstd(surface.heights)),
                 summits=summits,
                 touching=touching,
                 removed_volume=removed,
             )
         )
-        whole = ~cut & ~surface.missing
-        if volume == "conserved" and cut.any() and whole.any():
-            heights[whole] += removed / (pixel * whole.sum())
+        uncut = ~cut & ~surface.missing
+        if volume == "conserved" and cut.any() and uncut.any():
+            heights[uncut] += removed / (pixel * uncut.sum())
         surface = Surface(heights, surface.pixel_size, surface.periodic)
     return surface, records
 
@@ -110,13 +110,13 @@ def _flattened(
 ) -> Floats:
     """Return the map heights after summits have yielded, to contact depths ``own``, and worn."""
     heights = surface.heights.copy()
-    places = list(zip(summits.x, summits.y, strict=True))  # type: ignore[arg-type] # those of a map have both
+    positions = list(zip(summits.x, summits.y, strict=True))  # type: ignore[arg-type] # those of a map have both
     for i in np.flatnonzero(height < summits.height):
         reach = np.sqrt(radius[i] * own[i])
-        _cut(heights, surface, places[i], height=height[i], radius=radius[i], reach=reach)
+        _cut(heights, surface, positions[i], height=height[i], radius=radius[i], reach=reach)
     for i in np.flatnonzero(worn < height):
         reach = np.sqrt(2 * radius[i] * (height[i] - worn[i]))
-        _cut(heights, surface, places[i], height=worn[i], radius=np.inf, reach=reach)
+        _cut(heights, surface, positions[i], height=worn[i], radius=np.inf, reach=reach)
     return heights
 
 
@@ -134,8 +134,8 @@ def _cut(
         offset.append(points * pixel - place[axis])
     square = offset[0][:, None] ** 2 + offset[1][None, :] ** 2
     inside = square <= max(reach, 0.75 * min(surface.pixel_size)) ** 2
-    part = np.ix_(*index)
-    heights[part] = np.where(inside, np.minimum(heights[part], height - square / (2 * radius)), heights[part])
+    window = np.ix_(*index)
+    heights[window] = np.where(inside, np.minimum(heights[window], height - square / (2 * radius)), heights[window])
 
 
 def _worn(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, one: Pass) -> Floats:
@@ -144,5 +144,5 @@ def _worn(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, one
     sliding = Ensemble(ensemble.pair, height, radius, friction, wear=wear)
     state = sliding.advance(sliding.initial_state(), normal_load=one.normal_load)
     state = sliding.advance(state, tangential_displacement=one.sliding_distance)
-    found = state.evolved
-    return height if found is None else found.summit_height
+    evolved = state.evolved
+    return height if evolved is None else evolved.summit_height

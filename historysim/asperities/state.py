@@ -204,10 +204,10 @@ class State(WholeContact, SavedState):
     def slip_share(self) -> float:
         """Sliding fraction of the contact, 1 - Σ c/Σ a, with stick radii c and contact radii a; 0 without contact."""
         units = self.memory.line.contact.units
-        whole = self.normal_stiffness * units.length / units.load
+        total = self.normal_stiffness * units.length / units.load
         # springs that stick are as stiff in each direction
         sticking = float(np.ravel(self.tangential_stiffness)[0])
-        return 1.0 - sticking / units.stiffness / whole if whole > 0.0 else 0.0
+        return 1.0 - sticking / units.stiffness / total if total > 0.0 else 0.0
 
     def stiffness(self, direction: Any = None) -> Any:
         """Return dT/dU at a fixed approach for a displacement that continues in a direction [N/m].
@@ -232,13 +232,13 @@ class State(WholeContact, SavedState):
     @property
     def yielded(self) -> Yielded | None:
         """Yielding of the asperities; None if they do not yield."""
-        found = self.memory.line.evolved
-        return Yielded(**self._of_each(Yielded)) if found and found.virgin_height else None
+        evolved = self.memory.line.evolved
+        return Yielded(**self._of_each(Yielded)) if evolved and evolved.virgin_height else None
 
     def _of_each(self, kind: type[NamedTuple]) -> dict[str, Any]:
         """Read the fields of ``hs_evolved`` that a tuple declares, arrays as copies."""
-        found, count = self.memory.line.evolved, self.memory.line.contact.count
-        values: dict[str, Any] = {name: getattr(found, IN_C.get(name, name)) for name in kind._fields}
+        evolved, count = self.memory.line.evolved, self.memory.line.contact.count
+        values: dict[str, Any] = {name: getattr(evolved, IN_C.get(name, name)) for name in kind._fields}
         for name, value in values.items():
             if not isinstance(value, float):
                 values[name] = binding.view(value, count).astype(bool if name == "given" else float)

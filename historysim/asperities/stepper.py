@@ -82,16 +82,16 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
                 raise InputError(
                     f"tangential_load and tangential_displacement both give {'xy'[axis]}; expected None in one of them"
                 )
-            one = workable(label, checked(label, value))
-            if one.ndim:
+            target = workable(label, checked(label, value))
+            if target.ndim:
                 raise InputError(f"{label} is {values!r}; expected one number, or None, in x and in y")
-            kinds[axis], targets[axis] = kind, float(one)
+            kinds[axis], targets[axis] = kind, float(target)
     return (kinds[0], kinds[1]), (targets[0], targets[1])
 
 
 def make_path(*channels: tuple[Control, Target]) -> Paths:
     """Build the paths to the targets of the normal and the tangential channel, as returned by `channel`."""
-    normal, tangential = (_goal(*each) for each in channels)
+    normal, tangential = (_goal(*target) for target in channels)
     return paths_to(normal, tangential)
 
 
@@ -99,10 +99,12 @@ def _goal(kind: Control, end: Any) -> Goals:
     if isinstance(kind, tuple) and not isinstance(end, tuple):
         end = (end, end)
     if isinstance(end, tuple):
-        held = [math.isnan(each) for each in end]
+        held = [math.isnan(component) for component in end]
         kinds = kind if isinstance(kind, tuple) else (kind, kind)
         return Goals(
-            [kinds], [[0.0 if is_held else each for each, is_held in zip(end, held, strict=True)]], [~np.array(held)]
+            [kinds],
+            [[0.0 if is_held else component for component, is_held in zip(end, held, strict=True)]],
+            [~np.array(held)],
         )
     return Goals(kind, *STILL) if isinstance(end, float) and math.isnan(end) else Goals(kind, end)
 
@@ -212,11 +214,11 @@ class Stepper(WholeContact):
         """
         memory, line = self._held
         control = binding.tangential_control(memory) if self._in_plane else line.tangential_control
-        normal, end = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
-        tangential, goal = channel("tangential", tangential_load, tangential_displacement, control)
+        normal, normal_target = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
+        tangential, tangential_target = channel("tangential", tangential_load, tangential_displacement, control)
         start, free = line.approach, self._guard.free
         if self._curves is not None:
-            self._curves.check_reach(make_path((normal, end), (tangential, goal)))
+            self._curves.check_reach(make_path((normal, normal_target), (tangential, tangential_target)))
         # not `with self._guard`, which costs a third of a step
         try:
             del free[0]
@@ -224,12 +226,14 @@ class Stepper(WholeContact):
             raise self._guard.lock_error() from None
         try:
             if self._is_walked:
-                path = make_path((normal, end), (tangential, goal))
+                path = make_path((normal, normal_target), (tangential, tangential_target))
                 self._hold(self._ensemble.walk(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
-            elif self._in_plane or goal.__class__ is tuple:
-                self._step_in_plane(normal, end, tangential, goal)
+            elif self._in_plane or tangential_target.__class__ is tuple:
+                self._step_in_plane(normal, normal_target, tangential, tangential_target)
             else:
-                status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
+                status = lib.hs_step(
+                    memory, normal, normal_target, tangential, tangential_target, self.drive, self._refusal
+                )
                 if status:
                     check(status, self._refusal)
         finally:
@@ -274,5 +278,5 @@ class Stepper(WholeContact):
         """
         with self._guard:
             binding.check_one_direction(self.memory)
-            found = lib.hs_slopes_of(self.memory, self._start)
-        return Slopes(found.tangential, found.coupling, found.normal)
+            slopes = lib.hs_slopes_of(self.memory, self._start)
+        return Slopes(slopes.tangential, slopes.coupling, slopes.normal)

@@ -19,20 +19,20 @@ def traction_svg(asperity: Any) -> str:
         return ""
     # denser near the edge and near the middle, where tractions are steep
     share = np.sin(np.linspace(-0.5, 0.5, 161) * np.pi)
-    place = np.concatenate([[-EXTENT], share, [EXTENT]])
-    limit = asperity.friction * asperity.pressure(place * edge)
-    traction = asperity.traction(place * edge).reshape(place.size, -1)
+    position = np.concatenate([[-EXTENT], share, [EXTENT]])
+    limit = asperity.friction * asperity.pressure(position * edge)
+    traction = asperity.traction(position * edge).reshape(position.size, -1)
     peak = max(float(np.abs(limit).max()), float(np.abs(traction).max())) or 1.0
-    parts = [
+    shapes = [
         f'<line x1="0" y1="{HEIGHT / 2}" x2="{WIDTH}" y2="{HEIGHT / 2}" stroke="#999" stroke-width="0.6"/>',
-        *(_curve(place, bound / peak, "#777", ' stroke-dasharray="4 3"') for bound in (limit, -limit)),
-        *(_curve(place, values / peak, colour) for values, colour in zip(traction.T, COLOURS, strict=False)),
+        *(_curve(position, bound / peak, "#777", ' stroke-dasharray="4 3"') for bound in (limit, -limit)),
+        *(_curve(position, values / peak, colour) for values, colour in zip(traction.T, COLOURS, strict=False)),
         *(_mark(sign * asperity.stick_radius / edge) for sign in (-1.0, 1.0)),
     ]
     names = "traction" if traction.shape[1] == 1 else "traction in x (blue) and y (orange)"
     title = f"{names}, ± friction × pressure up to {quantity_text(float(limit.max()), 'Pa', 3)} (dashed)"
     size = f'width="{WIDTH:.0f}" height="{HEIGHT:.0f}" viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img"><title>{title}</title>{"".join(parts)}</svg>'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img"><title>{title}</title>{"".join(shapes)}</svg>'
 
 
 def _curve(place: Floats, height: Floats, colour: str, more: str = "") -> str:

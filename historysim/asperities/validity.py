@@ -95,9 +95,9 @@ def _contact(ensemble: Ensemble, approach: float, instrument: Instrument) -> _Co
     radius, depth, yielded = virgin, depth[index], np.zeros(index.size, dtype=bool)
     if ensemble.yielding is not None and index.size:
         state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
-        if (left := state.yielded) is not None:
-            radius, yielded = left.summit_radius[index], left.yielding_load[index] > 0
-            depth = np.where(yielded, depth - left.yielded_depth[index], depth)
+        if (after_yielding := state.yielded) is not None:
+            radius, yielded = after_yielding.summit_radius[index], after_yielding.yielding_load[index] > 0
+            depth = np.where(yielded, depth - after_yielding.yielded_depth[index], depth)
     load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
     # an approach that is next to nothing underflows
     return _Contact(ensemble, instrument, index, radius, depth, load, virgin, yielded) if load.sum() > 0 else None
@@ -111,15 +111,15 @@ def _of_curve(curves: NormalCurves) -> list[Finding | None]:
     if not (curves.is_extrapolated_to_touch or curves.noise is not None):
         # of solutions the first row is that of the first touch, and rows are close
         return []
-    first, error = float(curves.approach[0] / curves.approach[-1]), curves.error()
-    before = (
-        f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is carried "
-        "below it is a guess (a power of the approach); measure lighter loads"
+    first_row, error = float(curves.approach[0] / curves.approach[-1]), curves.error()
+    extrapolation = (
+        f"the lightest load of the normal curve stands at {_percent(first_row)} of its range of approach: what is "
+        "carried below it is a guess (a power of the approach); measure lighter loads"
     )
-    place = "between its rows" if curves.noise is None else "under its noise"
-    between = f"the normal curve may be off by {_percent(error)} of its largest load {place}; measure more rows"
+    location = "between its rows" if curves.noise is None else "under its noise"
+    between = f"the normal curve may be off by {_percent(error)} of its largest load {location}; measure more rows"
     return [
-        _over("first_row", first, MOST_BEFORE_ROWS, before),
+        _over("first_row", first_row, MOST_BEFORE_ROWS, extrapolation),
         _over("normal_curve", error, MOST_ERROR, between),
     ]
 
@@ -200,10 +200,10 @@ def _area(contact: _Contact) -> Finding | None:
     text = f"the contact area is {_percent(share)} of the nominal area"
     mend = "press less, or take a larger nominal area"
     if contact.ensemble.yielding is not None and share > MOST_YIELDED_AREA:
-        why = "what yields has nowhere to go, and the pressure rises above the hardness, which the model leaves out"
-        return Finding("bulk", share, MOST_YIELDED_AREA, f"{text}: {why}; {mend}")
-    why = f"asperities are independent only up to some {_percent(MOST_AREA)}: real contacts are stiffer"
-    return _over("area", share, MOST_AREA, f"{text}, and {why}; {mend}")
+        reason = "what yields has nowhere to go, and the pressure rises above the hardness, which the model leaves out"
+        return Finding("bulk", share, MOST_YIELDED_AREA, f"{text}: {reason}; {mend}")
+    reason = f"asperities are independent only up to some {_percent(MOST_AREA)}: real contacts are stiffer"
+    return _over("area", share, MOST_AREA, f"{text}, and {reason}; {mend}")
 
 
 def _overlap(contact: _Contact) -> Finding | None:
@@ -211,11 +211,11 @@ def _overlap(contact: _Contact) -> Finding | None:
     if ensemble.x is None or ensemble.y is None or index.size < 2:
         return None
     overlaps = overlapping(np.stack([ensemble.x[index], ensemble.y[index]], axis=1), contact.contact_radius)
-    for name, which, how in (("merging", overlaps & contact.yielded, "yielded "), ("overlap", overlaps, "")):
+    for name, which, adjective in (("merging", overlaps & contact.yielded, "yielded "), ("overlap", overlaps, "")):
         share = contact.share(which)
         text = (
-            f"{_percent(share)} of the normal load stands on {int(which.sum()):,} {how}asperities with contacts that "
-            "overlap others, which the model takes as independent: filter the map (s_filter), prune its summits "
+            f"{_percent(share)} of the normal load stands on {int(which.sum()):,} {adjective}asperities with contacts "
+            "that overlap others, which the model takes as independent: filter the map (s_filter), prune its summits "
             "(prune), or press less"
         )
         if share > MOST_OVERLAP:
@@ -225,25 +225,25 @@ def _overlap(contact: _Contact) -> Finding | None:
 
 def overlapping(place: Floats, radius: Floats) -> Booleans:
     """Return True for circles (circle) that overlap another, from their centres (circle, 2) and radii [m]."""
-    one, other = _near(place, radius)
-    distance = np.hypot(*(place[one] - place[other]).T)
-    both = (one != other) & (distance < radius[one] + radius[other])
+    i, j = _near(place, radius)
+    distance = np.hypot(*(place[i] - place[j]).T)
+    both = (i != j) & (distance < radius[i] + radius[j])
     result = np.zeros(radius.size, dtype=bool)
-    result[one[both]] = result[other[both]] = True
+    result[i[both]] = result[j[both]] = True
     return result
 
 
 def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
     """Return the index pairs of neighbouring circles, among which are all that overlap."""
     if radius.size <= MOST_PAIRED:
-        one, other = np.indices((radius.size, radius.size)).reshape(2, -1)
-        return one, other
+        i, j = np.indices((radius.size, radius.size)).reshape(2, -1)
+        return i, j
     from scipy.spatial import cKDTree
 
     # of two circles that overlap, the smaller one has its centre within twice the radius of the larger one
     near = cKDTree(place).query_ball_point(place, 2 * radius)
-    one = np.repeat(np.arange(radius.size), [len(others) for others in near])
-    return one, np.concatenate([np.asarray(others, dtype=np.int64) for others in near])
+    i = np.repeat(np.arange(radius.size), [len(neighbours) for neighbours in near])
+    return i, np.concatenate([np.asarray(neighbours, dtype=np.int64) for neighbours in near])
 
 
 def _adhesion(contact: _Contact) -> Finding | None:
@@ -262,8 +262,8 @@ def _adhesion(contact: _Contact) -> Finding | None:
 
 def _resolution(contact: _Contact) -> Finding | None:
     ensemble, resolution = contact.ensemble, contact.instrument.displacement_resolution
-    most = float((ensemble.friction[contact.index] * contact.approach).max())
-    displacement = ensemble.pair.displacement_ratio * most
+    product = float((ensemble.friction[contact.index] * contact.approach).max())
+    displacement = ensemble.pair.displacement_ratio * product
     if not 0 < displacement < resolution:
         return None
     text = (

@@ -60,21 +60,21 @@ class WearLaw(Law):
         meanwhile: of twice as much of both, twice the volume is lost.
         """
         law, _ = self.in_library(None)
-        found = np.empty(normal_load.size)
-        given = [np.ascontiguousarray(each) for each in (normal_load, slid_distance, dissipated_energy)]
-        check(lib.hs_lost_volumes(law, found.size, *map(pointer, given), pointer(found)))
-        return found
+        volumes = np.empty(normal_load.size)
+        arguments = [np.ascontiguousarray(values) for values in (normal_load, slid_distance, dissipated_energy)]
+        check(lib.hs_lost_volumes(law, volumes.size, *map(pointer, arguments), pointer(volumes)))
+        return volumes
 
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
         """Answer ``hs_wear_function``."""
-        count, *given, volume = numbers
-        put(volume, count, self.volume(*(given_to(each, count) for each in given)), "volumes")
+        count, *arguments, volume = numbers
+        put(volume, count, self.volume(*(given_to(values, count) for values in arguments)), "volumes")
 
     @property
     def _shape_text(self) -> str:
-        kept = "caps cut off, radius kept"
-        how = kept if self.shape == "truncated" else "blunted to a paraboloid in the contact circle"
-        return f"{how}; takes shape while an asperity slides"
+        truncated = "caps cut off, radius kept"
+        shape = truncated if self.shape == "truncated" else "blunted to a paraboloid in the contact circle"
+        return f"{shape}; takes shape while an asperity slides"
 
 
 @WEAR_LAWS.register
@@ -121,8 +121,12 @@ class ArchardWear(WearLaw):
         its relative error. InputError: a volume below 0, or a load or a distance that is not above it.
         """
         lost = scalar("worn_volume", worn_volume, least=0)
-        way = scalar("normal_load", normal_load, above=0) * scalar("sliding_distance", sliding_distance, above=0)
-        return cls(coefficient=lost * scalar("hardness", hardness, above=0) / way, hardness=hardness, shape=shape)
+        load_distance = scalar("normal_load", normal_load, above=0) * scalar(
+            "sliding_distance", sliding_distance, above=0
+        )
+        return cls(
+            coefficient=lost * scalar("hardness", hardness, above=0) / load_distance, hardness=hardness, shape=shape
+        )
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_wear``."""
@@ -188,11 +192,13 @@ def check_wear(law: WearLaw) -> None:
     if law.library_kind is not None:
         return
     load, slid = np.array([1e-3, 0.1, 10.0]), np.full(3, 1e-7)
-    whole, half = (np.asarray(law.volume(load, part * slid, part * 0.2 * load * slid)) for part in (1.0, 0.5))
-    good = whole.shape == load.shape and (np.isfinite(whole) & (whole >= 0.0)).all()
-    if not good or not np.allclose(2.0 * half, whole, rtol=1e-6, atol=0.0):
+    full, half = (
+        np.asarray(law.volume(load, fraction * slid, fraction * 0.2 * load * slid)) for fraction in (1.0, 0.5)
+    )
+    good = full.shape == load.shape and (np.isfinite(full) & (full >= 0.0)).all()
+    if not good or not np.allclose(2.0 * half, full, rtol=1e-6, atol=0.0):
         raise InputError(
-            f"{type(law).__name__}: volume of three asperities is {whole}, of half the way and energy {half}; expected "
+            f"{type(law).__name__}: volume of three asperities is {full}, of half the way and energy {half}; expected "
             "three volumes of 0 or more [m³], and half as much: it is asked for what is lost meanwhile, such as "
             "rate * normal_load * slid_distance"
         )

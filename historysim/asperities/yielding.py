@@ -77,9 +77,9 @@ class YieldingLaw(Law):
         """
         law, _ = self.in_library(pair)
         load, radius = np.empty(np.size(approach)), np.empty(np.size(approach))
-        given = [np.ascontiguousarray(each, dtype=np.float64) for each in (approach, summit_radius)]
+        arguments = [np.ascontiguousarray(values, dtype=np.float64) for values in (approach, summit_radius)]
         modulus = pair.contact_modulus
-        check(lib.hs_first_loading(law, modulus, load.size, *map(pointer, given), pointer(load), pointer(radius)))
+        check(lib.hs_first_loading(law, modulus, load.size, *map(pointer, arguments), pointer(load), pointer(radius)))
         return load, radius
 
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
@@ -131,8 +131,10 @@ class HardnessLaw(YieldingLaw):
             )
         ratio = self.poissons_ratio
         if ratio is None:
-            materials = [one for one in (pair.first, pair.second) if one is not None]
-            softest = min(materials, key=lambda one: one.hardness or one.yield_stress or math.inf, default=None)
+            materials = [material for material in (pair.first, pair.second) if material is not None]
+            softest = min(
+                materials, key=lambda material: material.hardness or material.yield_stress or math.inf, default=None
+            )
             ratio = POISSONS_RATIO if softest is None else softest.poissons_ratio
         return attrs.evolve(self, hardness=hardness, poissons_ratio=ratio)
 
@@ -268,8 +270,8 @@ def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> N
         if onset.shape != (1,) or not (np.isfinite(onset[0]) and onset[0] > 0):
             raise InputError(f"{name}.critical_approach is {onset!r} at R = {radius:g} m; expected numbers above 0")
         approach = onset[0] * np.geomspace(1.0, 1e4, 60)
-        given = law.first_loading(approach, np.full(60, radius), pair)
-        load, contact = (np.asarray(each, dtype=np.float64) for each in given)
+        loading = law.first_loading(approach, np.full(60, radius), pair)
+        load, contact = (np.asarray(values, dtype=np.float64) for values in loading)
         elastic = hertz.normal_load(onset[0], summit_radius=radius, contact_modulus=pair.contact_modulus)
         if (
             not load.shape == contact.shape == approach.shape

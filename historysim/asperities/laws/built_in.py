@@ -15,8 +15,8 @@ from historysim.errors import InputError
 
 
 def _seed(law: object, attribute: "attrs.Attribute[int]", value: object) -> None:
-    whole = is_number(value) and value == int(value) and value >= 0  # type: ignore[call-overload, operator]
-    if not whole:
+    is_valid = is_number(value) and value == int(value) and value >= 0  # type: ignore[call-overload, operator]
+    if not is_valid:
         raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a whole number of 0 or more")
 
 
@@ -176,9 +176,9 @@ class ShearStrength(FrictionLaw):
     def __attrs_post_init__(self) -> None:
         """Check that a work of adhesion is given exactly if the area needs it."""
         if (self.area == "jkr") != (self.work_of_adhesion is not None):
-            given = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
-            wanted = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
-            raise InputError(f"ShearStrength: work_of_adhesion is {given}; expected {wanted}")
+            value = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
+            expected = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
+            raise InputError(f"ShearStrength: work_of_adhesion is {value}; expected {expected}")
 
     @property
     def text(self) -> str:
@@ -290,5 +290,5 @@ class SlidFriction(FrictionLaw):
     @property
     def text(self) -> str:
         """The law in a line."""
-        first, last = self.coefficient[0], self.coefficient[-1]
-        return f"Coulomb from {first:g} to {last:g} over the distance slid by each asperity, from a table"
+        start, stop = self.coefficient[0], self.coefficient[-1]
+        return f"Coulomb from {start:g} to {stop:g} over the distance slid by each asperity, from a table"
