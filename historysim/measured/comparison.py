@@ -263,16 +263,17 @@ def passed(
     job.walk(recorder)
     load, stiffness, limit = (values[before:] for values in recorder.values.values())
     stiffness = stiffness / (1 + stiffness / instrument.stiffness) + instrument.parallel_stiffness
-    parallel_load = instrument.parallel_stiffness * target
 
     def in_time(values: Floats) -> Floats:
         sorted_values = np.empty_like(values)
         sorted_values[order] = values
         return sorted_values
 
+    displacement = in_time(target)
+    parallel_load = instrument.parallel_stiffness * displacement
     return ModelResponse(
         slope=in_time(stiffness),
-        displacement=in_time(target),
+        displacement=displacement,
         tangential_load=in_time(load) + parallel_load,
         parallel_load=parallel_load,
         stiffness=in_time(_stiffest(target, stiffness, 2 * observation.displacement_noise)),

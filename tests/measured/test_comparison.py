@@ -73,6 +73,18 @@ def test_a_record_without_a_loop_is_compared_without_a_table(compared):
     assert "no whole loop" in [text.get_text() for one in axes for text in one.texts]
 
 
+def test_spring_in_parallel_acts_on_the_displacement_of_each_sample(compared):
+    # noise gives the samples another order in time than along the branch
+    observed = compared.observation
+    ensemble, instrument = synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5})
+    spring = passed(ensemble, attrs.evolve(instrument, parallel_stiffness=2e4), observed)
+    alone = passed(ensemble, instrument, observed)
+    assert_array_equal(spring.displacement, alone.displacement)
+    assert_allclose(spring.tangential_load - alone.tangential_load, 2e4 * spring.displacement, rtol=0, atol=1e-15)
+    assert_array_equal(spring.contact_load, spring.tangential_load - spring.parallel_load)
+    assert_allclose(spring.contact_load, alone.tangential_load, rtol=0, atol=1e-15)
+
+
 # -- the picture -----------------------------------------------------------------------------------
 
 
