@@ -26,7 +26,7 @@ from historysim.log.event_log import Verdict
 from historysim.log.header import LogHeader
 from historysim.log.verification import Difference, Verification
 from historysim.measured import loop_values, sliding
-from historysim.measured.comparison import Comparison, observe, passed
+from historysim.measured.comparison import Comparison, compute_response, observe
 from historysim.recording.variables import COORDINATES, Changes
 from historysim.studies.workers import BrokenError, Processes
 from historysim.surfaces.distribution import Gaussian, Tabulated
@@ -87,7 +87,7 @@ def scenario(folder):
 
 def compared():
     observed = observe(synthetic.measured("ball", 0), skip=0)
-    response = passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    response = compute_response(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
     return Comparison(observed, response)
 
 

@@ -164,7 +164,10 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     height = abs(_area(moved, load) + float((moved[0] - moved[-1]) * (load[0] + load[-1])) / 2) / float(np.ptp(moved))
     gap, error = _gap_between_ends(moved, load)
     if math.isnan(gap):
-        gap, height = load[-1] - load[0], height + (REVERSAL * noise_of(load) + 2 * float(load_steps.min())) / CLOSED
+        gap, height = (
+            load[-1] - load[0],
+            height + (REVERSAL * noise_of(load) + 2 * float(load_steps.min())) / CLOSED,
+        )
     if max(abs(gap), CLOSED_ERRORS * error) > CLOSED * height:
         return None
     top = int(moved.argmax())

@@ -1,7 +1,7 @@
-"""A model beside a measurement: what it does along the measured displacement, and what it leaves of the load.
+"""Comparison of a model with a measurement: its response along the measured displacement, and the load residuals.
 
-The measured displacement is not free of noise, and a contact remembers every reversal. So a model does not follow the
-samples: from one turning point to the next it passes the measured displacements in their order along the branch.
+The measured displacement has noise, and a contact remembers every reversal. So a model does not follow the samples in
+time: from one turning point to the next it takes the measured displacements in ascending or descending order.
 """
 
 import functools
@@ -20,7 +20,6 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.loads.event_sequence import SampledLoads
-from historysim.measured.advice import FEWEST_OF_BRANCH, BranchSamples, advice
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import (
@@ -33,18 +32,19 @@ from historysim.measured.reduction import (
     noise_of,
     turning_points,
 )
+from historysim.measured.residual_diagnosis import FEWEST_OF_BRANCH, BranchSamples, diagnose_residuals
 from historysim.recording.recorder import TotalsRecorder
 from historysim.replaying import Replay
 
-# Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it.
+# Change of the normal load between successive samples, over its largest value, up to which it is not a step.
 LEAST_STEP = 5e-3
-MOST_BACK = 64  # samples that are looked back to for the stiffness that noise may have met
-PLACES = 40  # places that a branch is divided into
-SLIDES = 0.95  # load of the model over its friction limit from which on it is along sliding
-ONE_LOAD = 0.1  # move of the normal load on a branch, over its greatest value there, up to which it is at one load
-FEWEST_MEANS = 16  # samples that a branch keeps at least where neighbours are averaged: they show how it bends
-# Stiffness at reversals over that of the model below which a compliance in series has a note, and the standard errors
-# by which it is below.
+MOST_BACK = 64  # preceding samples searched for the largest stiffness within the noise of the displacement
+POSITION_BINS = 40  # position bins of a branch
+SLIDES = 0.95  # load of the model over its friction limit above which the contact counts as sliding
+ONE_LOAD = 0.1  # range of the normal load on a branch, over its largest value there, up to which the load is constant
+FEWEST_MEANS = 16  # least number of means on a branch: they show its curvature
+# A compliance in series is reported if the measured stiffness at reversals is below this fraction of the model's, by
+# this number of standard errors.
 SOFTER, CLEARLY = 0.5, 3.0
 
 
@@ -53,18 +53,18 @@ class Observation:
     """Samples of measured loops, in the order of their times."""
 
     time: Floats  #: (sample) [s]
-    displacement: Floats  #: (sample) Measured tangential displacement: that of the drive [m]
+    displacement: Floats  #: (sample) Measured tangential displacement of the drive [m]
     tangential_load: Floats  #: (sample) Measured tangential load [N]
     normal_load: Floats  #: (sample) Normal load [N], ≥ 0
     turns: Integers  #: (turn) Indices of the turning points of the displacement, with the first and the last sample
-    #: (node) Indices of the samples at which the contact remembers the displacement: the turning points, and those
-    #: before and after a step of the normal load.
+    #: (node) Indices of the samples at which the contact remembers the displacement: the turning points, and the
+    #: samples before and after a step of the normal load.
     nodes: Integers
-    #: (node) How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the
-    #: noise of the displacement, and by half the way to the next sample, for a channel may turn between two samples.
+    #: (node) Standard deviation of the true node displacements about the measured ones [m]: the noise of the
+    #: displacement, and half the distance to the next sample, since a channel may turn between two samples.
     node_deviation: Floats
-    #: (node) Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the
-    #: mean by a quarter of the way to the next one where the displacement comes and goes evenly.
+    #: (node) Expected less measured node displacement [m]: a turn exceeds the outermost sample, on average by a quarter
+    #: of the distance to the next one if the displacement reverses evenly.
     node_offset: Floats
     displacement_noise: float
     #: displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N].
@@ -75,55 +75,56 @@ class Observation:
     skip: int = 0  #: loops at the start that are not compared
     #: Whether the contact is pressed at displacement 0, and then moved to the first sample, since its zero is known.
     starts_displaced: bool = False
-    first: int = 0  #: the sample that a comparison begins at: those before are walked through, and not compared
-    remarks: tuple[tuple[str, str], ...] = ()  #: what was done to the samples before
+    start_sample: int = 0  #: first sample compared: earlier ones are replayed, and not compared
+    remarks: tuple[tuple[str, str], ...] = ()  #: earlier processing of the samples
 
-    def thinned(self, most: int) -> "Observation":
-        """Return an observation of all nodes, and of about so many of the samples between them, evenly."""
-        stride = -(-self.time.size // most)
+    def thin(self, sample_count: int) -> "Observation":
+        """Return an observation with all nodes and about `sample_count` evenly spaced samples."""
+        stride = -(-self.time.size // sample_count)
         if stride <= 1:
             return self
-        kept = np.union1d(np.arange(0, self.time.size, stride), np.append(self.nodes, self.first))
+        samples = np.union1d(np.arange(0, self.time.size, stride), np.append(self.nodes, self.start_sample))
         channels = "time", "displacement", "tangential_load", "normal_load"
         return attrs.evolve(
             self,
-            **{name: getattr(self, name)[kept] for name in channels},
-            turns=np.searchsorted(kept, self.turns),
-            nodes=np.searchsorted(kept, self.nodes),
-            first=int(np.searchsorted(kept, self.first)),
+            **{name: getattr(self, name)[samples] for name in channels},
+            turns=np.searchsorted(samples, self.turns),
+            nodes=np.searchsorted(samples, self.nodes),
+            start_sample=int(np.searchsorted(samples, self.start_sample)),
             loops=None,
         )
 
-    def averaged(self, most: int) -> "Observation":
-        """Return an observation of all nodes, and of means of neighbouring samples between them, about `most` in all.
+    def average(self, sample_count: int) -> "Observation":
+        """Return an observation with all nodes and, between them, means of neighbouring samples, about `sample_count`.
 
-        Each branch keeps `FEWEST_MEANS` samples or more. The noise of the means is estimated anew: it falls by the root
-        of their number where it is white, and by less where it is correlated.
+        Each branch has at least `FEWEST_MEANS` means. Their noise is estimated again: averaging n samples reduces white
+        noise by √n, and correlated noise by less.
         """
-        together = -(-self.time.size // most)
-        if together <= 1:
+        group_size = -(-self.time.size // sample_count)
+        if group_size <= 1:
             return self
         starts = []
-        for node, end in itertools.pairwise(self.nodes.tolist()):
-            count = end - node - 1
-            means = min(count, max(-(-count // together), FEWEST_MEANS))
+        for node, next_node in itertools.pairwise(self.nodes.tolist()):
+            count = next_node - node - 1
+            means = min(count, max(-(-count // group_size), FEWEST_MEANS))
             starts += [[node], node + 1 + np.arange(means) * count // max(means, 1)]
-        first_of = np.concatenate([*starts, self.nodes[-1:]])
-        sizes = np.diff(first_of, append=self.time.size)
+        group_starts = np.concatenate([*starts, self.nodes[-1:]])
+        sizes = np.diff(group_starts, append=self.time.size)
         names = "time", "displacement", "tangential_load", "normal_load"
-        channels: dict[str, Any] = {name: np.add.reduceat(getattr(self, name), first_of) / sizes for name in names}
-        white = 1 / math.sqrt(together)
+        channels: dict[str, Any] = {name: np.add.reduceat(getattr(self, name), group_starts) / sizes for name in names}
+        white = 1 / math.sqrt(group_size)
         displacement_noise, load_noise = (
             float(np.clip(noise_of(channels[name]), white * noise, noise))
             for name, noise in (("displacement", self.displacement_noise), ("tangential_load", self.load_noise))
         )
-        text = f"{self.time.size:,} samples as {first_of.size:,}: turning points, and means of {together} between them"
+        count = f"{self.time.size:,} samples as {group_starts.size:,}"
+        text = f"{count}: turning points, and means of {group_size} between them"
         return attrs.evolve(
             self,
             **channels,
-            turns=np.searchsorted(first_of, self.turns),
-            nodes=np.searchsorted(first_of, self.nodes),
-            first=int(np.searchsorted(first_of, self.first)),
+            turns=np.searchsorted(group_starts, self.turns),
+            nodes=np.searchsorted(group_starts, self.nodes),
+            start_sample=int(np.searchsorted(group_starts, self.start_sample)),
             displacement_noise=displacement_noise,
             load_noise=load_noise,
             remarks=(*self.remarks, ("averaged", text)),
@@ -138,18 +139,18 @@ def observe(
     load_noise: float | None = None,
     parallel_stiffness: float = 0.0,
 ) -> Observation:
-    """Return the samples of a measurement that a model is compared with, with turning points, loops and noise.
+    """Prepare the samples of a measurement for comparison with a model: turning points, loops and noise.
 
-    Loops at the start are skipped; the noise of the displacement [m] and of the load [N] is estimated by default. Loops
-    are those of the contact, without the load of a spring in parallel [N/m].
+    `skip` loops at the start are replayed and not compared; the noise of the displacement [m] and of the load [N] is
+    estimated by default. Loops are evaluated without the load of a spring in parallel [N/m].
     """
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
     measurement.check_pressed()
     displacement, spikes = _without_spikes(displacement)
-    given = measurement.dead_band.get("tangential_displacement")
-    check_moves(displacement, given)
-    dead_band = loop_dead_band(displacement, given)
+    explicit_band = measurement.dead_band.get("tangential_displacement")
+    check_moves(displacement, explicit_band)
+    dead_band = loop_dead_band(displacement, explicit_band)
     turns = turning_points(displacement, dead_band)
     skip = check_skip(skip)
     start = 1 + 2 * skip if skip else 0
@@ -167,8 +168,8 @@ def observe(
         # one closed period: the cycles before it were not stored, so the model follows the record from a reversal on
         start = max(start, 1)
     noise = noise_of(displacement) if displacement_noise is None else displacement_noise
-    nodes = np.union1d(turns, load_steps(normal))
-    # half of the way from each sample to the farther one of its neighbours
+    nodes = np.union1d(turns, find_load_steps(normal))
+    # half the distance from each sample to the farther one of its neighbours
     steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
     half_step, offset = np.maximum(steps[:-1], steps[1:]) / 2, np.zeros(displacement.size)
     offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
@@ -188,15 +189,15 @@ def observe(
         loops=loops,
         skip=skip,
         starts_displaced=measurement.starts_displaced,
-        first=int(turns[start]),
+        start_sample=int(turns[start]),
         remarks=(*measurement.remarks, *spikes),
     )
 
 
 def _without_spikes(displacement: Floats) -> tuple[Floats, list[tuple[str, str]]]:
-    """Return a displacement with the mean of both neighbours in place of its spikes, and a line that says so.
+    """Replace spikes of a displacement by the mean of both neighbours; return a remark as well.
 
-    A spike near a reversal would be taken for the turning point.
+    A spike near a reversal would count as the turning point.
     """
     spikes = np.flatnonzero(find_spikes(displacement, USUAL_STEPS))
     if spikes.size < FEWEST_SPIKES:
@@ -204,17 +205,17 @@ def _without_spikes(displacement: Floats) -> tuple[Floats, list[tuple[str, str]]
     clean = displacement.copy()
     clean[spikes] = (displacement[spikes - 1] + displacement[spikes + 1]) / 2
     many = f"{spikes.size:,} of {displacement.size:,} readings of the displacement stand out from both neighbours"
-    return clean, [("spikes", f"{many}: the mean of these stands in their place")]
+    return clean, [("spikes", f"{many}: each is replaced by their mean")]
 
 
 @attrs.frozen(eq=False)
 class ModelResponse:
-    """What a model does at each sample of an observation."""
+    """Response of a model at each sample of an observation."""
 
-    displacement: Floats  #: (sample) Of the drive, which near a sample is that of the observation [m]
+    displacement: Floats  #: (sample) Displacement of the drive, close to the measured one [m]
     tangential_load: Floats  #: (sample) [N]
-    #: (sample) Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the
-    #: displacement may have met.
+    #: (sample) Slope of the load over the displacement of the drive [N/m]: the largest one within the noise of the
+    #: displacement.
     stiffness: Floats
     slope: Floats  #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
     friction_limit: Floats  #: (sample) [N]
@@ -227,7 +228,7 @@ class ModelResponse:
         return load
 
 
-def passed(
+def compute_response(
     ensemble: Ensemble,
     instrument: Instrument,
     observation: Observation,
@@ -243,46 +244,46 @@ def passed(
     offset
         Displacement added to all samples [m].
     """
-    moved = np.asarray(shifts, dtype=np.float64)
+    node_shifts = np.asarray(shifts, dtype=np.float64)
     target = observation.displacement + offset
-    target[observation.nodes[1 : 1 + moved.size]] += moved
+    target[observation.nodes[1 : 1 + node_shifts.size]] += node_shifts
     order = np.arange(target.size)
-    for start, end in itertools.pairwise(observation.nodes):
-        between = np.clip(target[start + 1 : end], *sorted((target[start], target[end])))
-        ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
-        target[start + 1 : end] = between[ranks]
-        order[start + 1 : end] = start + 1 + ranks
-    # A start that is not compared represents an unknown past, and one with a known zero was reached from there: the
-    # contact was pressed before it was moved to the first displacement. Moved while pressed, more of it would stick.
-    before = int((observation.first > 0 or observation.starts_displaced) and target[0] != 0)
-    time, normal = (np.append(each[:before], each) for each in (observation.time, observation.normal_load))
-    loads = SampledLoads(time, normal, np.append(np.zeros(before), target))
-    # totals alone: the cost does not grow with the asperities
+    for start, stop in itertools.pairwise(observation.nodes):
+        between = np.clip(target[start + 1 : stop], *sorted((target[start], target[stop])))
+        ranks = np.argsort(between if target[stop] >= target[start] else -between, kind="stable")
+        target[start + 1 : stop] = between[ranks]
+        order[start + 1 : stop] = start + 1 + ranks
+    # A start that is not compared represents an unknown history, and one with a known zero was reached from there: the
+    # contact is pressed before it moves to the first displacement. Moved during pressing, more of it would stick.
+    preloaded = int((observation.start_sample > 0 or observation.starts_displaced) and target[0] != 0)
+    time, normal = (np.append(values[:preloaded], values) for values in (observation.time, observation.normal_load))
+    loads = SampledLoads(time, normal, np.append(np.zeros(preloaded), target))
+    # record totals only: the cost does not grow with the number of asperities
     job = Replay(ensemble, loads, record="totals", instrument=instrument)
     recorder = job.recorder(TotalsRecorder, names=("tangential_load", "tangential_stiffness", "friction_limit"))
     job.walk(recorder)
-    load, stiffness, limit = (values[before:] for values in recorder.values.values())
+    load, stiffness, limit = (values[preloaded:] for values in recorder.values.values())
     stiffness = stiffness / (1 + stiffness / instrument.stiffness) + instrument.parallel_stiffness
 
-    def in_time(values: Floats) -> Floats:
+    def restore_order(values: Floats) -> Floats:
         sorted_values = np.empty_like(values)
         sorted_values[order] = values
         return sorted_values
 
-    displacement = in_time(target)
+    displacement = restore_order(target)
     parallel_load = instrument.parallel_stiffness * displacement
     return ModelResponse(
-        slope=in_time(stiffness),
+        slope=restore_order(stiffness),
         displacement=displacement,
-        tangential_load=in_time(load) + parallel_load,
+        tangential_load=restore_order(load) + parallel_load,
         parallel_load=parallel_load,
-        stiffness=in_time(_stiffest(target, stiffness, 2 * observation.displacement_noise)),
-        friction_limit=in_time(limit),
+        stiffness=restore_order(_max_recent_stiffness(target, stiffness, 2 * observation.displacement_noise)),
+        friction_limit=restore_order(limit),
     )
 
 
-def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
-    """Return the greatest stiffness at each sample, the one before it, and those before it within reach."""
+def _max_recent_stiffness(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
+    """Return the greatest stiffness of each sample, the one before it, and earlier ones within reach."""
     greatest = stiffness.copy()
     for back in range(1, min(displacement.size, MOST_BACK)):
         near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
@@ -292,122 +293,123 @@ def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
     return greatest
 
 
-def load_steps(normal_load: Floats) -> Integers:
+def find_load_steps(normal_load: Floats) -> Integers:
     """Return the samples between which the normal load changes by much more than its noise."""
     change = np.abs(np.diff(normal_load))
-    # the last step of a digitiser is none, though a load that rests on it seems to be free of noise
-    least = max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max()))
-    before = np.flatnonzero(change > least)
-    steps: Integers = np.union1d(before, before + 1)
+    # the last digit is not a step, although a load that rests on it seems free of noise
+    threshold = max(
+        10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max())
+    )
+    step_samples = np.flatnonzero(change > threshold)
+    steps: Integers = np.union1d(step_samples, step_samples + 1)
     return steps
 
 
-# -- what a model leaves ---------------------------------------------------------------------------
+# -- residuals -------------------------------------------------------------------------------------
 
 
 @attrs.frozen(eq=False)
 class Residuals:
-    """What a model leaves of measured loops."""
+    """Residuals of a model along measured loops, and their distribution."""
 
     rms: float  #: root of the mean square [N]
     largest: float  #: the largest load that was measured [N]
     at_reversals: float
-    #: at_reversals and along_sliding: shares of the squares that are alike in all loops, where the model sticks or
-    #: slips in part, and where it slides.
+    #: at_reversals and along_sliding: fractions of the sum of squares that recur in all loops, in stick or partial slip
+    #: of the model, and in sliding.
     along_sliding: float
-    between_branches: float  #: share that is a branch's own, all along it
-    place: Floats  #: (direction, place) Share of the way from one turning point to the next [1]
-    #: (direction, place) Measured less model load there, over all branches that rise and all that fall [N]; NaN where
-    #: no sample is.
+    between_branches: float  #: fraction due to a constant offset of each branch
+    position: Floats  #: (direction, bin) Fraction of the distance from one turning point to the next [1]
+    #: (direction, bin) Mean of measured less model load over all branches of a direction [N]; NaN in empty bins.
     mean: Floats
 
     def text(self) -> str:
-        """Return how much is left, and where."""
+        """Describe the size of the residuals and their distribution."""
         shares = {
             "the same in all loops before sliding": self.at_reversals,
             "the same in all loops during sliding": self.along_sliding,
             "offsets of branches": self.between_branches,
             "noise": 1 - self.at_reversals - self.along_sliding - self.between_branches,
         }
-        parts = sorted(shares.items(), key=lambda item: -item[1])
-        of = ", ".join(f"{100 * share:.0f} % {where}" for where, share in parts if share >= 0.01)
-        return f"rms residual {100 * self.rms / self.largest:.2g} % of the largest load; of its square {of}"
+        ranked = sorted(shares.items(), key=lambda item: -item[1])
+        breakdown = ", ".join(f"{100 * share:.0f} % {where}" for where, share in ranked if share >= 0.01)
+        return f"rms residual {100 * self.rms / self.largest:.2g} % of the largest load; of its square {breakdown}"
 
 
-def residuals_of(observation: Observation, response: ModelResponse, compared: Integers | None = None) -> Residuals:
-    """Return what a model leaves of what was measured, at the samples compared, and where.
+def compute_residuals(observation: Observation, response: ModelResponse, compared: Integers | None = None) -> Residuals:
+    """Compute the residuals of a model at the samples compared, and their distribution.
 
-    Each sample is at a place of its branch, its share of the way from one turning point to the next. What is left of
-    the load is split into its mean at that place over all branches of a direction, the mean of the rest over each
-    branch, and what is left of both; their squares add up.
+    The position of a sample is its fraction of the distance from one turning point to the next. Residuals are split
+    into their mean at a position over all branches of a direction, the mean of the rest over each branch, and the
+    remainder; the three sums of squares add up.
     """
-    samples = np.arange(observation.first, observation.time.size) if compared is None else compared
+    samples = np.arange(observation.start_sample, observation.time.size) if compared is None else compared
     turns = observation.turns
-    branch, cell = _branch_of(turns, samples), places_of(observation, samples)
-    off = (observation.tangential_load - response.tangential_load)[samples]
-    mean = _means(cell, off, 2 * PLACES)
-    alike = np.nan_to_num(mean)[cell]
-    own = np.nan_to_num(_means(branch, off - alike, turns.size - 1))[branch]
+    branch, cell = _find_branches(turns, samples), assign_position_bins(observation, samples)
+    residual = (observation.tangential_load - response.tangential_load)[samples]
+    mean = _means(cell, residual, 2 * POSITION_BINS)
+    common = np.nan_to_num(mean)[cell]
+    branch_offset = np.nan_to_num(_means(branch, residual - common, turns.size - 1))[branch]
     limit = response.friction_limit[samples]
     slides = np.abs(response.contact_load[samples]) >= SLIDES * limit
-    total = float(off @ off) or 1.0
-    places = np.tile((np.arange(PLACES) + 0.5) / PLACES, (2, 1))
+    total = float(residual @ residual) or 1.0
+    positions = np.tile((np.arange(POSITION_BINS) + 0.5) / POSITION_BINS, (2, 1))
     return Residuals(
-        rms=float(np.sqrt(np.mean(off**2))),
+        rms=float(np.sqrt(np.mean(residual**2))),
         largest=float(np.abs(observation.tangential_load[samples]).max(initial=0.0)) or 1.0,
-        at_reversals=float(np.sum(alike[~slides] ** 2)) / total,
-        along_sliding=float(np.sum(alike[slides] ** 2)) / total,
-        between_branches=float(own @ own) / total,
-        place=places,
-        mean=mean.reshape(2, PLACES),
+        at_reversals=float(np.sum(common[~slides] ** 2)) / total,
+        along_sliding=float(np.sum(common[slides] ** 2)) / total,
+        between_branches=float(branch_offset @ branch_offset) / total,
+        position=positions,
+        mean=mean.reshape(2, POSITION_BINS),
     )
 
 
-def places_of(observation: Observation, samples: Integers) -> Integers:
-    """Return the numbers of the places that samples have on their branches, those of falling branches behind."""
-    turns, moved = observation.turns, observation.displacement
-    branch = _branch_of(turns, samples)
-    start, way = moved[turns[branch]], moved[turns[branch + 1]] - moved[turns[branch]]
-    share = np.divide(moved[samples] - start, way, out=np.zeros(samples.size), where=way != 0)
-    falls = (way < 0).astype(np.int64)
-    places: Integers = falls * PLACES + np.clip((share * PLACES).astype(np.int64), 0, PLACES - 1)
-    return places
+def assign_position_bins(observation: Observation, samples: Integers) -> Integers:
+    """Return the position bin of samples on their branches, falling branches after rising ones."""
+    turns, displacement = observation.turns, observation.displacement
+    branch = _find_branches(turns, samples)
+    start, stroke = displacement[turns[branch]], displacement[turns[branch + 1]] - displacement[turns[branch]]
+    fraction = np.divide(displacement[samples] - start, stroke, out=np.zeros(samples.size), where=stroke != 0)
+    falls = (stroke < 0).astype(np.int64)
+    bins: Integers = falls * POSITION_BINS + np.clip((fraction * POSITION_BINS).astype(np.int64), 0, POSITION_BINS - 1)
+    return bins
 
 
-def _branch_of(turns: Integers, samples: Integers) -> Integers:
+def _find_branches(turns: Integers, samples: Integers) -> Integers:
     branch: Integers = np.clip(np.searchsorted(turns, samples, side="right") - 1, 0, turns.size - 2)
     return branch
 
 
 def _means(group: Integers, values: Floats, count: int) -> Floats:
-    """Return the mean of values in each group, NaN in those without."""
+    """Compute the mean of values in each group, NaN in empty ones."""
     with np.errstate(invalid="ignore"):
         return np.asarray(np.bincount(group, values, count) / np.bincount(group, minlength=count))
 
 
 @attrs.frozen(eq=False)
 class Comparison:
-    """A model beside a measurement."""
+    """Comparison of a model with a measurement."""
 
-    observation: Observation  #: what was measured
-    response: ModelResponse  #: what the model does along it
-    instrument: Instrument = RIGID  #: what the displacement was measured by
-    #: What the model does between the turning points as they were measured, where the response is between fitted ones,
-    #: which take up what a model lacks.
+    observation: Observation  #: the measurement
+    response: ModelResponse  #: response of the model along the measurement
+    instrument: Instrument = RIGID  #: instrument in series with the contact
+    #: Response between the measured turning points, if `response` is between fitted ones: those absorb errors of the
+    #: model.
     between_turns: ModelResponse | None = None
-    model: Loops | None = attrs.field(init=False)  #: loops of the model, None where it has no whole one
+    model: Loops | None = attrs.field(init=False)  #: loops of the model, None without a whole one
 
     @model.default
     def _model(self) -> Loops | None:
-        seen = self.observation
+        observation = self.observation
         try:
             return loops_of_channels(
-                seen.time,
+                observation.time,
                 self.response.displacement,
                 self.response.contact_load,
-                seen.normal_load,
-                dead_band=seen.dead_band,
-                skip=seen.skip,
+                observation.normal_load,
+                dead_band=observation.dead_band,
+                skip=observation.skip,
             )
         except NoLoopError:
             # without a whole loop the samples can still be compared
@@ -422,18 +424,18 @@ class Comparison:
 
     @property
     def measured(self) -> Loops | None:
-        """The measured loops, None where there is no whole one."""
+        """The measured loops, None without a whole one."""
         return self.observation.loops
 
     @property
     def difference(self) -> Floats:
-        """Measured less model tangential load (sample) [N], from the first sample that is compared on."""
-        off: Floats = self.observation.tangential_load - self.response.tangential_load
-        return off[self.observation.first :]
+        """Measured less model tangential load (sample) [N], from the first sample compared."""
+        residual: Floats = self.observation.tangential_load - self.response.tangential_load
+        return residual[self.observation.start_sample :]
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text) that say how far the two are apart."""
-        left, loads = self.left, [] if self.measured is None else self.measured.by_load().value.tolist()
+        """Return lines of (label, text) on the difference of model and measurement."""
+        residuals, loads = self.residuals, [] if self.measured is None else self.measured.by_load().value.tolist()
         lines = [
             *self.observation.remarks,
             ("samples compared", f"{self.difference.size:,}"),
@@ -441,52 +443,68 @@ class Comparison:
             ("loops", "none" if self.measured is None else f"{len(self.measured):,}"),
         ]
         if len(loads) > 1:
-            each = ", ".join(quantity_text(load, "N", 3) for load in loads)
-            over = "means below are over all of them, those of historysim loops at each load"
-            lines.append(("normal loads", f"{each}; {over}"))
-        share = f"{100 * left.rms / left.largest:.3g} % of the largest tangential load"
-        lines.append(("rms difference", f"{quantity_text(left.rms, 'N')}, {share}"))
+            load_list = ", ".join(quantity_text(load, "N", 3) for load in loads)
+            over = "means below are over all loads; historysim loops has means at each load"
+            lines.append(("normal loads", f"{load_list}; {over}"))
+        share = f"{100 * residuals.rms / residuals.largest:.3g} % of the largest tangential load"
+        lines.append(("rms difference", f"{quantity_text(residuals.rms, 'N')}, {share}"))
         return [*lines, *(("note", text) for text in self.notes)]
 
     @property
-    def left(self) -> Residuals:
-        """What the model leaves, and where."""
-        return residuals_of(self.observation, self.response)
+    def residuals(self) -> Residuals:
+        """Residuals of the model, and their distribution."""
+        return compute_residuals(self.observation, self.response)
 
     @functools.cached_property
     def notes(self) -> tuple[str, ...]:
-        """What the record shows beside the model: faults, drift, a compliance in series, or what its misfit is like."""
-        seen = (*(self.measured.faults if self.measured else ()), *self._compliance())
-        # what moves the load along a branch in its own way is mended first
-        if any(word in note for note in seen for word in ("look", "drift")):
-            return seen
-        return (*seen, *advice(list(self._branches()), float(np.median(self.observation.node_deviation))))
+        """Findings of the comparison: faults, drift, a compliance in series, or the form of the residuals."""
+        findings = (*(self.measured.faults if self.measured else ()), *self._compliance())
+        # these change the load along a branch, so they are corrected first
+        if any(word in note for note in findings for word in ("look", "drift")):
+            return findings
+        return (
+            *findings,
+            *diagnose_residuals(list(self._branches()), float(np.median(self.observation.node_deviation))),
+        )
 
     def _branches(self) -> Iterator[BranchSamples]:
-        """Yield the whole branches at one load that are compared, without the first and the last."""
-        seen, response = self.observation, self.between_turns or self.response
-        channels = (seen.time, response.displacement, seen.tangential_load, response.tangential_load, response.slope)
-        for first, last in itertools.pairwise(seen.turns[1:-1].tolist()):
-            normal = seen.normal_load[first : last + 1]
-            if first >= seen.first and last - first >= FEWEST_OF_BRANCH and np.ptp(normal) <= ONE_LOAD * normal.max():
-                yield BranchSamples.of(*(each[first : last + 1] for each in channels))
+        """Yield the whole branches at one load that are compared, except the first and the last."""
+        observation, response = self.observation, self.between_turns or self.response
+        channels = (
+            observation.time,
+            response.displacement,
+            observation.tangential_load,
+            response.tangential_load,
+            response.slope,
+        )
+        for start, stop in itertools.pairwise(observation.turns[1:-1].tolist()):
+            normal = observation.normal_load[start : stop + 1]
+            if (
+                start >= observation.start_sample
+                and stop - start >= FEWEST_OF_BRANCH
+                and np.ptp(normal) <= ONE_LOAD * normal.max()
+            ):
+                yield BranchSamples.from_channels(*(values[start : stop + 1] for values in channels))
 
     def _compliance(self) -> list[str]:
         """Return a note on a record that is much softer than the model."""
         if self.measured is None or self.model is None or not self.measured.is_friction.all():
             return []
-        # read off in one way: few samples on a steep branch make both look soft
+        # both by the same method: few samples on a steep branch make both look soft
         of_measured, of_model = (loops.statistics("tangential_stiffness") for loops in (self.measured, self.model))
-        measured, whole = of_measured.mean, of_model.mean
+        measured_stiffness, model_stiffness = of_measured.mean, of_model.mean
         scatter = of_measured.standard_deviation if of_measured.count > 1 else 0.0
         error = CLEARLY * scatter / math.sqrt(of_measured.count or 1)
-        if not 0 < measured + error < SOFTER * whole:
+        if not 0 < measured_stiffness + error < SOFTER * model_stiffness:
             return []
-        series = quantity_text(1 / (1 / measured - 1 / whole + 1 / self.instrument.stiffness), "N/m", 3)
+        series = quantity_text(
+            1 / (1 / measured_stiffness - 1 / model_stiffness + 1 / self.instrument.stiffness), "N/m", 3
+        )
         start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         note = (
-            f"the record is softer at reversals than the model, {quantity_text(measured, 'N/m', 3)} against "
-            f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; fit lateral_stiffness"
+            f"the record is softer at reversals than the model, {quantity_text(measured_stiffness, 'N/m', 3)} against "
+            f"{quantity_text(model_stiffness, 'N/m', 3)}: looks like a compliance in series of {series}; "
+            "fit lateral_stiffness"
         )
         return [note + start]
 
@@ -496,7 +514,7 @@ class Comparison:
             return []
         table = [("quantity", "measured", "model")]
         for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items():
-            # what is left out here is the displacement read in another way
+            # the displacements left out here are other definitions of the same length
             if not name.endswith("_gap") and name not in {"displacement_from_zero_load", "virgin_displacement"}:
                 table.append((label, self.measured.text(name, unit), self.model.text(name, unit)))
         return table

@@ -15,7 +15,7 @@ from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
-from historysim.measured.comparison import Observation, load_steps, observe, passed
+from historysim.measured.comparison import Observation, compute_response, find_load_steps, observe
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, noise_of, turning_points
 
@@ -159,7 +159,7 @@ def rests_of(measurement: Measurement) -> list[Rest]:
     noise = estimated_noise(displacement)
     swing = float(np.median(np.abs(np.diff(displacement[turns])))) if turns.size > 1 else 0.0
     within = max(WITHIN * noise, LEAST_BAND * swing)
-    steps = load_steps(measurement["normal_load"])
+    steps = find_load_steps(measurement["normal_load"])
     held = [_around(displacement, time, int(turn), within) for turn in turns[1:]]
     found: list[Rest] = []
     for rest in (each for each in held if each is not None):
@@ -366,7 +366,7 @@ class _Record:
             moved[part.samples] -= crept
             moved[part.samples[-1] + 1 :] -= crept[-1]
         observation = attrs.evolve(self.observation, displacement=moved)
-        return passed(self.ensemble, self.instrument, observation).tangential_load
+        return compute_response(self.ensemble, self.instrument, observation).tangential_load
 
     def points(self, left: Floats) -> _Points:
         """Return the means of what is left of the load (sample) [N] in the holds."""

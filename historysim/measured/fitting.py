@@ -12,8 +12,8 @@ import numpy as np
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import UNIT_OF, quantity_text
 from historysim.basics.wording import counted
-from historysim.measured import scatter
-from historysim.measured.comparison import ModelResponse, Observation, residuals_of
+from historysim.measured import intervals
+from historysim.measured.comparison import ModelResponse, Observation, compute_residuals
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, OFFSET, Model, Search, SearchResult
 
@@ -233,7 +233,7 @@ def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> Parameter
 def _notes_on_search(search: Search, end: SearchResult, misfit: float, *, minimum: bool) -> list[str]:
     notes = []
     if misfit > MUCH_WORSE:
-        left = residuals_of(search.observation, end.response, search.compared)
+        left = compute_residuals(search.observation, end.response, search.compared)
         noise = math.sqrt(float(np.mean(end.noise**2))) / left.largest
         notes.append(
             f"{left.text()}, where noise leaves {100 * noise:.2g} %: the model lacks something, or the fit needs "
@@ -268,7 +268,7 @@ def check_start(observation: Observation) -> list[str]:
     first = float(observation.tangential_load[0])
     # at rest the load is zero, or where an offset of the load has its zero; loops to one side have another middle
     begins = min(abs(first), abs(first - load))
-    centred = observation.first > 0 and abs(place) <= CENTRED * half_stroke
+    centred = observation.start_sample > 0 and abs(place) <= CENTRED * half_stroke
     if not half_load or centred or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise):
         return []
     text = (
@@ -283,19 +283,21 @@ def check_start(observation: Observation) -> list[str]:
 def _pieces(search: Search) -> Integers:
     """Return the first sample of each piece of the record that intervals go by, and the number of samples."""
     observation = search.observation
-    return scatter.pieces(observation.turns[observation.turns >= observation.first], observation.time.size)
+    return intervals.split_into_pieces(
+        observation.turns[observation.turns >= observation.start_sample], observation.time.size
+    )
 
 
-def _wanders(search: Search, end: SearchResult, covariance: Floats, misfit: float) -> list[scatter.Wander] | None:
+def _wanders(search: Search, end: SearchResult, covariance: Floats, misfit: float) -> list[intervals.Wander] | None:
     """Return how the estimates wander over the pieces of the record; None where they are too few."""
     bounds = _pieces(search)
     count = bounds.size - 1
-    if count < scatter.FEWEST_LOOPS:
+    if count < intervals.FEWEST_LOOPS:
         return None
     moves, shares = _moved(search, end, covariance, bounds)
-    by_loop = [scatter.wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
+    by_loop = [intervals.compute_wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
     # of few loops, their branches show twice as much
-    branches = count <= scatter.MOST_PIECES // 2
+    branches = count <= intervals.MOST_PIECES // 2
     if branches:
         moves, shares = _moved(search, end, covariance, _branches(search))
     weighed = np.ones(end.residual.size)
@@ -304,10 +306,10 @@ def _wanders(search: Search, end: SearchResult, covariance: Floats, misfit: floa
     noise = float(np.clip(misfit, LEAST_NOISE, 1.0)) * np.linalg.norm(
         end.slopes @ covariance * weighed[:, None], axis=0
     )
-    left = residuals_of(search.observation, end.response, search.compared)
+    left = compute_residuals(search.observation, end.response, search.compared)
     second_order = SECOND_ORDER * left.between_branches * (left.rms / left.largest) ** 2
     reaches = [
-        scatter.reach(move, share, error, CONFIDENCE, sides=branches, line=each.drifts)
+        intervals.compute_half_width(move, share, error, CONFIDENCE, sides=branches, line=each.drifts)
         for each, move, share, error in zip(by_loop, moves.T, shares.T, noise.tolist(), strict=True)
     ]
     return [
@@ -319,7 +321,7 @@ def _wanders(search: Search, end: SearchResult, covariance: Floats, misfit: floa
 def _branches(search: Search) -> Integers:
     """Return the first sample of each branch that is compared, and the number of samples."""
     observation = search.observation
-    starts = observation.turns[observation.turns >= observation.first][:-1]
+    starts = observation.turns[observation.turns >= observation.start_sample][:-1]
     # the first quarter of a record belongs to the branch behind it
     starts = starts if observation.skip else np.delete(starts, 1)
     return np.append(starts, observation.time.size)
@@ -339,7 +341,7 @@ def _moved(search: Search, end: SearchResult, covariance: Floats, bounds: Intege
     return moves, shares / shares.sum(axis=0)
 
 
-def _drifting(parameter: Parameter, wander: scatter.Wander) -> Parameter:
+def _drifting(parameter: Parameter, wander: intervals.Wander) -> Parameter:
     """Return a parameter with its drift along the record, where there is one."""
     # where one piece shows little, a line of logarithms is none
     if parameter.name == OFFSET or not wander.drifts or abs(wander.rise) + wander.rise_reach > 1:

@@ -15,9 +15,9 @@ from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.wording import columns, html_table
 from historysim.measured.branches import read_aperture, split_compliance
 from historysim.measured.correction import running_median
+from historysim.measured.intervals import FEWEST_LOOPS, compute_mean_wander
 from historysim.measured.loop_table import CONFIDENCE, LoopQuantity, LoopStatistics, LoopTable, interval_text
 from historysim.measured.loop_values import LoopValues
-from historysim.measured.scatter import FEWEST_LOOPS, of_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -197,7 +197,7 @@ class Fretting:
         if values.size < FEWEST_LOOPS or not self.one_load:
             return None
         if self.along == "loop":
-            wander = of_values(values, CONFIDENCE)
+            wander = compute_mean_wander(values, CONFIDENCE)
             reach = math.nan if wander is None else wander.reach
         else:
             from scipy import stats

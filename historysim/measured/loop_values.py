@@ -16,6 +16,7 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured import branch_shape
 from historysim.measured.branches import Definitions, Trace
+from historysim.measured.intervals import Wander, compute_mean_wander
 from historysim.measured.loop_table import (
     CONFIDENCE,
     Along,
@@ -28,7 +29,6 @@ from historysim.measured.loop_table import (
     same_load,
 )
 from historysim.measured.reduction import sign_lost
-from historysim.measured.scatter import Wander, of_values
 
 Direction = Literal["forward", "backward", "both"]
 
@@ -259,7 +259,7 @@ class LoopValues:
         """Return how the mean of a quantity over the large loops wanders; None for fewer than three with a value."""
         values = self._of_slid(quantity)[self.large]
         values = values.reshape(len(values), -1).mean(axis=1)
-        return of_values(values[np.isfinite(values)], CONFIDENCE)
+        return compute_mean_wander(values[np.isfinite(values)], CONFIDENCE)
 
     def energy_law(self) -> tuple[PowerLawFit, int] | None:
         """Return energy per loop as a power of the amplitude, and its number of amplitudes.

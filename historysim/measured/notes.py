@@ -12,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
-from historysim.measured import scatter
+from historysim.measured import intervals
 from historysim.measured.branch_shape import are_level, shapes
 from historysim.measured.branches import Trace
 from historysim.measured.loop_table import CONFIDENCE
@@ -255,10 +255,10 @@ def _spikes(trace: Trace) -> Iterator[str]:
 def _of_the_zero(friction_force: Floats) -> Iterator[str]:
     forward, backward = friction_force.T
     known = np.isfinite(forward) & np.isfinite(backward)
-    if np.count_nonzero(known) < scatter.FEWEST_LOOPS:
+    if np.count_nonzero(known) < intervals.FEWEST_LOOPS:
         return
     middle, force = (forward - backward)[known] / 2, float((forward + backward)[known].mean()) / 2
-    wander = scatter.of_values(middle, CONFIDENCE)
+    wander = intervals.compute_mean_wander(middle, CONFIDENCE)
     if wander is None or not force > 0:
         return
     offset = float(middle.mean())
@@ -307,7 +307,7 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         opens, closes = np.interp((before + after) / 2 + width * np.array([-0.45, 0.45]), moved, reached)
         closing = (closes - opens) / 1.8
         branches.append((width, beside, at_turn - beside_turn, beside_turn, speed, closing))
-    if len(branches) < scatter.FEWEST_LOOPS:
+    if len(branches) < intervals.FEWEST_LOOPS:
         return
     width, beside, width_behind, beside_turn, speed, closing = np.median(np.array(branches), axis=0).tolist()
     stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
@@ -317,7 +317,7 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         # within its noise a load does not say on which side the clearance is
         closes_at = quantity_text(max(closing, CLOSES * noise_of(trace.tangential_load)), "N", 3)
         yield (
-            f"the displacement goes on by {of} at zero load: it looks like a free play in the path of the load, "
+            f"the displacement continues by {of} at zero load: it looks like a free play in the path of the load, "
             f'which displacements and stiffness hold; free_play = "{of}" and closing_load = "{closes_at}" at the '
             "displacement remove it"
         )

@@ -15,7 +15,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
-from historysim.measured.comparison import ModelResponse, Observation, passed, places_of
+from historysim.measured.comparison import ModelResponse, Observation, assign_position_bins, compute_response
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ class Search:
 
         residual = end.residual[: self.compared.size] * end.scale / end.noise
         local = np.abs(residual - median_filter(residual, _NEIGHBOURS, mode="mirror"))
-        place = places_of(self.observation, self.compared)
+        place = assign_position_bins(self.observation, self.compared)
         order = np.argsort(place, kind="stable")
         usual = np.zeros(place.max() + 1)
         for those in np.split(order, np.flatnonzero(np.diff(place[order])) + 1):
@@ -282,7 +282,7 @@ class Search:
 
     def thin(self, most: int, free: int | None = None) -> "Search":
         """Return the search on about so many samples, and with so many free nodes."""
-        observation = self.observation.thinned(most)
+        observation = self.observation.thin(most)
         compared = _compared(observation)
         thinner = attrs.evolve(self, observation=observation, compared=compared, left_over=np.ones(compared.size))
         return thinner if free is None else attrs.evolve(thinner, free=free)
@@ -449,7 +449,7 @@ class Search:
         offset = parameters.get(OFFSET, self.offset_start) - self.offset_start
         shifts = self.observation.node_offset[1:-1].copy()
         shifts[: self.free] += x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
-        return passed(*self.model(parameters), self.observation, shifts, offset)
+        return compute_response(*self.model(parameters), self.observation, shifts, offset)
 
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
         off = (response.tangential_load - self.observation.tangential_load)[self.compared]
@@ -525,7 +525,7 @@ def _compared(observation: Observation) -> Integers:
     """
     nodes, reach = observation.nodes, _AMBIGUOUS * observation.reading_noise
     kept = np.ones(observation.time.size, dtype=np.bool_)
-    kept[: observation.first] = False
+    kept[: observation.start_sample] = False
     kept[nodes] = False
     for start, end in itertools.pairwise(nodes.tolist()):
         way, count = abs(observation.displacement[end] - observation.displacement[start]), end - start

@@ -17,7 +17,7 @@ from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, at
-from historysim.measured.comparison import Comparison, Observation, observe, passed
+from historysim.measured.comparison import Comparison, Observation, compute_response, observe
 from historysim.measured.creep import Creep, creep_of
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.measured.search import OFFSET
@@ -193,7 +193,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     measurement = scenario.measurement()
     with reported(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
-    response = passed(scenario.ensemble(), scenario.instrument, observation)
+    response = compute_response(scenario.ensemble(), scenario.instrument, observation)
     return Comparison(observation, response, scenario.instrument)
 
 
@@ -256,7 +256,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     if offset or instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
         # measured loops are those of the contact, from the fitted zero and without the fitted spring
         observation = _observed(scenario, instrument, offset)
-    between = passed(ensemble, instrument, observation)
+    between = compute_response(ensemble, instrument, observation)
     return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, between))
 
 
@@ -277,7 +277,7 @@ def _observed(scenario: Scenario, instrument: Instrument, offset: float = 0.0) -
         noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
     with reported(scenario.path.name), at("loading"):
         seen = observe(measurement, parallel_stiffness=instrument.parallel_stiffness, **noise)
-    return seen if seen.time.size <= MANY_SAMPLES else seen.averaged(AVERAGED_SAMPLES)
+    return seen if seen.time.size <= MANY_SAMPLES else seen.average(AVERAGED_SAMPLES)
 
 
 # Where a scenario has what is fitted.

@@ -239,7 +239,7 @@ def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
     names = next(list(run.result.values) for run in runs if run.result is not None)
 
     def row(fitted: "Fit") -> tuple[str, ...]:
-        rms = quantity_text(fitted.comparison.left.rms, "N", 3)
+        rms = quantity_text(fitted.comparison.residuals.rms, "N", 3)
         return (*(each.text() for each in fitted.parameters), f"{fitted.estimates.misfit:.3g}", rms)
 
     return _rows((*names, "misfit over noise", "rms difference"), runs, row)

@@ -10,14 +10,14 @@ from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
-from historysim.measured.comparison import Comparison, observe, passed
+from historysim.measured.comparison import Comparison, compute_response, observe
 from historysim.results.plots import record_pictures as plots
 
 
 @pytest.fixture(scope="module")
 def compared():
     observed = observe(synthetic.measured("ball", 0), skip=0)
-    response = passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    response = compute_response(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
     return Comparison(observed, response)
 
 
@@ -77,8 +77,8 @@ def test_spring_in_parallel_acts_on_the_displacement_of_each_sample(compared):
     # noise gives the samples another order in time than along the branch
     observed = compared.observation
     ensemble, instrument = synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5})
-    spring = passed(ensemble, attrs.evolve(instrument, parallel_stiffness=2e4), observed)
-    alone = passed(ensemble, instrument, observed)
+    spring = compute_response(ensemble, attrs.evolve(instrument, parallel_stiffness=2e4), observed)
+    alone = compute_response(ensemble, instrument, observed)
     assert_array_equal(spring.displacement, alone.displacement)
     assert_allclose(spring.tangential_load - alone.tangential_load, 2e4 * spring.displacement, rtol=0, atol=1e-15)
     assert_array_equal(spring.contact_load, spring.tangential_load - spring.parallel_load)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.comparison import FEWEST_MEANS, observe, passed
+from historysim.measured.comparison import FEWEST_MEANS, compute_response, observe
 from historysim.measured.reduction import Measurement, noise_of
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -29,7 +29,7 @@ def record_of(moved, normal_load, load=None, dead_band=0.0):
 
 
 def assert_as_replayed(ensemble, instrument, record):
-    response = passed(ensemble, instrument, observe(record))
+    response = compute_response(ensemble, instrument, observe(record))
     history = hs.replay(ensemble, record.events(), instrument=instrument, record="totals")
     force = float(np.abs(history.total_tangential_load).max())
     assert_array_equal(response.displacement, record["tangential_displacement"])
@@ -58,8 +58,8 @@ def test_noise_makes_no_reversals():
     random = np.random.default_rng(5)
     clean = 2e-7 * (np.abs((np.arange(961.0) / 80 + 3) % 4 - 2) - 1)
     noisy = record_of(clean + random.normal(0, 3e-9, clean.size), 0.05, dead_band=3e-8)
-    exact = passed(BALL, SOFT, observe(record_of(clean, 0.05)))
-    walked = passed(BALL, SOFT, observe(noisy))
+    exact = compute_response(BALL, SOFT, observe(record_of(clean, 0.05)))
+    walked = compute_response(BALL, SOFT, observe(noisy))
     # a node can be off by some noise, and the load by that times the stiffness in series, for as long as it is steep
     assert np.abs(walked.tangential_load - exact.tangential_load).max() < 5 * 5e5 * 3e-9
     sliding = np.abs(exact.tangential_load) > 0.2 * 0.05 * (1 - 1e-9)
@@ -74,7 +74,7 @@ def test_along_a_branch_displacements_are_passed_in_their_order():
     moved = np.array([0, 2, 1, 3, 5, 4, 6, 3, 4, 1, 2, -1.0]) * 1e-8
     observation = observe(record_of(moved, 0.05, dead_band=2.5e-8))
     assert observation.turns.tolist() == [0, 6, 11]
-    response = passed(BALL, hs.Instrument(), observation)
+    response = compute_response(BALL, hs.Instrument(), observation)
     assert_allclose(response.displacement, moved, atol=1e-22)
     for branch, sign in ((slice(0, 7), 1), (slice(6, 12), -1)):
         order = np.argsort(sign * moved[branch])
@@ -86,14 +86,16 @@ def test_shifted_nodes_are_where_they_are_said_to_be():
     observation = observe(record_of(moved, 0.05), displacement_noise=1e-9)
     moved_to = moved.copy()
     moved_to[2] += 3e-9
-    exact = passed(BALL, SOFT, observe(record_of(moved_to, 0.05)))
-    assert_allclose(passed(BALL, SOFT, observation, [3e-9]).tangential_load, exact.tangential_load, rtol=1e-12)
+    exact = compute_response(BALL, SOFT, observe(record_of(moved_to, 0.05)))
+    assert_allclose(
+        compute_response(BALL, SOFT, observation, [3e-9]).tangential_load, exact.tangential_load, rtol=1e-12
+    )
 
 
 def test_the_stiffness_includes_contact_and_instrument():
     moved = np.array([0, 1e-12, 1e-6, 1.1e-6])
     stick = 8 * 2e10 * (3 * 0.05 * 1e-3 / (4 * 1e11)) ** (1 / 3)
-    response = passed(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
+    response = compute_response(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
     assert response.stiffness[1] == pytest.approx(1 / (1 / stick + 1 / 5e5), rel=1e-3)
     assert response.stiffness[3] == pytest.approx(0, abs=1e-6 * stick)
 
@@ -115,15 +117,15 @@ def test_loops_are_skipped(skip, first):
     moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
     observation = observe(record_of(moved, 0.05), skip=skip)
     assert observation.turns[: 2 * skip + 2].tolist() == [0, 2, 6, 10, 14, 18][: 2 * skip + 2]
-    assert observation.first == (observation.turns[1 + 2 * skip] if skip else 0)
-    assert observation.first >= first
+    assert observation.start_sample == (observation.turns[1 + 2 * skip] if skip else 0)
+    assert observation.start_sample >= first
 
 
 def test_averaging_keeps_turning_points_and_halves_the_noise_of_four_samples():
     random = np.random.default_rng(0)
     moved = 2e-7 * np.abs((np.arange(40_001) / 1000 + 3) % 4 - 2) + random.normal(0, 1e-9, 40_001)
     observation = observe(record_of(moved, 0.05, dead_band=2e-8))
-    averaged = observation.averaged(10_001)
+    averaged = observation.average(10_001)
     assert_allclose(averaged.displacement[averaged.turns], moved[observation.turns], rtol=0)
     assert_allclose(averaged.displacement[averaged.nodes], moved[observation.nodes], rtol=0)
     assert averaged.time.size == pytest.approx(10_001, rel=0.01)
@@ -136,14 +138,14 @@ def test_averaging_keeps_turning_points_and_halves_the_noise_of_four_samples():
     assert averaged.displacement_noise == pytest.approx(0.5e-9, rel=0.1)
     assert averaged.reading_noise == observation.displacement_noise
     assert averaged.remarks[-1][1].endswith("turning points, and means of 4 between them")
-    assert observation.averaged(40_001) is observation
+    assert observation.average(40_001) is observation
 
 
 def test_averaging_leaves_enough_of_short_branches():
     moved = 1e-8 * np.abs((np.arange(4001) + 30) % 40 - 20.0)
     observation = observe(record_of(moved, 0.05, dead_band=2e-8))
     # 19 samples between two turning points
-    assert (np.diff(observation.averaged(100).turns)[1:-1] == FEWEST_MEANS + 1).all()
+    assert (np.diff(observation.average(100).turns)[1:-1] == FEWEST_MEANS + 1).all()
 
 
 def test_spikes_of_the_displacement_are_no_turning_points():
@@ -152,9 +154,7 @@ def test_spikes_of_the_displacement_are_no_turning_points():
     moved[[45, 130, 290]] += 1e-7
     observation = observe(record_of(moved, 0.05, dead_band=2e-8))
     assert observation.turns.tolist() == observe(record_of(clean, 0.05, dead_band=2e-8)).turns.tolist()
-    text = (
-        "3 of 400 readings of the displacement stand out from both neighbours: the mean of these stands in their place"
-    )
+    text = "3 of 400 readings of the displacement stand out from both neighbours: each is replaced by their mean"
     assert dict(observation.remarks)["spikes"] == text
 
 

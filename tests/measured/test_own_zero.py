@@ -37,7 +37,7 @@ def write(folder, moved=MOVED, load=STICKS, normal=LOAD, name="s.toml", **keys):
 @pytest.mark.parametrize("zero", [5e-6, 10e-9])
 def test_a_stage_has_its_own_zero(tmp_path, zero):
     path = write(tmp_path, MOVED + zero)
-    assert hs.compare(path).left.rms < 1e-6 * FRICTION * LOAD
+    assert hs.compare(path).residuals.rms < 1e-6 * FRICTION * LOAD
     notice = "its first sample, .* is its zero; offset = 0 takes the readings as they are"
     with pytest.warns(UserWarning, match=notice):
         history = hs.run(path)
@@ -45,7 +45,7 @@ def test_a_stage_has_its_own_zero(tmp_path, zero):
     assert any("is its zero" in text for _, text in hs.validate(path))
     column = '{ column = "u", unit = "nm", offset = 0 }'
     raw = hs.compare(write(tmp_path, MOVED + zero, columns={"tangential_displacement": column}))
-    assert raw.left.rms > 0.3 * FRICTION * LOAD
+    assert raw.residuals.rms > 0.3 * FRICTION * LOAD
 
 
 def test_a_record_that_begins_at_zero_within_its_noise_stays(tmp_path):
@@ -97,13 +97,13 @@ def test_the_offset_of_the_displacement_is_fitted(tmp_path, zero):
         assert parameter.low < truth < parameter.high
         assert parameter.high - parameter.low < 0.01 * abs({"friction": FRICTION}.get(name, np.ptp(moved)))
     assert not any("does not begin at rest" in note for note in found.estimates.notes)
-    assert found.comparison.left.rms < 2.2e-5
+    assert found.comparison.residuals.rms < 2.2e-5
     # the written scenario has it, and means the same in run and compare
     found.write(tmp_path / "fitted.toml")
     again = hs.load(tmp_path / "fitted.toml")
     assert again.measurement()["tangential_displacement"] == pytest.approx(moved, abs=1e-10)
     compared = hs.compare(again)
-    assert compared.left.rms < 2.2e-5
+    assert compared.residuals.rms < 2.2e-5
     history = hs.run(again).total_tangential_load
     np.testing.assert_allclose(history, compared.response.tangential_load, atol=1e-2 * FRICTION * LOAD)
     np.testing.assert_allclose(history[:20], compared.response.tangential_load[:20], rtol=1e-9)
@@ -182,7 +182,7 @@ def test_a_spring_in_parallel_is_named_and_subtracted(tmp_path):
     assert not any("parallel" in note for note in found.notes)
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
     comparison = hs.compare(path)
-    assert comparison.left.rms < 2 * NOISE.std()
+    assert comparison.residuals.rms < 2 * NOISE.std()
     assert comparison.model.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=1e-3)
 
 

@@ -8,7 +8,7 @@ from records_shared import DAMPER, DAMPER_SCENARIO, GRANITE, GRANITE_SCENARIO
 from scipy import optimize
 
 from historysim.measured import fitting
-from historysim.measured.comparison import observe, passed
+from historysim.measured.comparison import compute_response, observe
 from historysim.measured.reduction import Measurement, turning_points
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
 from historysim.scenario.fit import model_of
@@ -108,7 +108,7 @@ def test_a_search_on_a_real_record_ends_at_the_minimum(tmp_path):
     (tmp_path / "d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
     scenario = load(tmp_path / "d.toml")
     _, model, start = model_of(scenario)
-    search = Search.of(model, start, observe(scenario.measurement()).thinned(2000))
+    search = Search.of(model, start, observe(scenario.measurement()).thin(2000))
     end = check_minimum(search)
     # and nowhere else, with the nodes where they are
     nodes = end.unknowns[2:]
@@ -217,7 +217,7 @@ def test_a_turn_is_expected_beyond_the_outermost_sample():
     assert np.sign(expected).tolist() == np.where(rises, 1, -1).tolist()
     assert np.abs(expected).mean() == pytest.approx(np.abs(beyond).mean(), rel=0.35)
     model = synthetic.model("ball")(synthetic.TRUTHS["ball"])
-    assert passed(*model, observation).slope.shape == (4000,)
+    assert compute_response(*model, observation).slope.shape == (4000,)
 
 
 # -- starts ----------------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ def test_measured_records_from_all_starts(name, tmp_path):
     (tmp_path / "r.toml").write_text(text, encoding="utf-8")
     scenario = load(tmp_path / "r.toml")
     _, model, start = model_of(scenario)
-    observation = observe(scenario.measurement()).thinned(2_000)
+    observation = observe(scenario.measurement()).thin(2_000)
     check_starts(model, dict(zip(start, near, strict=True)), observation, far_starts(1, 2, 6))
 
 

@@ -25,7 +25,7 @@ from historysim.basics.units import in_si
 from historysim.errors import InputError
 from historysim.measured import correction
 from historysim.measured.branches import Trace, closed_period
-from historysim.measured.comparison import Comparison, observe, passed
+from historysim.measured.comparison import Comparison, compute_response, observe
 from historysim.measured.fitting import check_start, fit_parameters
 from historysim.measured.loops import loops_of_measurement
 from historysim.measured.reduction import Measurement, loop_dead_band, resample
@@ -148,7 +148,7 @@ def compared(case):
     record, instrument = case
     seen = observe(record)
     ball = hs.Ensemble(PAIR, 0.0, 2.5e-3, FRICTION)
-    return Comparison(seen, passed(ball, instrument, seen), instrument)
+    return Comparison(seen, compute_response(ball, instrument, seen), instrument)
 
 
 def notes_of_comparison(case):
@@ -158,7 +158,7 @@ def notes_of_comparison(case):
 
 def differences(case):
     """Give the difference of model and record, over the largest load."""
-    left = compared(case).left
+    left = compared(case).residuals
     return (left.rms / left.largest,)
 
 
@@ -168,13 +168,13 @@ def of_record(follow):
 
 
 def sloping(case=None, _=""):
-    """Give a record under a normal load that goes with the position, taken for constant; a case gets its column."""
+    """Give a record under a normal load that varies with the position, taken for constant; a case gets its column."""
     normal = LOAD * (1 + 0.08 * MOVED / np.abs(MOVED).max())
     varying = attrs.evolve(SOUND, channels={**SOUND.channels, "normal_load": normal})
     if case is not None:
         return attrs.evolve(case[0], channels=varying.channels), case[1]
     ball = hs.Ensemble(PAIR, 0.0, 2.5e-3, FRICTION)
-    return changed(passed(ball, SERIES, observe(varying)).tangential_load), SERIES
+    return changed(compute_response(ball, SERIES, observe(varying)).tangential_load), SERIES
 
 
 def in_series(case, note):
@@ -370,7 +370,7 @@ FINDINGS = (
     ),
     Finding(
         "free play",
-        "the displacement goes on by",
+        "the displacement continues by",
         "displacement at zero load beyond three times that beside it, 3 % of the stroke and ten deviations of noise",
         "branches surely level at their ends",
         "`free_play` with `closing_load`",
@@ -477,7 +477,7 @@ FINDINGS = (
     ),
     Finding(
         "free play (`compare`, `fit`)",
-        "the displacement goes on by .* try free_play",
+        "the displacement continues by .* try free_play",
         "the same",
         "the same",
         "`free_play`",
@@ -501,7 +501,7 @@ FINDINGS = (
     ),
     Finding(
         "normal load along the stroke (`compare`, `fit`)",
-        "friction goes with the position",
+        "friction varies with the position",
         "the same",
         "the same",
         "a column as `normal_load`",
@@ -627,7 +627,7 @@ def false_alarms(seeds):
 def all_notes(record):
     """Give all notes on a clean record: on reading it from a file, on its loops, and next to its own model."""
     seen = observe(record.measurement)
-    beside = Comparison(seen, passed(record.ensemble, hs.Instrument(), seen)).notes
+    beside = Comparison(seen, compute_response(record.ensemble, hs.Instrument(), seen)).notes
     return {*notes_of(record.measurement), *notes_of_file(File.of(record.measurement)), *beside, *check_start(seen)}
 
 

@@ -8,7 +8,7 @@ from tempfile import mkdtemp
 import numpy as np
 
 import historysim as hs
-from historysim.measured.comparison import Comparison, observe, passed
+from historysim.measured.comparison import Comparison, compute_response, observe
 from historysim.measured.reduction import Measurement
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -152,7 +152,7 @@ def compared():
     )
     observed = observe(record)
     instrument = hs.Instrument(1e7)
-    return record, Comparison(observed, passed(ball(), instrument, observed), instrument)
+    return record, Comparison(observed, compute_response(ball(), instrument, observed), instrument)
 
 
 @cache

@@ -8,7 +8,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.measured import fitting
-from historysim.measured.comparison import observe, passed
+from historysim.measured.comparison import compute_response, observe
 from historysim.measured.reduction import Measurement, turning_points
 
 # UNAT: 1 nm, 6 µN, 334 mN/µm
@@ -63,7 +63,7 @@ def measured(
         {"tangential_displacement": 20e-9},
     )
     exact = observe(record, displacement_noise=0.0, load_noise=1.0)
-    load = passed(*model(kind)(TRUTHS[kind]), exact).tangential_load
+    load = compute_response(*model(kind)(TRUTHS[kind]), exact).tangential_load
     random = np.random.default_rng(seed)
     seen = np.isin(time, sampled)
     return attrs.evolve(

@@ -111,15 +111,17 @@ def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
     shown = kept_samples(off.size, [off], MOST_POINTS)
     axes.axhline(0, color=FAINT, linewidth=0.6)
     dots: dict[str, Any] = {"color": INK, "markersize": 1.2, "markeredgewidth": 0, "rasterized": True}
-    axes.plot(observation.time[observation.first :][shown], off[shown], ".", **dots)
+    axes.plot(observation.time[observation.start_sample :][shown], off[shown], ".", **dots)
     axes.set(title="Measured less model", ylabel="$ΔT$ (N)", xlabel="time (s)")
 
 
 def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
     """Draw residuals over the branches, in the mean of those that rise, and of those that fall."""
-    left = comparison.left
+    left = comparison.residuals
     axes.axhline(0, color=FAINT, linewidth=0.6)
-    for way, mean, colour, label in zip(left.place, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True):
+    for way, mean, colour, label in zip(
+        left.position, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True
+    ):
         axes.plot(100 * way, mean, color=colour, linewidth=1.0, label=label)
     axes.margins(y=0.12)
     axes.set(title="Residuals over the branch", ylabel="mean $ΔT$ (N)", xlabel="way from reversal (%)")

@@ -5,7 +5,13 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
-from historysim.measured.scatter import TrendLine, of_values, pieces, reach, wander
+from historysim.measured.intervals import (
+    TrendLine,
+    compute_half_width,
+    compute_mean_wander,
+    compute_wander,
+    split_into_pieces,
+)
 
 EVEN = np.full(16, 1 / 16)
 
@@ -64,15 +70,15 @@ def test_constant_pieces_have_no_variance():
     line = TrendLine(share, trend=False)
     assert line.variance(0.7 * share) == pytest.approx(0, abs=1e-15)
     assert_allclose(line.variance(3 * share + [1, -1, 0]), line.variance(np.array([1.0, -1, 0])))
-    assert wander(np.zeros(16), EVEN, 0.95).reach == 0
-    assert of_values(np.array([1.0, 2.0]), 0.95) is None
+    assert compute_wander(np.zeros(16), EVEN, 0.95).reach == 0
+    assert compute_mean_wander(np.array([1.0, 2.0]), 0.95) is None
 
 
 @pytest.mark.parametrize(("correlation", "least"), [pytest.param(0.0, 0.91, marks=pytest.mark.slow), (0.7, 0.87)])
 def test_intervals_hold_the_truth_with_unknown_correlation(correlation, least):
     random = np.random.default_rng(1)
     held = [
-        abs(moves.sum()) <= wander(moves, EVEN, 0.95).reach
+        abs(moves.sum()) <= compute_wander(moves, EVEN, 0.95).reach
         for moves in (drawn(random, EVEN, correlation) for _ in range(100))
     ]
     # two standard errors of 100 below what thousands showed
@@ -83,26 +89,26 @@ def test_a_drift_is_recognised():
     random = np.random.default_rng(2)
     place = (np.arange(16) + 0.5) / 16 - 0.5
     values = 3 + 2 * place + random.normal(0, 0.1, 16)
-    found = of_values(values, 0.95)
+    found = compute_mean_wander(values, 0.95)
     assert found.drifts
     assert abs(found.rise - 2) < found.rise_reach < 0.5
     # the mean is as sure as the scatter beside the line leaves it
     assert found.reach < 0.3
-    assert sum(of_values(random.normal(size=16), 0.95).drifts for _ in range(100)) <= 5
+    assert sum(compute_mean_wander(random.normal(size=16), 0.95).drifts for _ in range(100)) <= 5
 
 
 def test_one_piece_with_all_information_leaves_no_finite_interval():
     share = np.array([1.0, *[1e-9] * 9])
     moves = np.array([0.0, *np.linspace(-1e-12, 1e-12, 9)])
-    assert wander(moves, share, 0.999).reach == np.inf
+    assert compute_wander(moves, share, 0.999).reach == np.inf
 
 
 def test_pieces_are_whole_loops():
-    assert_array_equal(pieces(np.array([0, 5, 10, 15, 20]), 21), [0, 10, 21])
+    assert_array_equal(split_into_pieces(np.array([0, 5, 10, 15, 20]), 21), [0, 10, 21])
     # the branch behind the last loop belongs to it
-    assert_array_equal(pieces(np.array([0, 5, 10, 15, 20, 24]), 25), [0, 10, 25])
-    assert_array_equal(pieces(np.array([0, 5]), 6), [0, 6])
-    assert pieces(np.arange(0, 4001, 2), 4001).size <= 50
+    assert_array_equal(split_into_pieces(np.array([0, 5, 10, 15, 20, 24]), 25), [0, 10, 25])
+    assert_array_equal(split_into_pieces(np.array([0, 5]), 6), [0, 6])
+    assert split_into_pieces(np.arange(0, 4001, 2), 4001).size <= 50
 
 
 @pytest.mark.parametrize(("count", "correlation", "least"), [(8, 0.0, 0.93), (32, 0.6, 0.89)])
@@ -117,7 +123,7 @@ def test_a_reach_holds_and_is_hardly_wider_than_the_scatter(count, correlation, 
             moves = times * drawn(random, share, correlation)
             sums.append(moves.sum())
             left = moves - share * moves.sum() + 20 * offset
-            reaches.append(reach(left, share, 1.0, 0.95, sides=True))
+            reaches.append(compute_half_width(left, share, 1.0, 0.95, sides=True))
         held = np.mean(np.abs(sums) <= reaches)
         # two standard errors of 100
         assert held >= least - 2 * np.sqrt(0.06 / 100)
@@ -132,7 +138,7 @@ def test_the_reach_of_independent_pieces_equals_students():
     for _ in range(40):
         moves = random.normal(size=48) / np.sqrt(48)
         moves -= moves.mean()
-        found.append(reach(moves, share, 0.0, 0.95))
+        found.append(compute_half_width(moves, share, 0.0, 0.95))
         expected.append(stats.t.ppf(0.975, 47) * np.sqrt(48 / 47 * moves @ moves))
     assert 0.95 < np.mean(found) / np.mean(expected) < 1.4
-    assert reach(np.zeros(48), share, 1.0, 0.95) == 0
+    assert compute_half_width(np.zeros(48), share, 1.0, 0.95) == 0

@@ -10,7 +10,7 @@ import synthetic
 
 import historysim as hs
 from historysim.basics.units import quantity
-from historysim.measured.comparison import Comparison, observe, passed, residuals_of
+from historysim.measured.comparison import Comparison, compute_residuals, compute_response, observe
 
 SOUND = attrs.evolve(synthetic.measured("ball", 0, loads=(0.05,), loops=6, rate=20), dead_band={})
 LOAD, MOVED = SOUND["tangential_load"], SOUND["tangential_displacement"]
@@ -22,7 +22,7 @@ def notes(load=LOAD, moved=MOVED, record=SOUND, **others):
     )
     observation = observe(changed)
     model = synthetic.model("ball")({**synthetic.TRUTHS["ball"], **others})
-    return Comparison(observation, passed(*model, observation)).notes
+    return Comparison(observation, compute_response(*model, observation)).notes
 
 
 def rising(slope, *, with_position):
@@ -56,7 +56,7 @@ def test_another_parameter_is_not_a_fault(others):
 
 
 @pytest.mark.parametrize("kind", ["ball", "rough"])
-def test_noise_and_another_shape_get_no_advice(kind):
+def test_noise_and_another_shape_get_no_note(kind):
     """None of 500 clean records of five kinds has a note: see tests/README.md."""
     record = synthetic.measured(kind, 1, loads=(0.05,), loops=6, rate=10.03)
     load, moved = record["tangential_load"], record["tangential_displacement"]
@@ -73,7 +73,7 @@ def left_of(load, friction=0.2):
     record = attrs.evolve(RECORD, response={"tangential_load": load})
     observation = observe(record)
     ball, drive = synthetic.model("ball")({**synthetic.TRUTHS["ball"], "friction": friction})
-    return residuals_of(observation, passed(ball, drive, observation))
+    return compute_residuals(observation, compute_response(ball, drive, observation))
 
 
 def test_a_wrong_coefficient_is_left_along_sliding():
@@ -97,11 +97,11 @@ def test_friction_that_differs_is_left_from_branch_to_branch():
 
 def test_a_compliance_in_series_is_reported_with_its_stiffness():
     observation = observe(RECORD)
-    rigid = Comparison(observation, passed(ENSEMBLE, hs.Instrument(), observation))
+    rigid = Comparison(observation, compute_response(ENSEMBLE, hs.Instrument(), observation))
     (note,) = rigid.notes
     assert "looks like a compliance in series of 3" in note
     assert 'with [instrument] lateral_stiffness = "3' in note
     found = float(note.partition("in series of ")[2].partition(" kN/m")[0]) * 1e3
     assert found == pytest.approx(synthetic.STIFFNESS, rel=0.15)
-    true = Comparison(observation, passed(ENSEMBLE, INSTRUMENT, observation), INSTRUMENT)
+    true = Comparison(observation, compute_response(ENSEMBLE, INSTRUMENT, observation), INSTRUMENT)
     assert true.notes == ()
