@@ -1,6 +1,6 @@
-"""The least squares behind a fit: its unknowns, its residuals and their derivatives, and where the search ends.
+"""Least squares of a fit: unknowns, residuals, their derivatives, and the search for the minimum.
 
-README.md of this folder, "What a fit minimises", has the sum, its correction and the order of the search.
+README.md of this folder, "What a fit minimises", defines the objective and the steps of the search.
 """
 
 import itertools
@@ -24,63 +24,64 @@ if TYPE_CHECKING:
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
-# The parameter that is added to the measured displacement [m], of either sign. The others are positive: their unknowns
-# are logarithms. The unknown of the offset is such that the search goes as far as the range of the displacement.
+# Parameter added to the measured displacement [m], of either sign. The others are positive: their unknowns are
+# logarithms. The unknown of the offset is scaled so that the search covers the range of the displacement.
 OFFSET = "displacement_offset"
-MOST_NODES = 1000  # turning points and steps of load up to which their places are unknowns
-DECADES = 4  # factors of ten that a start may be off; the search scans so far on either side of it
-FARTHEST = (DECADES + 1) * math.log(10)  # how far from the start the search may go, as a logarithm
-_LARGEST = 700.0  # logarithm of the largest value of a parameter: that of a float
-_SCANNED_OFFSETS = (-0.5, 0.0, 0.5)  # offsets that the scan tries, over the range of the displacement
-FARTHEST_NODE = 5.0  # standard deviations that noise moves a node; a model that does not fit would move it farther
-ENOUGH_SAMPLES = 5_000  # samples from which on a record is thinned while the search finds its way
-_AMBIGUOUS = 3.0  # standard deviations from a node within which a sample may be of its other side
-_MOST_BESIDE = 8  # one over the share of a branch that may be left out for it at either end
-_STEP, _NODE_STEP = 1e-5, 1e-3  # of differences, by parameters and by nodes
-_TOGETHER = 4  # every how many-th node is moved at once: its samples end where the next of them begin
-_ROUNDING = 1e-4  # norm of a derivative, over the root of the number of samples, that is none
-# The scan: samples of the record and of each branch, starts that are tried, and how far these are apart; shares of
-# the samples at the loads over the normal load where friction is tried besides.
+MOST_NODES = 1000  # turning points and steps of load up to which their displacements are unknowns
+DECADES = 4  # factors of ten by which a start may be off: the range of the scan on either side of it
+FARTHEST = (DECADES + 1) * math.log(10)  # largest distance from the start, as a logarithm
+_LARGEST = 700.0  # logarithm of the largest value of a parameter: the largest float
+_SCANNED_OFFSETS = (-0.5, 0.0, 0.5)  # offsets in the scan, over the range of the displacement
+FARTHEST_NODE = 5.0  # bound of a node in standard deviations; a model that does not fit would move it farther
+ENOUGH_SAMPLES = 5_000  # samples above which a record is thinned for the first part of the search
+_AMBIGUOUS = 3.0  # standard deviations from a node within which a sample may belong to the branch on its other side
+_MOST_BESIDE = 8  # one over the largest fraction of a branch excluded for that reason at either end
+_STEP, _NODE_STEP = 1e-5, 1e-3  # steps of finite differences, by parameters and by nodes
+_TOGETHER = 4  # every n-th node moves in one evaluation: the samples they affect do not overlap
+_ROUNDING = 1e-4  # norm of a derivative, over the root of the number of samples, that counts as zero
+# The scan: samples of the record and of each branch, largest number of starts, and steps per decade; quantiles of
+# tangential over normal load that are tried for friction as well.
 _SCANNED, _SCANNED_BRANCH, MOST_SCANNED = 200, 8, 500
 _STEPS_A_DECADE, _LEVELS = (8, 4, 2, 1, 0.5, 0.25), (0.5, 0.9, 0.99)
-# Valleys of a scan that are followed, how far they are apart, and how much worse they may be than the deepest.
+# Valleys of a scan that are followed, their least distance, and their largest depth over that of the deepest.
 _VALLEYS, _APART, _WORST_VALLEY = 4, 0.4 * math.log(10), 1.5
-_ALIKE, _THE_SAME = 1e-3, 1e-6  # sums that are alike where their unknowns are near, and the same wherever these are
-_LIKELY, _CHANCE = 11.0, 0.05  # of χ², by which two sums differ by chance, and at most over the sum
-_AS_DEEP = 1e-3  # more than the deepest that an end may have, over the sum
-_MOST_EXACT = 8  # nodes up to which the exact solver is taken
-_MOST_ROUNDS, _NEAR = 8, 0.03  # rounds of weights, and deviations of an estimate within which they have settled
-_ROOM = 100.0  # more than noise of the displacement adds for each sample: a sum of squares has no negative terms
-_AT_BOUND = 1e-3  # share of the way to its bound within which a node is there
-# Deviations from the median of so many neighbours, over the usual ones, from which on a sample is an outlier: Gaussian
+# Relative difference of sums up to which nearby minima are one, and up to which any two minima are.
+_ALIKE, _THE_SAME = 1e-3, 1e-6
+_LIKELY, _CHANCE = 11.0, 0.05  # difference of χ² by chance, and its largest value over the sum
+_AS_DEEP = 1e-3  # excess over the deepest minimum, over the sum, up to which another is as deep
+_MOST_EXACT = 8  # nodes up to which the exact solver is used
+_MOST_ROUNDS, _NEAR = 8, 0.03  # rounds of weights, and change of an estimate in deviations below which they converged
+_ROOM = 100.0  # more than the noise bias of a sample: a sum of squares has no negative terms
+_AT_BOUND = 1e-3  # distance of a node from its bound, over the bound, within which it is at the bound
+# Deviations from the median of so many neighbours, over the usual ones, above which a sample is an outlier: Gaussian
 # noise has one in 10⁸ samples.
 _OUTLIER, _NEIGHBOURS = 6.0, 5
-_STATIONARY = 0.1  # deviations that residuals pull a stationary estimate by
-# The check of an end without derivatives: steps in deviations of estimates and nodes; the drop of the sum, over the
-# number of samples, that is none; how often the search goes on from a lower place; and singular values of the slopes,
-# over the largest, that are rounding.
+_STATIONARY = 0.1  # gradient, in standard errors of an estimate, up to which a result is stationary
+# The pattern search: steps in standard errors of estimates and nodes; decrease of the objective, over the number of
+# samples, that is negligible; largest number of restarts from a lower point; and singular values of the slopes, over
+# the largest, that are rounding.
 _PATTERN, _LEAST_DROP, _MOST_DESCENTS, _NO_EFFECT = (1.0, 0.3, 0.1, 0.03), 1e-4, 4, 1e-9
 
 
 @attrs.frozen(eq=False)
 class ResidualSlopes:
-    """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places."""
+    """Derivatives of the residuals: rows of the samples, then rows of the node displacements."""
 
     by_parameter: Floats  #: (residual, parameter)
     by_node: "csr_array"  #: (residual, node)
-    #: (sample, parameter) The same of half of what noise of the displacement adds to the square of a residual.
-    added: Floats
-    added_by_node: "csr_array"  #: (sample, node) The same by the nodes
+    #: (sample, parameter) Derivatives of half the noise bias of the square of a residual.
+    bias: Floats
+    bias_by_node: "csr_array"  #: (sample, node) Likewise by the nodes
 
-    def freed(self, moves: Booleans) -> tuple[Floats, Floats]:
-        """Return what is left of those by the parameters when nodes follow, those that still move; of `added`, too."""
+    def project_out_nodes(self, moves: Booleans) -> tuple[Floats, Floats]:
+        """Project the moving nodes out of the derivatives by parameters; also out of `bias`."""
         if not moves.any():
-            return self.by_parameter, self.added
+            return self.by_parameter, self.bias
         follow = self.follow(moves)
-        return self.by_parameter - self.by_node @ follow, self.added - self.added_by_node @ follow
+        return self.by_parameter - self.by_node @ follow, self.bias - self.bias_by_node @ follow
 
     def follow(self, moves: Booleans) -> Floats:
-        """Return by how much nodes follow a parameter the other way, 0 for those that do not move (node, parameter)."""
+        """Return the negative response of nodes to each parameter, 0 for fixed ones (node, parameter)."""
         from scipy.sparse.linalg import splu
 
         result = np.zeros((moves.size, self.by_parameter.shape[1]))
@@ -93,62 +94,62 @@ class ResidualSlopes:
 
 @attrs.frozen(eq=False)
 class SearchResult:
-    """Where a search ends."""
+    """Result of a search."""
 
     unknowns: Floats  #: (parameter and node)
-    response: ModelResponse  #: what the model does there
-    #: (residual) What is left of the load over its scale, and nodes over what is known of their places.
+    response: ModelResponse  #: response of the model with these unknowns
+    #: (residual) Residuals of the load over their scale, and node shifts over their standard deviation.
     residual: Floats
-    slopes: Floats  #: (residual, parameter) Derivatives by the parameters; nodes follow that are not at their bounds
-    #: (residual, parameter) What each residual adds to the gradient of what is minimised; over all of them this is 0.
+    slopes: Floats  #: (residual, parameter) Derivatives by the parameters; nodes within their bounds follow
+    #: (residual, parameter) Contribution of each residual to the gradient of the objective; their sum is 0.
     pull: Floats
-    at_bounds: int  #: nodes that are as far from where they were measured as they may be
+    at_bounds: int  #: number of nodes at their bounds
     scale: Floats
-    noise: Floats  #: scale and noise: (sample) Weight and noise of what is left of the load [N]
-    settled: bool  #: whether a minimum was found, smooth or at a kink, and the weights are those there
-    spread: Floats  #: (parameter) How far other ends are from here that are as deep but for chance, as a logarithm
+    noise: Floats  #: scale and noise: (sample) Weight and noise of the load residuals [N]
+    converged: bool  #: whether a minimum was found, smooth or at a kink, with converged weights
+    spread: Floats  #: (parameter) Distance of other minima that are as deep but for chance, as a logarithm
 
     @property
     def is_stationary(self) -> bool:
-        """Whether the pulls of all residuals add up to nothing, in standard deviations of the estimates."""
+        """True if the gradient is zero to within a fraction of the standard errors of the estimates."""
         size = np.linalg.norm(self.slopes, axis=0)
         return bool((np.abs(self.pull.sum(axis=0)) <= _STATIONARY * np.maximum(size, 1e-300)).all())
 
     def at_limit(self, start: Floats) -> Booleans:
-        """Return which parameters are as far from the start as a search may go."""
+        """Return which parameters are at the limit of the search (parameter)."""
         limit: Booleans = np.abs(self.unknowns[: start.size] - start) > 0.99 * FARTHEST
         return limit
 
 
 @attrs.frozen(eq=False)
 class Search:
-    """The least squares of a model and an observation."""
+    """Least squares problem of a model and an observation."""
 
     model: Model
     names: tuple[str, ...]
     start: Floats  #: (parameter) Unknowns to start from: logarithms of the parameters, 0 for an offset
     observation: Observation
-    free: int  #: nodes with unknown places
+    free: int  #: number of nodes whose displacements are unknowns
     compared: Integers  #: the samples that are compared
     load_noise: float  #: [N], > 0
-    #: (sample) The share of the noise of the displacement that nodes do not follow: 1 less their leverage.
-    left_over: Floats
+    #: (sample) Fraction of the displacement noise that nodes do not follow: 1 less their leverage.
+    noise_fraction: Floats
     offset_start: float  #: offset of the displacement to start from [m]
     offset_unit: float  #: offset of the displacement for an unknown of 1 [m]
 
     @classmethod
-    def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":
-        """Return the search from a start."""
+    def from_start(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":
+        """Build the search from a start."""
         names = tuple(start)
         unknowns = np.array([0.0 if name == OFFSET else math.log(scalar(name, start[name], above=0)) for name in names])
         inner = observation.nodes.size - 2
         free = inner if observation.node_deviation[1:-1].any() and inner <= MOST_NODES else 0
-        compared = _compared(observation)
+        compared = _select_samples(observation)
         if compared.size <= len(names):
             raise InputError(
                 f"{compared.size} samples for {len(names)} parameters; expected more samples than parameters"
             )
-        # without any noise all samples weigh alike
+        # without noise all samples have equal weights
         load_noise = max(observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max()))
         if load_noise == 0:
             raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
@@ -160,12 +161,12 @@ class Search:
             free,
             compared,
             load_noise,
-            left_over=np.ones(compared.size),
+            noise_fraction=np.ones(compared.size),
             offset_start=start.get(OFFSET, 0.0),
             offset_unit=float(np.ptp(observation.displacement)) / FARTHEST,
         )
 
-    def values_at(self, unknowns: Floats) -> Floats:
+    def to_values(self, unknowns: Floats) -> Floats:
         """Convert unknowns to the values of the parameters, (…, parameter)."""
         values: Floats = np.exp(np.minimum(unknowns, _LARGEST))
         if OFFSET in self.names:
@@ -173,129 +174,130 @@ class Search:
             values[..., index] = self.offset_start + self.offset_unit * unknowns[..., index]
         return values
 
-    def ended(self, notify: Callable[[int], object] = lambda _: None) -> SearchResult:
-        """Return where the search ends; `notify` is called at each walk along the observation, with their number."""
-        # what follows the scan takes about as many walks
-        walks, scanned = itertools.count(1), 2 * len(self._scanned())
+    def solve(self, notify: Callable[[int], object] = lambda _: None) -> SearchResult:
+        """Find the minimum; `notify` is called at each replay of the observation, with their estimated number."""
+        # the steps after the scan need about as many replays
+        walks, scanned = itertools.count(1), 2 * len(self._scan_grid())
 
         def reporting_model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
             notify(max(scanned, next(walks)))
             return self.model(values)
 
         reporting = attrs.evolve(self, model=reporting_model)
-        starts = reporting.thin(max(_SCANNED, _SCANNED_BRANCH * self.observation.nodes.size), free=0).starts()
+        find_starts = reporting.thin(max(_SCANNED, _SCANNED_BRANCH * self.observation.nodes.size), free=0).find_starts()
         thin = reporting.thin(max(ENOUGH_SAMPLES, 20 * self.free))
-        # first with the nodes as they were measured: far from the end they would stand in for the parameters
+        # first with the measured nodes: far from the minimum they would compensate for wrong parameters
         fixed = attrs.evolve(thin, free=0)
-        ends = []
-        for start in starts:
-            unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
+        results = []
+        for start in find_starts:
+            unknowns = np.append(fixed.minimise(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
             if thin.observation is not self.observation:
-                unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
-            ends.append(reporting.checked(reporting.settled(unknowns)))
-        return reporting.deepest(ends)
+                unknowns = thin.minimise(unknowns, thin.scales(unknowns), rough=True).x
+            results.append(reporting.verify_minimum(reporting.minimise_reweighted(unknowns)))
+        return reporting.select_best(results)
 
-    def checked(self, end: SearchResult) -> SearchResult:
-        """Return an end that is known to be a minimum, or not to be one: that, or a lower one nearby.
+    def verify_minimum(self, result: SearchResult) -> SearchResult:
+        """Return a result with its convergence verified, or a lower one nearby.
 
-        Where the pulls of the residuals do not add up to nothing, the sum has a kink, and slopes cannot tell whether it
-        is a minimum. A pattern search can.
+        Where the gradient is not zero, the objective has a kink, and slopes do not show whether it is a minimum. A
+        pattern search does.
         """
         for _ in range(_MOST_DESCENTS):
-            if bool(end.at_limit(self.start).any()) or (end.settled and end.is_stationary):
-                return end
-            lower, drop = self._descended(end)
+            if bool(result.at_limit(self.start).any()) or (result.converged and result.is_stationary):
+                return result
+            lower, drop = self._pattern_search(result)
             if drop <= _LEAST_DROP * self.compared.size:
-                return attrs.evolve(end, settled=True)
-            end = self.settled(lower)
-        return attrs.evolve(end, settled=end.settled and end.is_stationary)
+                return attrs.evolve(result, converged=True)
+            result = self.minimise_reweighted(lower)
+        return attrs.evolve(result, converged=result.converged and result.is_stationary)
 
-    def _descended(self, end: SearchResult) -> tuple[Floats, float]:
-        """Return the lowest unknowns that a pattern search finds around an end, and how much lower the sum is there."""
-        count, scale, x = len(self.names), end.scale, end.unknowns
-        search = attrs.evolve(self, left_over=self._left_over(x, scale))
-        # parameters move along the axes of their covariance, and nodes that are not at their bounds follow
-        _, values, axes = np.linalg.svd(end.slopes, full_matrices=False)
-        known = values > _NO_EFFECT * values[0]
+    def _pattern_search(self, result: SearchResult) -> tuple[Floats, float]:
+        """Return the lowest unknowns of a pattern search around a result, and the decrease of the objective."""
+        count, scale, x = len(self.names), result.scale, result.unknowns
+        search = attrs.evolve(self, noise_fraction=self._noise_fraction(x, scale))
+        # parameters move along the axes of their covariance, and nodes within their bounds follow
+        _, values, axes = np.linalg.svd(result.slopes, full_matrices=False)
+        significant = values > _NO_EFFECT * values[0]
         moves = np.abs(x[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
-        axes = axes[known] / values[known, None]
+        axes = axes[significant] / values[significant, None]
         axes = np.hstack([axes, -axes @ search.slopes(x, scale).follow(moves).T])
         reach = np.append(np.full(count, FARTHEST), np.full(self.free, FARTHEST_NODE))
         origin = np.append(self.start, np.zeros(self.free))
         terms = search.terms(x, scale)
-        first = float(terms.sum())
+        initial_sum = float(terms.sum())
         node = np.arange(self.free)
         branch = np.append(np.searchsorted(self.observation.nodes, self.compared) - 1, node + 1)
         for step, sign in itertools.product(_PATTERN, (1.0, -1.0)):
             for axis in axes:
                 tried = np.clip(x + sign * step * axis, origin - reach, origin + reach)
-                if (found := search.terms(tried, scale)).sum() < terms.sum():
-                    x, terms = tried, found
+                if (trial_terms := search.terms(tried, scale)).sum() < terms.sum():
+                    x, terms = tried, trial_terms
             for group in range(min(_TOGETHER, self.free)):
-                # nodes far from each other at once, each by what it does to its own samples
+                # move distant nodes simultaneously; each is accepted by its effect on the samples it affects
                 moved = (node % _TOGETHER == group) * sign * step
                 tried = np.clip(x + np.append(np.zeros(count), moved), origin - reach, origin + reach)
                 owner, gain = (branch - group) // _TOGETHER, terms - search.terms(tried, scale)
                 gains = np.bincount(owner[owner >= 0], gain[owner >= 0], self.free)
                 better = np.append(np.ones(count, dtype=np.bool_), gains[node // _TOGETHER] > 0)
                 tried = np.where(better, tried, x)
-                if (found := search.terms(tried, scale)).sum() < terms.sum():
-                    x, terms = tried, found
-        return x, first - float(terms.sum())
+                if (trial_terms := search.terms(tried, scale)).sum() < terms.sum():
+                    x, terms = tried, trial_terms
+        return x, initial_sum - float(terms.sum())
 
-    def outliers(self, end: SearchResult) -> Booleans:
-        """Return which of the samples compared stand out from what an end leaves of their neighbours (sample).
+    def find_outliers(self, result: SearchResult) -> Booleans:
+        """Return the samples whose residual differs from those of their neighbours (sample).
 
-        A misfit that recurs at one place of the branches is not an outlier: deviations count against those of all
-        branches at that place.
+        A residual that recurs at one position of the branches is not an outlier: deviations are relative to those of
+        all branches at that position.
         """
         from scipy.ndimage import median_filter
 
-        residual = end.residual[: self.compared.size] * end.scale / end.noise
+        residual = result.residual[: self.compared.size] * result.scale / result.noise
         local = np.abs(residual - median_filter(residual, _NEIGHBOURS, mode="mirror"))
-        place = assign_position_bins(self.observation, self.compared)
-        order = np.argsort(place, kind="stable")
-        usual = np.zeros(place.max() + 1)
-        for those in np.split(order, np.flatnonzero(np.diff(place[order])) + 1):
-            usual[place[those[0]]] = np.median(local[those])
+        position_bin = assign_position_bins(self.observation, self.compared)
+        order = np.argsort(position_bin, kind="stable")
+        usual = np.zeros(position_bin.max() + 1)
+        for members in np.split(order, np.flatnonzero(np.diff(position_bin[order])) + 1):
+            usual[position_bin[members[0]]] = np.median(local[members])
         usual = np.maximum(usual, np.median(local)) / MEDIAN_OF_NORMAL
-        found: Booleans = local > _OUTLIER * np.maximum(usual, 1.0)[place]
-        return found
+        outliers: Booleans = local > _OUTLIER * np.maximum(usual, 1.0)[position_bin]
+        return outliers
 
     def without(self, outliers: Booleans) -> "Search":
-        """Return the search that does not compare some of the samples."""
+        """Return the search without the given samples."""
         compared = self.compared[~outliers]
-        return attrs.evolve(self, compared=compared, left_over=np.ones(compared.size))
+        return attrs.evolve(self, compared=compared, noise_fraction=np.ones(compared.size))
 
-    def deepest(self, ends: list[SearchResult]) -> SearchResult:
-        """Return the first of the deepest ends: what has no effect stays where it was.
+    def select_best(self, results: list[SearchResult]) -> SearchResult:
+        """Return the first of the deepest minima: a parameter without effect keeps its start.
 
-        An end at the limit of the search is none where another is as deep but for chance.
+        A result at the limit of the search is discarded if another is as deep but for chance.
         """
-        sums = np.array([self.minimised(end.unknowns, ends[0].scale) for end in ends])
-        within = np.array([not end.at_limit(self.start).any() for end in ends]) & (sums - sums.min() < _LIKELY)
-        least = sums[within].min() if within.any() else sums.min()
-        deepest = ends[int(np.argmax((within | ~within.any()) & (sums - least <= _AS_DEEP * abs(least))))]
-        likely = [end for end, more in zip(ends, sums - sums.min(), strict=True) if more < _LIKELY]
-        away = np.abs([(end.unknowns - deepest.unknowns)[: len(self.names)] for end in likely])
-        return attrs.evolve(deepest, spread=away.max(axis=0))
+        sums = np.array([self.objective(result.unknowns, results[0].scale) for result in results])
+        within = np.array([not result.at_limit(self.start).any() for result in results]) & (sums - sums.min() < _LIKELY)
+        lowest = sums[within].min() if within.any() else sums.min()
+        best = results[int(np.argmax((within | ~within.any()) & (sums - lowest <= _AS_DEEP * abs(lowest))))]
+        likely = [result for result, excess in zip(results, sums - sums.min(), strict=True) if excess < _LIKELY]
+        distance = np.abs([(result.unknowns - best.unknowns)[: len(self.names)] for result in likely])
+        return attrs.evolve(best, spread=distance.max(axis=0))
 
-    def thin(self, most: int, free: int | None = None) -> "Search":
-        """Return the search on about so many samples, and with so many free nodes."""
-        observation = self.observation.thin(most)
-        compared = _compared(observation)
-        thinner = attrs.evolve(self, observation=observation, compared=compared, left_over=np.ones(compared.size))
+    def thin(self, sample_count: int, free: int | None = None) -> "Search":
+        """Return the search on about `sample_count` samples, and with `free` free nodes if given."""
+        observation = self.observation.thin(sample_count)
+        compared = _select_samples(observation)
+        thinner = attrs.evolve(self, observation=observation, compared=compared, noise_fraction=np.ones(compared.size))
         return thinner if free is None else attrs.evolve(thinner, free=free)
 
-    def starts(self) -> list[Floats]:
+    def find_starts(self) -> list[Floats]:
         """Return the minima that a scan of the whole range leads to, the best first.
 
-        Far from the truth a sum of squares is flat, or has valleys of its own: what is far too stiff is rigid, and what
-        hardly slides has no friction. So every parameter is scanned, and friction is besides where the loads are.
+        Far from the solution the sum of squares is flat or has other valleys: a contact that is much too stiff acts as
+        rigid, and one that hardly slides does not show friction. So every parameter is scanned, and friction also at
+        ratios of the measured loads.
         """
-        tried = np.array(self._scanned())
-        sums = np.array([self._squares(x) for x in tried]) + 1e-300
-        # of those that are as good but for chance the nearest: what has no effect stays where it was
+        tried = np.array(self._scan_grid())
+        sums = np.array([self._sum_squares(x) for x in tried]) + 1e-300
+        # among starts that are as good but for chance prefer the nearest: a parameter without effect keeps its start
         chance = 1 + max(_ALIKE, min(_LIKELY / self.compared.size, _CHANCE))
         far = np.linalg.norm(tried - self.start, axis=1)
         order = np.lexsort((far, np.maximum(sums, chance * sums.min())))
@@ -303,233 +305,238 @@ class Search:
         chosen = [
             x for rank, x in enumerate(ranked) if (np.abs(ranked[:rank] - x).max(axis=1, initial=0.0) > _APART).all()
         ][:_VALLEYS]
-        ends = [np.asarray(self.least(x, self.scales(x), rough=True).x) for x in chosen]
-        depth = np.array([self._squares(end) for end in ends]) + 1e-300
+        minima = [np.asarray(self.minimise(x, self.scales(x), rough=True).x) for x in chosen]
+        depth = np.array([self._sum_squares(minimum) for minimum in minima]) + 1e-300
         depth /= depth.min()
-        first = int(np.argmax(depth <= chance))
-        followed = [first]
+        best = int(np.argmax(depth <= chance))
+        followed = [best]
         for i in np.argsort(depth):
             # the same valley, or a parameter without effect
-            near = [np.abs(ends[i] - ends[j]).max() < _APART and abs(depth[i] - depth[j]) < _ALIKE for j in followed]
+            near = [
+                np.abs(minima[i] - minima[j]).max() < _APART and abs(depth[i] - depth[j]) < _ALIKE for j in followed
+            ]
             same = np.abs(depth[i] - depth[followed]) < _THE_SAME
             if depth[i] < _WORST_VALLEY and not np.any(near) and not same.any():
                 followed.append(int(i))
-        return [ends[i] for i in followed]
+        return [minima[i] for i in followed]
 
-    def _scanned(self) -> list[Floats]:
-        """Return the logarithms of the parameters that a scan tries."""
-        levels, others = {0.0}, len(self.names) - (OFFSET in self.names)
+    def _scan_grid(self) -> list[Floats]:
+        """Return the unknowns that a scan tries."""
+        levels, other_count = {0.0}, len(self.names) - (OFFSET in self.names)
         if "friction" in self.names:
-            others -= 1
-            at, those = self.names.index("friction"), self.compared[self.observation.normal_load[self.compared] > 0]
-            shares = np.abs(self.observation.tangential_load[those]) / self.observation.normal_load[those]
-            shares = np.quantile(shares, _LEVELS) if those.size else shares
-            levels |= set((np.log(shares[shares > 0]) - self.start[at]).clip(-FARTHEST, FARTHEST).tolist())
+            other_count -= 1
+            index, pressed = (
+                self.names.index("friction"),
+                self.compared[self.observation.normal_load[self.compared] > 0],
+            )
+            ratios = np.abs(self.observation.tangential_load[pressed]) / self.observation.normal_load[pressed]
+            ratios = np.quantile(ratios, _LEVELS) if pressed.size else ratios
+            levels |= set((np.log(ratios[ratios > 0]) - self.start[index]).clip(-FARTHEST, FARTHEST).tolist())
         counts = [int(2 * DECADES * dense) + 1 for dense in _STEPS_A_DECADE]
-        offsets = [part * FARTHEST for part in _SCANNED_OFFSETS]
-        known = len(levels) * (len(offsets) if OFFSET in self.names else 1)
-        count = next((count for count in counts if known * count**others <= MOST_SCANNED), counts[-1])
+        offsets = [fraction * FARTHEST for fraction in _SCANNED_OFFSETS]
+        fixed_count = len(levels) * (len(offsets) if OFFSET in self.names else 1)
+        count = next((count for count in counts if fixed_count * count**other_count <= MOST_SCANNED), counts[-1])
         steps = (np.linspace(-DECADES, DECADES, count) * math.log(10)).tolist()
         grid = {"friction": sorted(levels), OFFSET: offsets}
         return [self.start + step for step in itertools.product(*(grid.get(name, steps) for name in self.names))]
 
-    def _squares(self, x: Floats) -> float:
-        """Return the sum of squares at some parameters, all samples alike."""
-        return float(np.sum(self._compare(self._walked(x), x, self.load_noise) ** 2))
+    def _sum_squares(self, x: Floats) -> float:
+        """Compute the sum of squares at some parameters with equal weights."""
+        return float(np.sum(self._compare(self._compute_response(x), x, self.load_noise) ** 2))
 
-    def least(self, unknowns: Floats, scale: Floats, *, rough: bool = False) -> "OptimizeResult":
-        """Return the minimum near some unknowns, at some weights of the samples [N]; roughly, where near is enough."""
+    def minimise(self, unknowns: Floats, scale: Floats, *, rough: bool = False) -> "OptimizeResult":
+        """Minimise from some unknowns at fixed weights of the samples [N], with a loose tolerance if `rough`."""
         from scipy.optimize import least_squares
         from scipy.sparse import csr_array, hstack, vstack
 
-        # the exact solver leaves what has no effect where it is, though one unknown alone has an effect
+        # the exact solver does not move unknowns without effect, even if only one unknown has an effect
         exact = self.free <= _MOST_EXACT
 
         def residuals(x: Floats) -> Floats:
-            response = self._walked(x)
-            return np.append(self._compare(response, x, scale), self._room(response, scale))
+            response = self._compute_response(x)
+            return np.append(self._compare(response, x, scale), self._positivity_shift(response, scale))
 
         def jacobian(x: Floats) -> "Floats | csr_array":
-            slopes, room = self.slopes(x, scale), self._room(self._walked(x), scale)
-            of_room = -np.append(slopes.added.sum(axis=0), slopes.added_by_node.sum(axis=0)) / room
-            both = hstack([csr_array(slopes.by_parameter), slopes.by_node], format="csr")
-            whole = vstack([both, csr_array(of_room[None, :])], format="csr")
-            return whole.toarray() if exact else whole
+            slopes, shift = self.slopes(x, scale), self._positivity_shift(self._compute_response(x), scale)
+            shift_slopes = -np.append(slopes.bias.sum(axis=0), slopes.bias_by_node.sum(axis=0)) / shift
+            samples_and_nodes = hstack([csr_array(slopes.by_parameter), slopes.by_node], format="csr")
+            matrix = vstack([samples_and_nodes, csr_array(shift_slopes[None, :])], format="csr")
+            return matrix.toarray() if exact else matrix
 
-        first = np.append(self.start, np.zeros(self.free))
+        centre = np.append(self.start, np.zeros(self.free))
         reach = np.append(np.full(len(self.names), FARTHEST), np.full(self.free, FARTHEST_NODE))
         tolerance = 1e-6 if rough else 1e-10
         return least_squares(
             residuals,
             unknowns,
             jacobian,
-            (first - reach, first + reach),
+            (centre - reach, centre + reach),
             max_nfev=100,
             xtol=tolerance,
             ftol=tolerance,
-            # where nothing has an effect, there is no way to go
+            # without any effect the gradient is zero
             gtol=1e-15,
             x_scale="jac",
             tr_solver="exact" if exact else "lsmr",
         )
 
-    def settled(self, unknowns: Floats) -> SearchResult:
-        """Return the minimum near some unknowns, at the weights that hold there."""
+    def minimise_reweighted(self, unknowns: Floats) -> SearchResult:
+        """Find the minimum near some unknowns, with the weights that apply there."""
         count = len(self.names)
         for _ in range(_MOST_ROUNDS):
             scale = self.scales(unknowns)
-            search = attrs.evolve(self, left_over=self._left_over(unknowns, scale))
-            minimum = search.least(unknowns, scale)
-            moved, unknowns = np.abs(minimum.x - unknowns)[:count], minimum.x
+            search = attrs.evolve(self, noise_fraction=self._noise_fraction(unknowns, scale))
+            minimum = search.minimise(unknowns, scale)
+            changes, unknowns = np.abs(minimum.x - unknowns)[:count], minimum.x
             slopes = search.slopes(unknowns, scale)
             moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
-            freed, added = slopes.freed(moves)
-            response = self._walked(unknowns)
+            projected, bias = slopes.project_out_nodes(moves)
+            response = self._compute_response(unknowns)
             residual = self._compare(response, unknowns, scale)
             excess = math.sqrt(max(float(residual @ residual) / (self.compared.size - count), 1.0))
-            near = bool((np.linalg.norm(freed, axis=0) * moved < _NEAR * excess).all())
-            if near:
+            converged = bool((np.linalg.norm(projected, axis=0) * changes < _NEAR * excess).all())
+            if converged:
                 break
-        pull = freed * residual[:, None]
-        pull[: self.compared.size] -= added
+        pull = projected * residual[:, None]
+        pull[: self.compared.size] -= bias
         return SearchResult(
             unknowns,
             response,
             residual,
-            freed,
+            projected,
             pull,
             int((~moves).sum()),
             scale,
             self.noises(response),
-            near and minimum.status > 0,
+            converged and minimum.status > 0,
             np.zeros(count),
         )
 
     def noises(self, response: ModelResponse) -> Floats:
-        """Return the noise of each residual [N]: of the load, and of the displacement times the stiffness there."""
+        """Compute the noise of each residual [N]: of the load, and of the displacement times the stiffness."""
         by_displacement = response.stiffness[self.compared] * self.observation.displacement_noise
         noise: Floats = np.hypot(self.load_noise, by_displacement)
         return noise
 
     def scales(self, unknowns: Floats) -> Floats:
-        """Return the weight of each residual [N]: its noise, and what the model misses beyond noise.
+        """Compute the weight of each residual [N]: its noise, and the error of the model beyond noise.
 
-        The latter is alike for all samples, and such that the squares add up to as many as there are samples. Without
-        it, friction that scatters would count a thousand times along sliding, where noise is least, and stiffnesses
-        follow it.
+        The error of the model is equal for all samples, such that the weighted squares add up to the number of samples.
+        Without it, friction that scatters would have a thousand times the weight in sliding, where noise is least, and
+        would distort the stiffnesses.
         """
         from scipy.optimize import brentq
 
-        response = self._walked(unknowns)
-        noise, off = self.noises(response), self._compare(response, unknowns, 1.0)[: self.compared.size]
+        response = self._compute_response(unknowns)
+        noise, residual = self.noises(response), self._compare(response, unknowns, 1.0)[: self.compared.size]
         freedom = self.compared.size - len(self.names)
 
-        def excess(missed: float) -> float:
-            return float(np.sum(off**2 / (noise**2 + missed**2))) / freedom - 1
+        def excess(model_error: float) -> float:
+            return float(np.sum(residual**2 / (noise**2 + model_error**2))) / freedom - 1
 
         if not excess(0.0) > 0:
             return noise
-        # without noise it is the root itself, but for rounding
-        most = (1 + 1e-6) * float(np.linalg.norm(off)) / math.sqrt(freedom)
-        return np.hypot(noise, float(brentq(excess, 0.0, most, xtol=1e-9 * most)))
+        # without noise the upper bound is the root, but for rounding
+        upper = (1 + 1e-6) * float(np.linalg.norm(residual)) / math.sqrt(freedom)
+        return np.hypot(noise, float(brentq(excess, 0.0, upper, xtol=1e-9 * upper)))
 
-    def minimised(self, unknowns: Floats, scale: Floats) -> float:
-        """Return what is minimised: the sum of squares, less what noise of the displacement adds to it."""
+    def objective(self, unknowns: Floats, scale: Floats) -> float:
+        """Compute the objective: the sum of squares, less the part due to noise of the displacement."""
         return float(self.terms(unknowns, scale).sum())
 
     def terms(self, unknowns: Floats, scale: Floats) -> Floats:
-        """Return what each residual adds to what is minimised (residual)."""
-        response = self._walked(unknowns)
+        """Compute the contribution of each residual to the objective (residual)."""
+        response = self._compute_response(unknowns)
         terms: Floats = self._compare(response, unknowns, scale) ** 2
-        terms[: self.compared.size] -= self._added(response, scale)
+        terms[: self.compared.size] -= self._noise_bias(response, scale)
         return terms
 
-    def _walked(self, x: Floats) -> ModelResponse:
-        parameters = dict(zip(self.names, self.values_at(x[: len(self.names)]).tolist(), strict=True))
+    def _compute_response(self, x: Floats) -> ModelResponse:
+        parameters = dict(zip(self.names, self.to_values(x[: len(self.names)]).tolist(), strict=True))
         offset = parameters.get(OFFSET, self.offset_start) - self.offset_start
         shifts = self.observation.node_offset[1:-1].copy()
         shifts[: self.free] += x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
         return compute_response(*self.model(parameters), self.observation, shifts, offset)
 
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
-        off = (response.tangential_load - self.observation.tangential_load)[self.compared]
-        return np.concatenate([off / scale, x[len(self.names) :]])
+        residual = (response.tangential_load - self.observation.tangential_load)[self.compared]
+        return np.concatenate([residual / scale, x[len(self.names) :]])
 
-    def _added(self, response: ModelResponse, scale: Floats) -> Floats:
-        """Return what noise of the displacement adds to the square of each sample (sample)."""
-        added = response.slope[self.compared] * self.observation.displacement_noise / scale
-        squares: Floats = added**2 * self.left_over
+    def _noise_bias(self, response: ModelResponse, scale: Floats) -> Floats:
+        """Compute the contribution of displacement noise to the square of each sample (sample)."""
+        noise = response.slope[self.compared] * self.observation.displacement_noise / scale
+        squares: Floats = noise**2 * self.noise_fraction
         return squares
 
-    def _left_over(self, x: Floats, scale: Floats) -> Floats:
-        """Return the share of each sample's noise that the node before it does not follow, in moving its branch."""
-        noise, left = self.observation.displacement_noise, np.ones(self.compared.size)
+    def _noise_fraction(self, x: Floats, scale: Floats) -> Floats:
+        """Return the fraction of each sample's noise that the preceding node does not follow (sample)."""
+        noise, fraction = self.observation.displacement_noise, np.ones(self.compared.size)
         if noise == 0:
-            return left
-        added = (self._walked(x).slope[self.compared] * noise / scale) ** 2
+            return fraction
+        squares = (self._compute_response(x).slope[self.compared] * noise / scale) ** 2
         node = np.searchsorted(self.observation.nodes, self.compared) - 1
-        held = (noise / self.observation.node_deviation[node]) ** 2
+        prior = (noise / self.observation.node_deviation[node]) ** 2
         moves = (node >= 1) & (node <= self.free)
-        left[moves] -= (added / (np.bincount(node, added)[node] + held))[moves]
-        return left
+        fraction[moves] -= (squares / (np.bincount(node, squares)[node] + prior))[moves]
+        return fraction
 
-    def _room(self, response: ModelResponse, scale: Floats) -> float:
-        """Return the residual that takes that off: a constant, less it, is its square."""
-        return math.sqrt(max(_ROOM * self.compared.size - float(self._added(response, scale).sum()), 1.0))
+    def _positivity_shift(self, response: ModelResponse, scale: Floats) -> float:
+        """Return a residual whose square is a constant less the noise bias, so that all terms are positive."""
+        return math.sqrt(max(_ROOM * self.compared.size - float(self._noise_bias(response, scale).sum()), 1.0))
 
     def slopes(self, x: Floats, scale: Floats) -> ResidualSlopes:
-        """Return the derivatives of the residuals, by differences."""
+        """Compute the derivatives of the residuals by finite differences."""
         from scipy.sparse import csr_array, eye_array, vstack
 
         count, compared = len(self.names), self.compared
-        here = self._walked(x)
-        weight = here.slope[compared] * (self.observation.displacement_noise / scale) ** 2 * self.left_over
+        base = self._compute_response(x)
+        weight = base.slope[compared] * (self.observation.displacement_noise / scale) ** 2 * self.noise_fraction
 
         def differences(change: Floats, step: float) -> tuple[Floats, Floats]:
-            there = self._walked(x + step * change)
-            load, slope = there.tangential_load - here.tangential_load, there.slope - here.slope
+            response = self._compute_response(x + step * change)
+            load, slope = response.tangential_load - base.tangential_load, response.slope - base.slope
             return load[compared] / (step * scale), weight * slope[compared] / step
 
         by_parameter = np.zeros((compared.size + self.free, count))
-        added = np.zeros((compared.size, count))
+        bias = np.zeros((compared.size, count))
         for index in range(count):
-            load, more = differences(np.eye(x.size)[index], _STEP)
-            # rounding is no effect
+            load, bias_change = differences(np.eye(x.size)[index], _STEP)
+            # smaller derivatives are rounding
             if np.linalg.norm(load) > _ROUNDING * math.sqrt(compared.size):
-                by_parameter[: compared.size, index], added[:, index] = load, more
-        together = min(_TOGETHER, self.free)
-        loads, more, owner = np.zeros((3, compared.size, together))
+                by_parameter[: compared.size, index], bias[:, index] = load, bias_change
+        group_count = min(_TOGETHER, self.free)
+        loads, bias_change, owner = np.zeros((3, compared.size, group_count))
         branch = np.searchsorted(self.observation.nodes, compared) - 1
-        for first in range(together):
-            nodes = np.arange(first, self.free, _TOGETHER)
+        for group in range(group_count):
+            nodes = np.arange(group, self.free, _TOGETHER)
             change = np.zeros(x.size)
             change[count + nodes] = 1.0
-            # a node's own samples: from the node before it until the next one that moves with it
-            number = (branch - first) // _TOGETHER
+            # samples affected by a node: from the node before it to the next one that moves with it
+            number = (branch - group) // _TOGETHER
             owned = (number >= 0) & (number < nodes.size)
-            owner[:, first] = np.where(owned, first + _TOGETHER * number, first)
-            loads[:, first], more[:, first] = np.where(owned, differences(change, _NODE_STEP), 0.0)
-        places = np.repeat(np.arange(compared.size), together), owner.ravel().astype(np.int64)
-        of_samples, added_by_node = (
-            csr_array((values.ravel(), places), shape=(compared.size, self.free)) for values in (loads, more)
+            owner[:, group] = np.where(owned, group + _TOGETHER * number, group)
+            loads[:, group], bias_change[:, group] = np.where(owned, differences(change, _NODE_STEP), 0.0)
+        indices = np.repeat(np.arange(compared.size), group_count), owner.ravel().astype(np.int64)
+        of_samples, bias_by_node = (
+            csr_array((values.ravel(), indices), shape=(compared.size, self.free)) for values in (loads, bias_change)
         )
         by_node = vstack([of_samples, eye_array(self.free)], format="csr")
-        return ResidualSlopes(by_parameter, by_node, added, added_by_node)
+        return ResidualSlopes(by_parameter, by_node, bias, bias_by_node)
 
 
-def _compared(observation: Observation) -> Integers:
-    """Return the samples of which it is known on which branch they are, all but the nodes and what is beside them.
+def _select_samples(observation: Observation) -> Integers:
+    """Select the samples that surely belong to one branch: all but the nodes and samples close to them.
 
-    How many samples noise may have put on the wrong side of a node goes by the mean step of the branch, and not by
-    what was read: a choice by noisy numbers would make the stiffness too great.
+    The number of samples excluded near a node is derived from the mean step of the branch, not from the readings: a
+    selection by noisy values would bias the stiffness upwards.
     """
     nodes, reach = observation.nodes, _AMBIGUOUS * observation.reading_noise
-    kept = np.ones(observation.time.size, dtype=np.bool_)
-    kept[: observation.start_sample] = False
-    kept[nodes] = False
-    for start, end in itertools.pairwise(nodes.tolist()):
-        way, count = abs(observation.displacement[end] - observation.displacement[start]), end - start
-        beside = min(math.ceil(reach * count / way) if way > 0 else 0, count // _MOST_BESIDE)
-        kept[start : start + beside + 1] = False
-        kept[end - beside : end + 1] = False
-    return np.flatnonzero(kept)
+    selected = np.ones(observation.time.size, dtype=np.bool_)
+    selected[: observation.start_sample] = False
+    selected[nodes] = False
+    for start, stop in itertools.pairwise(nodes.tolist()):
+        stroke, count = abs(observation.displacement[stop] - observation.displacement[start]), stop - start
+        margin = min(math.ceil(reach * count / stroke) if stroke > 0 else 0, count // _MOST_BESIDE)
+        selected[start : start + margin + 1] = False
+        selected[stop - margin : stop + 1] = False
+    return np.flatnonzero(selected)

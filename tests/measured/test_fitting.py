@@ -115,7 +115,7 @@ def test_spikes_of_the_load_do_not_pull_the_stiffness():
     for one, other in zip(clean.parameters, found.parameters, strict=True):
         assert abs(one.value - other.value) < 0.2 * (one.high - one.low)
     compared = clean.residual.size
-    text = f"of {compared:,} samples stand out from what the model leaves of their neighbours, as spikes do: the fit"
+    text = f"of {compared:,} samples have residuals that stand out from their neighbours', as spikes do: the fit"
     assert text in notes_of(found)
     assert compared - found.residual.size <= len(spoilt[25::50])
     assert "stand out" not in notes_of(clean)
@@ -226,7 +226,7 @@ def test_a_wrong_model_is_noted():
     found = fit_parameters(
         sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6)
     )
-    assert "%: the model lacks something, or the fit needs another start" in notes_of(found)
+    assert "%: the model is incomplete, or the fit needs another start" in notes_of(found)
 
 
 def test_skipped_loops_do_not_count():

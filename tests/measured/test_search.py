@@ -59,22 +59,22 @@ SYNTHETIC = [
 
 def search_of(model, start, record):
     observation = observe(record)
-    return Search.of(model, start, observation)
+    return Search.from_start(model, start, observation)
 
 
 def check_minimum(search, tried=1):
     """Hold where a search ends against what L-BFGS-B makes of the same function, without derivatives, from there."""
-    end = search.ended()
+    end = search.solve()
     count = len(search.names)
     first = np.append(search.start, np.zeros(search.free))
     reach = np.append(np.full(count, FARTHEST), np.full(search.free, FARTHEST_NODE))
     bounds = optimize.Bounds(first - reach, first + reach)
     random = np.random.default_rng(0)
-    found = search.minimised(end.unknowns, end.scale)
+    found = search.objective(end.unknowns, end.scale)
     for number in range(tried):
         start = end.unknowns + number * random.normal(0, 0.02, end.unknowns.size)
         other = optimize.minimize(
-            search.minimised,
+            search.objective,
             np.clip(start, bounds.lb, bounds.ub),
             (end.scale,),
             method="L-BFGS-B",
@@ -96,7 +96,7 @@ FIRST = {"2.09 Hz", "with_backlash 7"}
 def test_a_search_ends_at_the_minimum(record):
     start = {"friction": 0.26, "lateral_stiffness": 1.3 * synthetic.STIFFNESS}
     end = check_minimum(search_of(synthetic.model("ball"), start, record))
-    assert end.settled
+    assert end.converged
     # stationary within the bounds: what all residuals pull at the parameters adds up to nothing
     pulls = np.abs(end.pull.sum(axis=0)) / np.linalg.norm(end.slopes, axis=0)
     assert (pulls < 0.1).all()
@@ -108,17 +108,17 @@ def test_a_search_on_a_real_record_ends_at_the_minimum(tmp_path):
     (tmp_path / "d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
     scenario = load(tmp_path / "d.toml")
     _, model, start = model_of(scenario)
-    search = Search.of(model, start, observe(scenario.measurement()).thin(2000))
+    search = Search.from_start(model, start, observe(scenario.measurement()).thin(2000))
     end = check_minimum(search)
     # and nowhere else, with the nodes where they are
     nodes = end.unknowns[2:]
     other = optimize.minimize(
-        lambda x: search.minimised(np.append(x, nodes), end.scale),
+        lambda x: search.objective(np.append(x, nodes), end.scale),
         search.start,
         method="Nelder-Mead",
         options={"maxfev": 200},
     )
-    assert search.minimised(end.unknowns, end.scale) <= other.fun * (1 + 2e-3)
+    assert search.objective(end.unknowns, end.scale) <= other.fun * (1 + 2e-3)
 
 
 @pytest.mark.slow
@@ -157,15 +157,15 @@ def kinked():
 def test_a_minimum_with_a_kink_is_a_minimum_and_has_an_interval():
     start = {name: 1.3 * value for name, value in BALL.items()}
     search = search_of(synthetic.model("ball"), start, kinked())
-    end = search.ended()
-    assert end.settled
+    end = search.solve()
+    assert end.converged
     assert not end.is_stationary
     # by no step of one parameter alone, or of both, is the sum lower by more than 1e-4 of the samples
-    lowest = search.minimised(end.unknowns, end.scale) - 1e-4 * search.compared.size
+    lowest = search.objective(end.unknowns, end.scale) - 1e-4 * search.compared.size
     for step in (0.003, 0.03, 0.3):
         for way in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)):
             moved = end.unknowns + np.append(step * np.array(way), np.zeros(search.free))
-            assert search.minimised(moved, end.scale) >= lowest
+            assert search.objective(moved, end.scale) >= lowest
     found = fitting._read_off(search, end)
     assert all(each.low < each.value < each.high for each in found.parameters)
     assert "how the estimates wander" in dict(found.summary())["intervals by"]
@@ -188,8 +188,8 @@ def test_known_noise_of_the_displacement_does_not_make_a_stiffness_too_small():
             dead_band={"tangential_displacement": 40e-9},
         )
         observation = observe(noisy, displacement_noise=5e-9, load_noise=6e-6)
-        search = Search.of(synthetic.model("ball"), synthetic.TRUTHS["ball"], observation)
-        end = search.settled(np.append(search.start, np.zeros(search.free)))
+        search = Search.from_start(synthetic.model("ball"), synthetic.TRUTHS["ball"], observation)
+        end = search.minimise_reweighted(np.append(search.start, np.zeros(search.free)))
         off.append(end.unknowns[1] - np.log(synthetic.STIFFNESS))
     assert abs(np.mean(off)) < 0.01 + 3 * np.std(off, ddof=1) / np.sqrt(len(off))
 
@@ -227,14 +227,16 @@ def check_starts(model, near, observation, factors):
     """Search from near, and from other starts: all end at the best misfit known, or say that they do not."""
     found = []
     for factor in ((1.0,) * len(near), *factors):
-        search = Search.of(model, {name: by * near[name] for name, by in zip(near, factor, strict=True)}, observation)
-        found.append((search, search.ended()))
-    known = [(search, end) for search, end in found if end.settled and not end.at_limit(search.start).any()]
+        search = Search.from_start(
+            model, {name: by * near[name] for name, by in zip(near, factor, strict=True)}, observation
+        )
+        found.append((search, search.solve()))
+    known = [(search, end) for search, end in found if end.converged and not end.at_limit(search.start).any()]
     if not known:
         return 0, len(found)
     scale = min(known, key=lambda each: np.mean(each[1].scale ** 2))[1].scale
     # the squares, of about one for each sample, and of short records less than what noise adds to them
-    squares = np.array([search.minimised(end.unknowns, scale) for search, end in known])
+    squares = np.array([search.objective(end.unknowns, scale) for search, end in known])
     assert np.ptp(squares) <= 2e-3 * max(abs(squares.min()), scale.size)
     return len(known), len(found)
 
