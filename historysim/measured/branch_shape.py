@@ -1,4 +1,4 @@
-"""Shapes of branches: level as of friction, straight and rising as beside a spring, or elliptic as of a damper.
+"""Shapes of branches: level by friction, rising by a spring in parallel, or elliptic by a damper.
 
 Each is judged by the median over the branches of a direction, so that no single one decides.
 """
@@ -31,7 +31,7 @@ SQUARE, PROPORTIONAL, AS_POWER = 2.0, 1.0, 0.1
 
 @attrs.frozen(eq=False)
 class BranchShape:
-    """The loads of branches of one direction over their displacement from the reversal, both in their own direction."""
+    """Loads of branches of one direction over their displacement from the reversal, in that direction."""
 
     moved: Floats  #: (branch, bin) [m]
     load: Floats  #: (branch, bin) [N]
@@ -46,26 +46,26 @@ class BranchShape:
         """Mean load over the last quarter [N]."""
         return float(self.median[3 * BINS // 4 :].mean())
 
-    def slope(self, first: int, last: int) -> tuple[float, float]:
-        """Return the slope between two bins [N/m], and its standard error; of a single branch that of its scatter."""
-        u, f = self.moved[:, first:last], self.load[:, first:last]
+    def slope(self, start: int, stop: int) -> tuple[float, float]:
+        """Return the slope between two bins [N/m] and its standard error, by scatter for a single branch."""
+        u, f = self.moved[:, start:stop], self.load[:, start:stop]
         across = u - u.mean(axis=1, keepdims=True)
         slopes = (across * f).sum(axis=1) / (across**2).sum(axis=1)
-        left = f - f.mean(axis=1, keepdims=True) - slopes[:, None] * across
-        own = np.sqrt((left**2).sum(axis=1) / max(last - first - 2, 1) / (across**2).sum(axis=1))
+        residuals = f - f.mean(axis=1, keepdims=True) - slopes[:, None] * across
+        errors = np.sqrt((residuals**2).sum(axis=1) / max(stop - start - 2, 1) / (across**2).sum(axis=1))
         scatter = float(slopes.std(ddof=1)) if slopes.size > 1 else 0.0
-        return float(np.median(slopes)), max(scatter, float(np.median(own))) / math.sqrt(slopes.size)
+        return float(np.median(slopes)), max(scatter, float(np.median(errors))) / math.sqrt(slopes.size)
 
     @property
     def is_level(self) -> bool:
-        """Whether its last quarter surely rises and falls by little, as where a contact slides."""
+        """True if the last quarter rises or falls by little beyond doubt, as in sliding."""
         slope, error = self.slope(3 * BINS // 4, BINS - 1)
         length = float(np.median(self.moved[:, -1])) / 4
         return self.force > 0 and (abs(slope) + CLEAR * error) * length < LEVEL * self.force
 
 
-def shapes(trace: Trace, ends: Integers) -> tuple[BranchShape, BranchShape] | None:
-    """Return the shapes of the forward and the backward branches of loops; None where they have too few samples."""
+def average_branches(trace: Trace, ends: Integers) -> tuple[BranchShape, BranchShape] | None:
+    """Average the forward and the backward branches of loops; None if samples are too few."""
     chosen = np.unique(np.linspace(0, len(ends) - 1, min(len(ends), MOST_LOOPS)).astype(np.int64))
     sides: tuple[list[tuple[Floats, Floats]], list[tuple[Floats, Floats]]] = [], []
     for backward, moved, load in _branches(trace, ends[chosen]):
@@ -77,38 +77,45 @@ def shapes(trace: Trace, ends: Integers) -> tuple[BranchShape, BranchShape] | No
 
 
 def _branches(trace: Trace, ends: Integers) -> Iterator[tuple[bool, Floats, Floats]]:
-    """Yield whether a branch leads backward, its displacements and its loads (bin)."""
+    """Yield direction (True for backward), displacements and loads (bin) of each branch."""
     middles = (np.arange(BINS) + 0.5) / BINS
-    for first, last in itertools.chain.from_iterable(map(itertools.pairwise, ends.tolist())):
-        part = slice(first, last + 1)
-        way = trace.displacement[last] - trace.displacement[first]
-        share, load = (trace.displacement[part] - trace.displacement[first]) / way, trace.tangential_load[part]
-        own = -load if way < 0 else load
-        number = np.clip((share * BINS).astype(np.int64), 0, BINS - 1)
-        count = np.bincount(number, minlength=BINS)
-        if share.size < FEWEST_OF_BRANCH:
+    for start, stop in itertools.chain.from_iterable(map(itertools.pairwise, ends.tolist())):
+        samples = slice(start, stop + 1)
+        stroke = trace.displacement[stop] - trace.displacement[start]
+        fraction, load = (
+            (trace.displacement[samples] - trace.displacement[start]) / stroke,
+            trace.tangential_load[samples],
+        )
+        branch_load = -load if stroke < 0 else load
+        bins = np.clip((fraction * BINS).astype(np.int64), 0, BINS - 1)
+        count = np.bincount(bins, minlength=BINS)
+        if fraction.size < FEWEST_OF_BRANCH:
             continue
-        known = count > 0
-        places, loads = (np.bincount(number, values, BINS)[known] / count[known] for values in (share, own))
-        yield bool(way < 0), middles * abs(way), np.interp(middles, places, loads)
+        filled = count > 0
+        positions, loads = (
+            np.bincount(bins, values, BINS)[filled] / count[filled] for values in (fraction, branch_load)
+        )
+        yield bool(stroke < 0), middles * abs(stroke), np.interp(middles, positions, loads)
 
 
 def are_level(trace: Trace, ends: Integers) -> bool:
-    """Return whether the branches of loops surely end level in both directions."""
-    both = shapes(trace, ends) if len(ends) else None
-    return both is not None and all(each.is_level for each in both)
+    """Return True if the branches of loops end level in both directions beyond doubt."""
+    both = average_branches(trace, ends) if len(ends) else None
+    return both is not None and all(shape.is_level for shape in both)
 
 
-def parallel_stiffness(trace: Trace, ends: Integers) -> float:
-    """Return the stiffness of a spring beside the contact that branches show [N/m]; NaN where they show none.
+def find_parallel_stiffness(trace: Trace, ends: Integers) -> float:
+    """Return the stiffness of a spring in parallel with the contact [N/m]; NaN if branches show none.
 
     Their second half is straight and rises alike in both directions, and their beginning is much steeper: a contact
     that comes to slide bends all the way.
     """
-    both = shapes(trace, ends) if len(ends) else None
+    both = average_branches(trace, ends) if len(ends) else None
     if both is None:
         return math.nan
-    slopes = [each.slope(first, last) for each in both for first, last in ((BINS // 2, 3 * BINS // 4), (15, BINS - 1))]
+    slopes = [
+        shape.slope(start, stop) for shape in both for start, stop in ((BINS // 2, 3 * BINS // 4), (15, BINS - 1))
+    ]
     middle = float(np.mean([slope for slope, _ in slopes]))
     rises = middle * float(np.median(both[0].moved[:, -1])) / 4 > LEVEL * abs(both[0].force)
     alike = all(
@@ -116,9 +123,9 @@ def parallel_stiffness(trace: Trace, ends: Integers) -> float:
     )
     if not (rises and alike):
         return math.nan
-    for each in both:
+    for shape in both:
         steepest = float(
-            np.max((each.median[2:] - each.median[:-2]) / np.median(each.moved[:, 2:] - each.moved[:, :-2]))
+            np.max((shape.median[2:] - shape.median[:-2]) / np.median(shape.moved[:, 2:] - shape.moved[:, :-2]))
         )
         if steepest < STEEPER * middle:
             return math.nan
@@ -126,28 +133,31 @@ def parallel_stiffness(trace: Trace, ends: Integers) -> float:
 
 
 def is_ellipse(trace: Trace, ends: Integers) -> bool:
-    """Return whether loops are ellipses: their branches fall before they end, and are highest in the middle."""
-    both = shapes(trace, ends)
+    """Return True if loops are ellipses: branches fall before they end, and are highest in the middle."""
+    both = average_branches(trace, ends)
     if both is None:
         return False
     forward, back = both[0].median, both[1].median[::-1]
     height, middle = (forward + back) / 2, (forward - back) / 2
-    place = (2 * np.arange(BINS) + 1) / BINS - 1
-    arc = np.sqrt(1 - place**2)
+    position = (2 * np.arange(BINS) + 1) / BINS - 1
+    arc = np.sqrt(1 - position**2)
     greatest = float(height @ arc / (arc @ arc))
-    off = height - greatest * arc
-    bent = middle - np.polyval(np.polyfit(place, middle, 1), place)
+    height_error = height - greatest * arc
+    middle_error = middle - np.polyval(np.polyfit(position, middle, 1), position)
     if greatest <= 0:
         return False
-    return bool(np.sqrt(np.mean(off**2)) < ELLIPSE * greatest and np.sqrt(np.mean(bent**2)) < STRAIGHT * greatest)
+    return bool(
+        np.sqrt(np.mean(height_error**2)) < ELLIPSE * greatest
+        and np.sqrt(np.mean(middle_error**2)) < STRAIGHT * greatest
+    )
 
 
-def goes_with_the_square(amplitude: Floats, load: Floats, energy: Floats) -> bool:
-    """Return whether energies go with the square of amplitudes, and loads with these, from each of three or more on."""
+def has_quadratic_energy(amplitude: Floats, load: Floats, energy: Floats) -> bool:
+    """Return True if energy is proportional to amplitude squared, and load to amplitude, for three or more."""
     if amplitude.size < 3 or not (energy > 0).all() or not (load > 0).all():
         return False
-    way = np.diff(np.log(amplitude))
-    squares, proportions = (np.diff(np.log(each)) / way for each in (energy, load))
+    steps = np.diff(np.log(amplitude))
+    squares, proportions = (np.diff(np.log(values)) / steps for values in (energy, load))
     return bool(
         (np.abs(squares - SQUARE) < AS_POWER).all() and (np.abs(proportions - PROPORTIONAL) < AS_POWER / 2).all()
     )

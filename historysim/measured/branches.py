@@ -1,4 +1,4 @@
-"""The branches of friction loops, from reversal to reversal: where they are, at which load, and what is read off them.
+"""Branches of friction loops, from reversal to reversal: their ends, normal load and quantities.
 
 README.md of this folder, "How loops are read", has the definitions and their theory.
 """
@@ -39,35 +39,35 @@ USUAL_MOVES = 0.25  # quantile of the moves of the normal load on all branches t
 AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
 
 
-def _is_share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+def _check_fraction(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     name = f"{attribute.name} of {type(owner).__name__}"
-    least = scalar(name, value) >= 0 if attribute.name == "amplitude_share" else value > 0
+    above_minimum = scalar(name, value) >= 0 if attribute.name == "amplitude_share" else value > 0
     # a whole stroke, and its end, are 1
-    most = value <= 1 if attribute.name.startswith("sliding") else value < 1
-    if not (least and most):
+    below_maximum = value <= 1 if attribute.name.startswith("sliding") else value < 1
+    if not (above_minimum and below_maximum):
         raise InputError(f"{name} is {value:g}; expected a share, between 0 and 1")
 
 
 @attrs.frozen(kw_only=True)
 class Definitions:
-    """What is taken for sliding, for reached, and for the beginning of a branch: shares between 0 and 1."""
+    """Definitions of sliding, preliminary displacement and initial stiffness: fractions between 0 and 1."""
 
     #: Sliding is this last part of a branch, by displacement; the friction force is its mean.
-    sliding_part: float = attrs.field(default=0.25, validator=_is_share)
+    sliding_part: float = attrs.field(default=0.25, validator=_check_fraction)
     #: Where that part ends, over the stroke: less than 1 leaves out what the drive does at its turn.
-    sliding_end: float = attrs.field(default=1.0, validator=_is_share)
+    sliding_end: float = attrs.field(default=1.0, validator=_check_fraction)
     #: Of the way from the load at the reversal to the friction force: where the preliminary displacement ends.
-    reached: float = attrs.field(default=0.95, validator=_is_share)
+    reached: float = attrs.field(default=0.95, validator=_check_fraction)
     #: Of the same way: up to where the slope of a branch is its stiffness.
-    initial_part: float = attrs.field(default=0.2, validator=_is_share)
+    initial_part: float = attrs.field(default=0.2, validator=_check_fraction)
     #: How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
     #: branches; a branch on which it moves more is left out. Loads that differ by no more are one.
-    load_share: float = attrs.field(default=0.1, validator=_is_share)
+    load_share: float = attrs.field(default=0.1, validator=_check_fraction)
     #: Loops of less than this share of the largest amplitude are kept out of means; 0 keeps all.
-    amplitude_share: float = attrs.field(default=0.5, validator=_is_share)
+    amplitude_share: float = attrs.field(default=0.5, validator=_check_fraction)
     #: How much the line through the sliding part may rise beyond scatter, over the friction force. Where it rises more,
     #: less and less, the branch has not come to slide; friction that rises evenly does so up to 2.4 times this share.
-    still_rising: float = attrs.field(default=0.05, validator=_is_share)
+    still_rising: float = attrs.field(default=0.05, validator=_check_fraction)
 
     def __attrs_post_init__(self) -> None:
         """Check that something is left to average over."""
@@ -99,7 +99,7 @@ OF_SLIDING = {"friction_force", "normal_load", "friction_coefficient"}
 
 @attrs.frozen(eq=False)
 class Trace:
-    """The channels that loops are found in, over time; the normal load is None where it is not known."""
+    """Channels in which loops are found, over time; the normal load is None if unknown."""
 
     time: Floats  #: (sample) Times that do not decrease [s]
     displacement: Floats  #: (sample) Tangential displacement U [m]
@@ -107,43 +107,43 @@ class Trace:
     normal_load: Floats | None  #: (sample) N [N]
 
     @classmethod
-    def of(
+    def from_channels(
         cls, time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
     ) -> Self:
-        """Return the channels, checked."""
+        """Check the channels."""
         moved = channel("displacement", displacement)
         load = channel("tangential_load", tangential_load, moved.size)
         times = channel("time", time, moved.size)
         check_order(times)
         if normal_load is None:
             return cls(times, moved, load, None)
-        given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
-        return cls(times, moved, load, channel("normal_load", given, moved.size))
+        samples = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
+        return cls(times, moved, load, channel("normal_load", samples, moved.size))
 
 
 # -- where loops are -------------------------------------------------------------------------------
 
 
 def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
-    """Return the first, middle and last sample of each loop, (loop, 3), and the ends of a whole branch behind them."""
+    """Find the first, middle and last sample of each loop (loop, 3), and the ends of a whole branch after them."""
     # a loop is two branches between three reversals; loops do not overlap
-    kept = turning_points(displacement, dead_band)
-    swings = np.abs(np.diff(displacement[kept]))
+    turning = turning_points(displacement, dead_band)
+    swings = np.abs(np.diff(displacement[turning]))
     branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
     if branches.size < 2:
         return np.empty((0, 3), dtype=np.int64), None
     # only the first and the last swing may be too small to be a branch
-    turns = kept[branches[0] : branches[-1] + 2]
+    turns = turning[branches[0] : branches[-1] + 2]
     triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
     # at either end of the record a branch without a reversal belongs to a loop that closes within the dead band
     closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
     loops = triples[0 if closed[0] else 1 :: 2]
     if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:
         loops = loops[:-1]
-    behind = turns[turns >= loops[-1, 2]] if len(loops) else turns[:0]
+    rest = turns[turns >= loops[-1, 2]] if len(loops) else turns[:0]
     # a last branch that no reversal ends is whole where it closes a loop with the one before
-    whole = behind.size > 2 or (behind.size == 2 and bool(closed[-1]))
-    return loops, (int(behind[0]), int(behind[1])) if whole else None
+    complete = rest.size > 2 or (rest.size == 2 and bool(closed[-1]))
+    return loops, (int(rest[0]), int(rest[1])) if complete else None
 
 
 def closed_period(trace: Trace, dead_band: float) -> Trace | None:
@@ -157,7 +157,7 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     moved, load = trace.displacement, trace.tangential_load
     if moved.size < FEWEST_OF_PERIOD:
         return None
-    moved_steps, load_steps = (np.abs([each[1] - each[0], each[-1] - each[-2]]) for each in (moved, load))
+    moved_steps, load_steps = (np.abs([values[1] - values[0], values[-1] - values[-2]]) for values in (moved, load))
     # a jump at an end of a pull in one direction may be as large as half of the whole range
     if abs(moved[-1] - moved[0]) > min(max(dead_band, 2 * float(moved_steps.max())), 0.5 * float(np.ptp(moved))):
         return None
@@ -182,11 +182,11 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
 def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
     """Return the load at the end less that at the start, at one displacement, and its standard error; NaN at a turn."""
     count = max(moved.size // END_SAMPLES, 2)
-    place = np.arange(count) - (count - 1) / 2
+    position = np.arange(count) - (count - 1) / 2
     ends = [np.stack([values[:count], values[-count:]]) for values in (moved, load)]
-    centres, steps = (np.array(each) for each in ([end.mean(1) for end in ends], [end @ place for end in ends]))
+    centres, steps = (np.array(each) for each in ([end.mean(1) for end in ends], [end @ position for end in ends]))
     moved_noise, load_noise = noise_of_curve(moved), noise_of_curve(load)
-    still = np.abs(steps[0]) <= CLOSED_ERRORS * moved_noise * math.sqrt(place @ place)
+    still = np.abs(steps[0]) <= CLOSED_ERRORS * moved_noise * math.sqrt(position @ position)
     if steps[0, 0] * steps[0, 1] < 0 and not still.any():
         return math.nan, 0.0
     slopes = np.divide(steps[1], steps[0], out=np.zeros(2), where=~still)
@@ -196,13 +196,13 @@ def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
     return float(loads[1] - loads[0]), float(np.hypot(*errors))
 
 
-def enclosed(trace: Trace, start: int, turn: int, end: int) -> float:
+def enclosed_energy(trace: Trace, start: int, turn: int, stop: int) -> float:
     """Return the energy of a loop, closed by a straight line."""
     moved, sign = trace.displacement, 1 if trace.displacement[turn] >= trace.displacement[start] else -1
-    there, back = np.arange(start, turn), np.arange(turn, end + 1)
+    forth, back = np.arange(start, turn), np.arange(turn, stop + 1)
     # hum that displacement and load have in common encloses nothing in the order of the displacements
-    ways = (there, sign * moved[there]), (back, -sign * moved[back])
-    samples = np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in ways])
+    legs = (forth, sign * moved[forth]), (back, -sign * moved[back])
+    samples = np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in legs])
     u, f = moved[samples], trace.tangential_load[samples]
     return _area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2
 
@@ -211,74 +211,88 @@ def enclosed(trace: Trace, start: int, turn: int, end: int) -> float:
 
 
 def read_branch(
-    trace: Trace, first: int, last: int, *, definitions: Definitions, lateral_stiffness: float, noisy: bool
+    trace: Trace, start_sample: int, end_sample: int, *, definitions: Definitions, lateral_stiffness: float, noisy: bool
 ) -> tuple[tuple[float, ...], bool]:
-    """Return the values of a branch between two samples, in the order of BRANCH_QUANTITIES; whether it still rises."""
-    sign, part = (-1.0 if trace.displacement[last] < trace.displacement[first] else 1.0), slice(first, last + 1)
-    u, f = sign * (trace.displacement[part] - trace.displacement[first]), sign * trace.tangential_load[part]
+    """Compute the values of a branch in the order of BRANCH_QUANTITIES, and whether it still rises."""
+    sign, samples = (
+        (-1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0),
+        slice(start_sample, end_sample + 1),
+    )
+    u, f = (
+        sign * (trace.displacement[samples] - trace.displacement[start_sample]),
+        sign * trace.tangential_load[samples],
+    )
     start = (1 - definitions.sliding_part) * u[-1]
     # means are over the displacement, whatever noise and hum made of the order of the samples
-    order, normal_load = np.argsort(u, kind="stable"), None if trace.normal_load is None else trace.normal_load[part]
+    order, normal_load = np.argsort(u, kind="stable"), None if trace.normal_load is None else trace.normal_load[samples]
     window = functools.partial(_until, definitions.sliding_end * u[-1] if definitions.sliding_end < 1 else math.inf, u)
     slides_from = _crossing(u[order], start)
-    force = _mean_from(slides_from, *window(f, order))
+    force = _tail_average(slides_from, *window(f, order))
     rises = _still_rises(slides_from, *window(f, order), definitions.still_rising * force)
     # channels turn between samples: the outermost one may be behind the turn, and its load is none of sliding
     if noisy and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
         order = np.argsort(u[:-1], kind="stable")
         slides_from = _crossing(u[order], start)
-        force = _mean_from(slides_from, *window(f, order))
-    load = math.nan if normal_load is None else _mean_from(slides_from, *window(normal_load, order))
+        force = _tail_average(slides_from, *window(f, order))
+    load = math.nan if normal_load is None else _tail_average(slides_from, *window(normal_load, order))
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
     if rise > 0:
-        preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
+        preliminary = _interpolate(_crossing(f, f[0] + definitions.reached * rise), u)
         # a branch that begins beyond zero load has no such place
-        from_zero = preliminary - _at(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
-        reversal_load = _reversal_load(trace, first, sign)
+        from_zero = preliminary - _interpolate(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
+        reversal_load = _reversal_load(trace, start_sample, sign)
         share = (f - reversal_load) / (force - reversal_load)
         virgin = _virgin_displacement(u - (f - reversal_load) / lateral_stiffness, share, definitions.reached)
-        compliance = _slope(*_up_to(_crossing(f, f[0] + definitions.initial_part * rise), f, u))
+        compliance = _slope(*_head(_crossing(f, f[0] + definitions.initial_part * rise), f, u))
         stiffness = 1 / compliance if compliance > 0 else math.nan
     friction = force / load if load > 0 else math.nan
     return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
 
 
-def _reversal_load(trace: Trace, first: int, sign: float) -> float:
-    """Return the load at the reversal in the direction of the branch: the reversal lies between samples."""
-    return float((sign * trace.tangential_load[max(first - 1, 0) : first + 1]).min())
+def _reversal_load(trace: Trace, start_sample: int, sign: float) -> float:
+    """Return the load at the reversal in the direction of the branch: the reversal is between samples."""
+    return float((sign * trace.tangential_load[max(start_sample - 1, 0) : start_sample + 1]).min())
 
 
-def read_aperture(trace: Trace, load: Floats, start: int, turn: int, end: int) -> tuple[float, float]:
-    """Return half the range of the load of a loop, and half its width at the middle of the load, NaN without one."""
-    part, direction = load[start : end + 1], 1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0
-    middle = float(part.max() + part.min()) / 2
-    there, back = (
-        _at(_crossing(sign * load[first : last + 1], sign * middle), trace.displacement[first : last + 1])
-        for first, last, sign in ((start, turn, direction), (turn, end, -direction))
+def read_aperture(trace: Trace, load: Floats, start: int, turn: int, stop: int) -> tuple[float, float]:
+    """Compute half the range of the load of a loop, and half its width at mid-load; NaN without one."""
+    loads, direction = load[start : stop + 1], 1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0
+    middle = float(loads.max() + loads.min()) / 2
+    forth, back = (
+        _interpolate(
+            _crossing(sign * load[branch_start : branch_stop + 1], sign * middle),
+            trace.displacement[branch_start : branch_stop + 1],
+        )
+        for branch_start, branch_stop, sign in ((start, turn, direction), (turn, stop, -direction))
     )
-    return float(np.ptp(part)) / 2, direction * (back - there) / 2
+    return float(np.ptp(loads)) / 2, direction * (back - forth) / 2
 
 
-def split_compliance(trace: Trace, first: int, last: int, force: float, reached: float) -> tuple[float, float]:
-    """Return the initial compliance of a branch in two parts [m/N]: that of Mindlin's curve, and the linear one.
+def split_compliance(
+    trace: Trace, start_sample: int, end_sample: int, force: float, reached: float
+) -> tuple[float, float]:
+    """Split the initial compliance of a branch into the parts of Mindlin's curve and of a spring [m/N].
 
     u = 2 θμδ z(q) + C (T - T_reversal) by least squares, q from 1 - reached to reached. NaN if samples are too few, or
     their noise leaves a standard error of more than `MOST_ERROR_OF_SPLIT` of the sum.
     """
-    sign, part = (-1.0 if trace.displacement[last] < trace.displacement[first] else 1.0), slice(first, last + 1)
-    f, reversal_load = sign * trace.tangential_load[part], _reversal_load(trace, first, sign)
+    sign, samples = (
+        (-1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0),
+        slice(start_sample, end_sample + 1),
+    )
+    f, reversal_load = sign * trace.tangential_load[samples], _reversal_load(trace, start_sample, sign)
     if not force > reversal_load:
         return math.nan, math.nan
     share = (f - reversal_load) / (force - reversal_load)
     curve = _curve_part(share, reached)
     if curve.size < FEWEST_OF_SPLIT:
         return math.nan, math.nan
-    along, moved = share[curve], sign * (trace.displacement[part][curve] - trace.displacement[first])
-    terms = np.column_stack([np.ones(along.size), covered(along), along])
+    along, moved = share[curve], sign * (trace.displacement[samples][curve] - trace.displacement[start_sample])
+    terms = np.column_stack([np.ones(along.size), path_fraction(along), along])
     _, bent, straight = estimates = np.linalg.lstsq(terms, moved, rcond=None)[0]
-    left = moved - terms @ estimates
-    covariance = np.linalg.pinv(terms.T @ terms) * float(left @ left) / (moved.size - len(estimates))
+    residuals = moved - terms @ estimates
+    covariance = np.linalg.pinv(terms.T @ terms) * float(residuals @ residuals) / (moved.size - len(estimates))
     # z'(0) = 2/3
     contact, error = 2 / 3 * bent, 2 / 3 * math.sqrt(covariance[1, 1])
     if error > MOST_ERROR_OF_SPLIT * (contact + straight):
@@ -286,99 +300,101 @@ def split_compliance(trace: Trace, first: int, last: int, force: float, reached:
     return float(contact / (force - reversal_load)), float(straight / (force - reversal_load))
 
 
-def _until(end: float, u: Floats, values: Floats, order: Integers) -> tuple[Floats, Floats]:
-    """Return displacements and values in an order, up to a displacement."""
+def _until(limit: float, u: Floats, values: Floats, order: Integers) -> tuple[Floats, Floats]:
+    """Return ordered displacements and values up to a displacement."""
     along, heights = u[order], values[order]
-    if end >= along[-1]:
+    if limit >= along[-1]:
         return along, heights
-    inside = int(np.searchsorted(along, end))
-    return np.append(along[:inside], end), np.append(heights[:inside], np.interp(end, along, heights))
+    inside = int(np.searchsorted(along, limit))
+    return np.append(along[:inside], limit), np.append(heights[:inside], np.interp(limit, along, heights))
 
 
-def _still_rises(place: float, u: Floats, f: Floats, least: float) -> bool:
-    """Return whether the load still rises as on the way to sliding, from a place on: steeply, or less and less."""
-    rise = _rise(place, u, f)
-    if not rise > least > 0:
+def _still_rises(position: float, u: Floats, f: Floats, threshold: float) -> bool:
+    """Return True if the load rises from a position as before sliding: steeply, or with decreasing slope."""
+    rise = _rise(position, u, f)
+    if not rise > threshold > 0:
         return False
     # friction may rise with the distance that was slid, but not less and less as where a contact comes to slide
-    middle = _crossing(u, (_at(place, u) + u[-1]) / 2)
-    return rise > STEEPEST_SLIDING * least or _rise(middle, u, f) < LEAST_BENDING * rise
+    middle = _crossing(u, (_interpolate(position, u) + u[-1]) / 2)
+    return rise > STEEPEST_SLIDING * threshold or _rise(middle, u, f) < LEAST_BENDING * rise
 
 
-def _rise(place: float, u: Floats, f: Floats) -> float:
-    """Return how much the line through the samples from a place on rises, 0 where that may be their scatter alone."""
-    along, loads = u[math.ceil(place) :], f[math.ceil(place) :]
+def _rise(position: float, u: Floats, f: Floats) -> float:
+    """Return the rise of the line through the samples from a position, 0 if scatter explains it."""
+    along, loads = u[math.ceil(position) :], f[math.ceil(position) :]
     if along.size < 2 or np.ptp(along) == 0:
         return 0.0
     slope, across = _slope(along, loads), along - along.mean()
-    left = loads - loads.mean() - slope * across
-    error = math.sqrt(float(left @ left) / (along.size - 2) / float(across @ across)) if along.size > 2 else 0.0
+    residuals = loads - loads.mean() - slope * across
+    error = (
+        math.sqrt(float(residuals @ residuals) / (along.size - 2) / float(across @ across)) if along.size > 2 else 0.0
+    )
     return slope * float(np.ptp(along)) if slope > CLEAR_SLOPE * error else 0.0
 
 
-def covered(share: ArrayLike) -> Floats:
-    """Return z(q), the way from the reversal over that to slip, on a sphere, at shares of the load."""
-    way: Floats = 1 - (1 - np.asarray(share, dtype=np.float64)) ** (2 / 3)
-    return way
+def path_fraction(share: ArrayLike) -> Floats:
+    """Return z(q), the displacement from the reversal over that to slip, for a sphere at load fractions q."""
+    distance: Floats = 1 - (1 - np.asarray(share, dtype=np.float64)) ** (2 / 3)
+    return distance
 
 
 def reversal_factor(reached: float) -> float:
-    """Return the displacement from the reversal to a share of the way to the friction force, over θμδ, on a sphere."""
-    return float(2 * covered(reached))
+    """Return the displacement from the reversal to a fraction of the friction force, over θμδ, for a sphere."""
+    return float(2 * path_fraction(reached))
 
 
 def zero_load_factor(reached: float) -> float:
-    """Return the displacement from zero load to a share of the way to the friction force, over θμδ, on a sphere."""
-    return float(2 * (covered(reached) - covered(0.5)))
+    """Return the displacement from zero load to a fraction of the friction force, over θμδ, for a sphere."""
+    return float(2 * (path_fraction(reached) - path_fraction(0.5)))
 
 
 def _virgin_displacement(moved: Floats, share: Floats, reached: float) -> float:
-    """Return θμδ [m] by Mindlin's curve through displacements from the reversal, at shares of the load."""
-    part = _curve_part(share, reached)
-    if part.size < FEWEST_OF_CURVE:
+    """Fit θμδ [m] of Mindlin's curve to displacements from the reversal at load fractions."""
+    curve = _curve_part(share, reached)
+    if curve.size < FEWEST_OF_CURVE:
         return math.nan
-    slope = _slope(covered(share[part]), moved[part])
+    slope = _slope(path_fraction(share[curve]), moved[curve])
     return slope / 2 if slope > 0 else math.nan
 
 
 def _curve_part(share: Floats, reached: float) -> Integers:
-    """Return the samples of a branch on Mindlin's curve: not those that slide, or have not left the reversal yet."""
+    """Select the samples on Mindlin's curve: beyond the reversal, and before sliding."""
     beyond = share >= reached
-    end = int(beyond.argmax()) if beyond.any() else 0
-    return np.flatnonzero(share[:end] >= 1 - reached)
+    stop = int(beyond.argmax()) if beyond.any() else 0
+    return np.flatnonzero(share[:stop] >= 1 - reached)
 
 
 def _crossing(values: Floats, level: float) -> float:
-    """Return where values first reach a level, as a sample number with a fraction; NaN where they never do."""
+    """Return the fractional sample number where values first reach a level; NaN if never."""
     above = values >= level
-    first = int(above.argmax())
-    if not above[first]:
+    index = int(above.argmax())
+    if not above[index]:
         return math.nan
-    if first == 0:
+    if index == 0:
         return 0.0
-    low, high = values[first - 1], values[first]
-    return first - 1 + float((level - low) / (high - low))
+    low, high = values[index - 1], values[index]
+    return index - 1 + float((level - low) / (high - low))
 
 
-def _at(place: float, values: Floats) -> float:
-    if math.isnan(place):
+def _interpolate(position: float, values: Floats) -> float:
+    if math.isnan(position):
         return math.nan
-    before = min(int(place), values.size - 2)
-    return float(values[before] + (place - before) * (values[before + 1] - values[before]))
+    index = min(int(position), values.size - 2)
+    return float(values[index] + (position - index) * (values[index + 1] - values[index]))
 
 
-def _mean_from(place: float, u: Floats, values: Floats) -> float:
-    """Return the mean of values over the displacement from a place on to the end."""
-    after = math.ceil(place)
-    along = np.append(_at(place, u), u[after:])
-    heights = np.append(_at(place, values), values[after:])
+def _tail_average(position: float, u: Floats, values: Floats) -> float:
+    """Average values over the displacement from a position to the end."""
+    index = math.ceil(position)
+    along = np.append(_interpolate(position, u), u[index:])
+    heights = np.append(_interpolate(position, values), values[index:])
     length = along[-1] - along[0]
     return float(_area(along, heights) / length) if length > 0 else float(heights[-1])
 
 
-def _up_to(place: float, *channels: Floats) -> list[Floats]:
-    """Return the samples of channels up to a place; none where there is no such place."""
-    count = 0 if math.isnan(place) else int(place) + 1
+def _head(position: float, *channels: Floats) -> list[Floats]:
+    """Return the samples of channels up to a position; none if it is NaN."""
+    count = 0 if math.isnan(position) else int(position) + 1
     return [values[:count] for values in channels]
 
 
@@ -398,7 +414,7 @@ def _area(u: Floats, f: Floats) -> float:
 
 @attrs.frozen(eq=False)
 class AtOneLoad:
-    """Loops of which each has a branch at one normal load."""
+    """Loops with at least one branch at constant normal load."""
 
     number: Integers  #: (loop) Which loop of the record each one is
     ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
@@ -410,25 +426,25 @@ class AtOneLoad:
 def at_one_load(
     trace: Trace, number: Integers, ends: Integers, lone: tuple[int, int] | None, *, dead_band: float, share: float
 ) -> AtOneLoad:
-    """Return the loops that have a branch at one load; `lone` are the ends of a whole branch behind the last loop.
+    """Select the loops with a branch at constant load; `lone` are the ends of a whole branch after the last loop.
 
     A branch on which the load moves by more than the share, beyond what it moves on most branches, is at no one load.
     """
     none = np.zeros((number.size, 2), dtype=np.bool_)
     if trace.normal_load is None:
         return AtOneLoad(number, ends, none, none)
-    branches = [loop[place : place + 2] for loop in ends for place in (0, 1)] + ([lone] if lone else [])
-    moves = np.array([_moves(trace, int(first), int(last), dead_band) for first, last in branches])
-    *of_loops, behind = np.split(moves, [2 * number.size])
+    branches = [loop[branch : branch + 2] for loop in ends for branch in (0, 1)] + ([lone] if lone else [])
+    moves = np.array([_load_moves(trace, int(start), int(stop), dead_band) for start, stop in branches])
+    *of_loops, lone_move = np.split(moves, [2 * number.size])
     on_the_way, with_rest = np.moveaxis(of_loops[0].reshape(-1, 2, 2), -1, 0)
-    everywhere = float(np.quantile(on_the_way, USUAL_MOVES))
-    most = share + everywhere
-    moved, stepped = on_the_way > most, with_rest > most
+    usual_move = float(np.quantile(on_the_way, USUAL_MOVES))
+    limit_of_move = share + usual_move
+    moved, stepped = on_the_way > limit_of_move, with_rest > limit_of_move
     limit = f"{100 * share:.3g} % (load_share)"
     notes = []
-    if everywhere > share:
+    if usual_move > share:
         notes.append(
-            f"the normal load moves by {100 * everywhere:.3g} % of its greatest value or more on three branches of "
+            f"the normal load moves by {100 * usual_move:.3g} % of its greatest value or more on three branches of "
             f"four, over {limit}: those are not left out"
         )
     if not stepped.any():
@@ -442,32 +458,37 @@ def at_one_load(
             f"{counted(begun, 'branch begins', 'branches begin')} with a step of the normal load of more than {limit}: "
             "without preliminary displacement and stiffness"
         )
-    if lone is not None and behind[0, 0] <= most:
+    if lone is not None and lone_move[0, 0] <= limit_of_move:
         number = np.append(number, number[-1] + 1)
         ends = np.vstack([ends, [*lone, trace.displacement.size - 1]])
-        moved, stepped = np.vstack([moved, [False, True]]), np.vstack([stepped, [behind[0, 1] > most, True]])
-    kept = ~moved.all(axis=1)
-    return AtOneLoad(number[kept], ends[kept], moved[kept], stepped[kept], tuple(notes))
+        moved, stepped = (
+            np.vstack([moved, [False, True]]),
+            np.vstack([stepped, [lone_move[0, 1] > limit_of_move, True]]),
+        )
+    selected = ~moved.all(axis=1)
+    return AtOneLoad(number[selected], ends[selected], moved[selected], stepped[selected], tuple(notes))
 
 
-def _moves(trace: Trace, first: int, last: int, dead_band: float) -> tuple[float, float]:
-    """Return the range of N over its greatest value, on the way of a branch and with the rest before it."""
+def _load_moves(trace: Trace, start_sample: int, end_sample: int, dead_band: float) -> tuple[float, float]:
+    """Return the range of N over its largest value on the moving part of a branch, and including the rest before."""
     displacement, normal_load = trace.displacement, trace.normal_load
     assert normal_load is not None  # noqa: S101 - its caller has looked
-    near = min(dead_band, AT_REST * abs(displacement[last] - displacement[first]))
-    before, begin, end = first, first, last
-    while before > 0 and abs(displacement[before - 1] - displacement[first]) <= near:
-        before -= 1
-    while begin < last - 1 and abs(displacement[begin + 1] - displacement[first]) <= near:
-        begin += 1
-    while end > begin + 1 and abs(displacement[end - 1] - displacement[last]) <= near:
-        end -= 1
-    return _move(normal_load[begin : end + 1]), _move(normal_load[before : end + 1])
+    near = min(dead_band, AT_REST * abs(displacement[end_sample] - displacement[start_sample]))
+    rest_start, move_start, move_end = start_sample, start_sample, end_sample
+    while rest_start > 0 and abs(displacement[rest_start - 1] - displacement[start_sample]) <= near:
+        rest_start -= 1
+    while move_start < end_sample - 1 and abs(displacement[move_start + 1] - displacement[start_sample]) <= near:
+        move_start += 1
+    while move_end > move_start + 1 and abs(displacement[move_end - 1] - displacement[end_sample]) <= near:
+        move_end -= 1
+    return _relative_range(normal_load[move_start : move_end + 1]), _relative_range(
+        normal_load[rest_start : move_end + 1]
+    )
 
 
-def _move(load: Floats) -> float:
-    parts = min(PARTS, load.size)
-    begins = np.arange(parts) * load.size // parts
+def _relative_range(load: Floats) -> float:
+    count = min(PARTS, load.size)
+    begins = np.arange(count) * load.size // count
     means = np.add.reduceat(load, begins) / np.diff(begins, append=load.size)
     greatest = float(np.abs(means).max())
     return float(np.ptp(means)) / greatest if greatest > 0 else 0.0

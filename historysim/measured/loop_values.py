@@ -224,7 +224,7 @@ class LoopValues:
         load = np.array([np.ptp(self.trace.tangential_load[first : last + 1]) for first, _, last in self.ends.tolist()])
         each = self.amplitude, load, self.dissipated_energy
         means = [np.array([values[members].mean() for members in classes]) for values in each]
-        return branch_shape.goes_with_the_square(*means)
+        return branch_shape.has_quadratic_energy(*means)
 
     # -- statistics --------------------------------------------------------------------------------
 

@@ -19,7 +19,7 @@ from historysim.measured.branches import (
     Trace,
     at_one_load,
     closed_period,
-    enclosed,
+    enclosed_energy,
     loop_ends,
     read_branch,
     reversal_factor,
@@ -260,7 +260,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The noise of the
     displacement [m] is 0 for a simulated record, and estimated by default.
     """
-    trace = Trace.of(time, displacement, tangential_load, normal_load)
+    trace = Trace.from_channels(time, displacement, tangential_load, normal_load)
     if not isinstance(definitions, Definitions):
         raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
     moved, load = trace.displacement, trace.tangential_load
@@ -281,7 +281,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         )
     pieces = (0, int(all_ends[0, 0])), (int(all_ends[-1, 2]), moved.size - 1)
     number, ends = np.arange(first, len(all_ends)), all_ends[first:]
-    energy = np.array([enclosed(trace, *loop) for loop in ends.tolist()])
+    energy = np.array([enclosed_energy(trace, *loop) for loop in ends.tolist()])
     _check_sense(trace, energy, ends)
     steady = at_one_load(trace, number, ends, lone, dead_band=band, share=definitions.load_share)
     # a loop that lost a branch, or that a step goes through, encloses nothing
@@ -306,7 +306,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     sound = ~(steady.left_out | steady.stepped).any(axis=1) & (
         amplitude >= definitions.amplitude_share * amplitude.max()
     )
-    spring = branch_shape.parallel_stiffness(trace, ends[sound])
+    spring = branch_shape.find_parallel_stiffness(trace, ends[sound])
     if spring > 0:
         # friction and the load of the spring are one there, and no bound of either
         rising[:] = False

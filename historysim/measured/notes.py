@@ -13,7 +13,7 @@ from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import intervals
-from historysim.measured.branch_shape import are_level, shapes
+from historysim.measured.branch_shape import are_level, average_branches
 from historysim.measured.branches import Trace
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.loop_values import DAMPER, LoopValues
@@ -92,7 +92,7 @@ def _spring_beside(loops: LoopValues) -> Iterator[str]:
     trace, ends = loops.trace, loops.ends[loops.large & ~loops.left_out_branches.any(axis=1)]
     contact = attrs.evolve(trace, tangential_load=trace.tangential_load - stiffness * trace.displacement)
     # over both directions the zero of the spring cancels
-    force = float(np.mean([shape.force for shape in shapes(contact, ends) or ()]))
+    force = float(np.mean([shape.force for shape in average_branches(contact, ends) or ()]))
     load = float(np.median(loops.normal_load[np.isfinite(loops.normal_load)])) if trace.normal_load is not None else 0.0
     coefficient = f", a coefficient of {force / load:.4g}" if load > 0 else ""
     text = quantity_text(stiffness, "N/m", 3)

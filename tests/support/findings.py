@@ -634,7 +634,7 @@ def all_notes(record):
 def is_closed(cycle):
     """Say whether a cycle is taken for a closed period."""
     names = "tangential_displacement", "tangential_load", "normal_load"
-    trace = Trace.of(cycle.time, *(cycle[name] for name in names))
+    trace = Trace.from_channels(cycle.time, *(cycle[name] for name in names))
     return closed_period(trace, loop_dead_band(trace.displacement)) is not None
 
 
