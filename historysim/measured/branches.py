@@ -184,7 +184,9 @@ def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
     count = max(moved.size // END_SAMPLES, 2)
     position = np.arange(count) - (count - 1) / 2
     ends = [np.stack([values[:count], values[-count:]]) for values in (moved, load)]
-    centres, steps = (np.array(each) for each in ([end.mean(1) for end in ends], [end @ position for end in ends]))
+    centres, steps = (
+        np.array(values) for values in ([samples.mean(1) for samples in ends], [samples @ position for samples in ends])
+    )
     moved_noise, load_noise = noise_of_curve(moved), noise_of_curve(load)
     still = np.abs(steps[0]) <= CLOSED_ERRORS * moved_noise * math.sqrt(position @ position)
     if steps[0, 0] * steps[0, 1] < 0 and not still.any():

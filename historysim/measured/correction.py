@@ -13,7 +13,7 @@ import numpy as np
 from historysim.basics.arguments import Floats
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.measured.reduction import channel, clock, in_step, reversals, turning_points
+from historysim.measured.reduction import channel, clock, follow_turns, reversals, turning_points
 
 QUALITY = 30.0  # frequency of a notch over the width at which it lets half of the power pass, once
 ORDER = 2  # order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency
@@ -80,7 +80,7 @@ def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_ba
     half = width / 2
     kept = turning_points(displacement, dead_band)
     swings = np.diff(displacement[kept])
-    near = in_step(displacement, kept)
+    near = follow_turns(displacement, kept)
     ahead = [(time[0], half * float(np.sign(swings[:1]).sum()))]
     for before, turn, after, swing in zip(kept[:-2], kept[1:-1], kept[2:], swings[1:], strict=True):
         if abs(swing) < dead_band or swing == 0:

@@ -53,30 +53,32 @@ class Cycles:
     system: Floats  #: its part that is linear in the load [m/N]
 
     @classmethod
-    def of(cls, loops: LoopValues) -> Self:
+    def from_loops(cls, loops: LoopValues) -> Self:
         """Evaluate loops."""
         trace = loops.trace
         load = trace.tangential_load
         if loops.displacement_noise > 0 and load.size > MEDIAN_OF_LOAD:
             load = running_median(load, MEDIAN_OF_LOAD)
         apertures = np.array([read_aperture(trace, load, *ends) for ends in loops.ends.tolist()])
-        whole = np.isfinite(loops.dissipated_energy) & loops.is_friction & ~(loops.parallel_stiffness > 0)
-        amplitude, slip = np.where(whole, apertures.T, math.nan)
-        parts = np.full((len(loops), 2, 2), math.nan)
+        complete = np.isfinite(loops.dissipated_energy) & loops.is_friction & ~(loops.parallel_stiffness > 0)
+        amplitude, slip = np.where(complete, apertures.T, math.nan)
+        compliances = np.full((len(loops), 2, 2), math.nan)
         for loop, (start, turn, end) in enumerate(loops.ends.tolist()):
-            for first, last in ((start, turn), (turn, end)):
-                side = int(trace.displacement[last] < trace.displacement[first])
-                if whole[loop] and not loops.rising_branches[loop, side]:
+            for start_sample, end_sample in ((start, turn), (turn, end)):
+                side = int(trace.displacement[end_sample] < trace.displacement[start_sample])
+                if complete[loop] and not loops.rising_branches[loop, side]:
                     force = float(loops.friction_force[loop, side])
-                    parts[loop, side] = split_compliance(trace, first, last, force, loops.definitions.reached)
-        contact, system = parts.mean(axis=1).T
+                    compliances[loop, side] = split_compliance(
+                        trace, start_sample, end_sample, force, loops.definitions.reached
+                    )
+        contact, system = compliances.mean(axis=1).T
         return cls(
-            energy=np.where(whole, loops.dissipated_energy, math.nan),
+            energy=np.where(complete, loops.dissipated_energy, math.nan),
             load=amplitude,
             displacement=loops.amplitude - amplitude / loops.lateral_stiffness,
             slip=slip,
             pressing=loops.normal_load.mean(axis=1),
-            total=np.where(whole, (1 / loops.tangential_stiffness).mean(axis=1), math.nan),
+            total=np.where(complete, (1 / loops.tangential_stiffness).mean(axis=1), math.nan),
             contact=contact,
             system=system,
         )
@@ -137,8 +139,8 @@ def _classify(values: Mapping[str, Floats]) -> Integers:
     """Return the fretting regime of each loop: its index in `REGIMES`, or -1."""
     a, b = values["energy_ratio"], values["system_free_ratio"]
     with np.errstate(invalid="ignore"):
-        found = np.select([a < STICK, b > TRANSITION_B, b <= TRANSITION_B], [0, 2, 1], UNKNOWN)
-    return found.astype(np.int64)
+        regimes = np.select([a < STICK, b > TRANSITION_B, b <= TRANSITION_B], [0, 2, 1], UNKNOWN)
+    return regimes.astype(np.int64)
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -153,19 +155,19 @@ class Fretting:
     one_load: bool = True  #: whether all loops are at one normal load; else means have no interval
 
     @classmethod
-    def of(cls, loops: LoopValues) -> Self:
+    def from_loops(cls, loops: LoopValues) -> Self:
         """Evaluate loops one by one."""
-        cycles = Cycles.of(loops)
+        cycles = Cycles.from_loops(loops)
         with np.errstate(divide="ignore", invalid="ignore"):
-            values = {name: each.compute(cycles) for name, each in QUANTITIES.items()}
+            values = {name: quantity.compute(cycles) for name, quantity in QUANTITIES.items()}
         one_load = np.unique(loops.load_level[loops.large]).size == 1
         return cls(values, _classify(values), loops.number, large=loops.large, one_load=one_load)
 
     @classmethod
-    def of_runs(cls, runs: Mapping[int, LoopValues]) -> Self:
+    def from_runs(cls, runs: Mapping[int, LoopValues]) -> Self:
         """Evaluate runs, such as stored cycles of a fretting log, each by the means of its loops."""
-        each = [cls.of(loops) for loops in runs.values()]
-        values = {name: np.array([one.statistics(name).mean for one in each]) for name in QUANTITIES}
+        reports = [cls.from_loops(loops) for loops in runs.values()]
+        values = {name: np.array([report.statistics(name).mean for report in reports]) for name in QUANTITIES}
         return cls(values, _classify(values), np.array(list(runs), dtype=np.int64), "run")
 
     def __len__(self) -> int:
@@ -179,20 +181,20 @@ class Fretting:
         heading, *rows = self.rows()
         return html_table(rows, heading)
 
-    def _counted(self, quantity: str) -> Floats:
+    def _mean_values(self, quantity: str) -> Floats:
         values = self.values[quantity]
         return values if self.large is None else values[self.large]
 
     def statistics(self, quantity: str) -> LoopStatistics:
         """Return mean and scatter of a quantity over the large loops, or over the runs."""
-        return LoopStatistics.of(self._counted(quantity))
+        return LoopStatistics.from_values(self._mean_values(quantity))
 
     def interval(self, quantity: str) -> tuple[float, float] | None:
         """Return the 95 % confidence interval of a mean; None for fewer than three cycles, or several loads.
 
         Loops may be correlated, and drift; runs, which need not follow one another, count as independent.
         """
-        values = self._counted(quantity)
+        values = self._mean_values(quantity)
         values = values[np.isfinite(values)]
         if values.size < FEWEST_LOOPS or not self.one_load:
             return None
@@ -209,20 +211,20 @@ class Fretting:
         """Return mean ± standard deviation of a cycle, with the interval of the mean."""
         unit, interval = QUANTITIES[quantity].unit, self.interval(quantity)
         statistics = self.statistics(quantity)
-        text = statistics.text(unit, self._counted(quantity).size)
+        text = statistics.text(unit, self._mean_values(quantity).size)
         return text if interval is None else text + interval_text(statistics.mean, *interval, unit)
 
     def regime_text(self) -> str:
         """Return the fretting regime, or how many cycles are in each."""
         regime = self.regime if self.large is None else self.regime[self.large]
         counts = {name: int((regime == number).sum()) for number, name in enumerate(REGIMES)}
-        found = {name: count for name, count in counts.items() if count}
-        if not found:
+        occupied = {name: count for name, count in counts.items() if count}
+        if not occupied:
             return "–"
-        text = ", ".join(f"{name} in {count:,} of {regime.size:,}" for name, count in found.items())
+        text = ", ".join(f"{name} in {count:,} of {regime.size:,}" for name, count in occupied.items())
         interval = self.interval("system_free_ratio")
-        if len(found) == 1:
-            (text,) = found
+        if len(occupied) == 1:
+            (text,) = occupied
             if interval is not None and interval[0] < TRANSITION_B < interval[1]:
                 text += "; the interval of B includes the transition"
         return text
@@ -233,7 +235,7 @@ class Fretting:
         return [
             ("fretting", "mean", "definition"),
             ("fretting regime", self.regime_text(), regime),
-            *((each.label, self.text(name), each.definition) for name, each in QUANTITIES.items()),
+            *((description.label, self.text(name), description.definition) for name, description in QUANTITIES.items()),
         ]
 
     def to_dataset(self) -> "xr.Dataset":
@@ -244,9 +246,9 @@ class Fretting:
             name: (
                 self.along,
                 self.values[name],
-                {"long_name": each.label, "units": each.unit, "comment": each.definition},
+                {"long_name": description.label, "units": description.unit, "comment": description.definition},
             )
-            for name, each in QUANTITIES.items()
+            for name, description in QUANTITIES.items()
         }
         intervals = {name: self.interval(name) for name in QUANTITIES}
         return xr.Dataset(
@@ -266,15 +268,20 @@ class Fretting:
 
 def by_load(loops: LoopValues) -> LoopTable:
     """Return statistics of the fretting quantities of large loops, a row for each normal load."""
-    values = Fretting.of(loops).values
-    quantities = {name: LoopQuantity(each.label, each.unit, values[name]) for name, each in QUANTITIES.items()}
+    values = Fretting.from_loops(loops).values
+    quantities = {
+        name: LoopQuantity(description.label, description.unit, values[name])
+        for name, description in QUANTITIES.items()
+    }
     return attrs.evolve(loops.by_load(), quantities=quantities)
 
 
 def run_rows(runs: Mapping[int, LoopValues]) -> list[tuple[str, ...]]:
     """Return a table with a row for each run and one for their mean; the first row is the heading."""
-    table: list[tuple[str, ...]] = [("run", "loops", "regime", *(each.label for each in QUANTITIES.values()))]
-    rows = {str(number): (f"{len(loops):,}", Fretting.of(loops)) for number, loops in runs.items()}
-    for name, (count, report) in {**rows, "mean": ("", Fretting.of_runs(runs))}.items():
+    table: list[tuple[str, ...]] = [
+        ("run", "loops", "regime", *(description.label for description in QUANTITIES.values()))
+    ]
+    rows = {str(number): (f"{len(loops):,}", Fretting.from_loops(loops)) for number, loops in runs.items()}
+    for name, (count, report) in {**rows, "mean": ("", Fretting.from_runs(runs))}.items():
         table.append((name, count, report.regime_text(), *(report.text(quantity) for quantity in QUANTITIES)))
     return table

@@ -1,4 +1,4 @@
-"""Loops in groups, those at one normal load or of one amplitude: statistics of each, and laws over the load."""
+"""Groups of loops at one normal load or of one amplitude: statistics, and laws over the load."""
 
 import math
 from collections.abc import Mapping
@@ -40,8 +40,8 @@ class LoopStatistics:
     count: int  #: the loops that have a value
 
     @classmethod
-    def of(cls, values: Floats) -> Self:
-        """Return those of values (loop), or of (loop, direction), of which each loop counts with its mean."""
+    def from_values(cls, values: Floats) -> Self:
+        """Compute the statistics of values (loop), or of the means of values (loop, direction)."""
         values = values.reshape(len(values), -1).mean(axis=1)
         values = values[np.isfinite(values)]
         return cls(
@@ -126,7 +126,7 @@ def power_law(x: Floats, values: Floats) -> PowerLawFit:
 
 @attrs.frozen
 class LoopQuantity:
-    """What one quantity is called, its unit, and its values."""
+    """Label, unit and values of a quantity."""
 
     label: str
     unit: str  #: SI
@@ -160,42 +160,42 @@ class LoopTable:
         values = self.quantities[quantity].values
         if direction != BOTH and values.ndim == 2:
             values = values[:, self.directions.index(direction)]
-        return tuple(LoopStatistics.of(values[members]) for members in self.members)
+        return tuple(LoopStatistics.from_values(values[members]) for members in self.members)
 
     def _by_direction(self, quantity: str) -> list[tuple[LoopStatistics, ...]]:
         directions = (*self.directions, BOTH) if self.quantities[quantity].values.ndim == 2 else (BOTH,)
         return [self.statistics(quantity, direction) for direction in directions]
 
     def means(self, quantity: str) -> Floats:
-        """Return the mean of a quantity in each group (group); of what there is where no loop has both branches."""
-        means = np.array([each.mean for each in self.statistics(quantity)])
+        """Return the mean of a quantity in each group (group), of single branches if no loop has both."""
+        means = np.array([statistics.mean for statistics in self.statistics(quantity)])
         for group in np.flatnonzero(np.isnan(means)):
             values = self.quantities[quantity].values[self.members[group]]
-            known = values[np.isfinite(values)]
-            means[group] = known.mean() if known.size else np.nan
+            finite = values[np.isfinite(values)]
+            means[group] = finite.mean() if finite.size else np.nan
         return means
 
     def friction_line(self) -> StraightLine | None:
         """Return F = μ N + F0 through the means at the loads; None for fewer than two loads."""
-        load, force = self._known("friction_force")
+        load, force = self._positive_means("friction_force")
         return straight_line(load, force) if load.size > 1 else None
 
     def power_law(self, quantity: str) -> PowerLawFit | None:
         """Return quantity ∝ N^n through its positive means at the loads; None for fewer than two loads."""
-        load, values = self._known(quantity)
+        load, values = self._positive_means(quantity)
         return power_law(load, values) if load.size > 1 else None
 
-    def _known(self, quantity: str) -> tuple[Floats, Floats]:
+    def _positive_means(self, quantity: str) -> tuple[Floats, Floats]:
         means = self.means(quantity)
-        known = (means > 0) & (self.value > 0) & (self.along == "normal_load")
-        return self.value[known], means[known]
+        positive = (means > 0) & (self.value > 0) & (self.along == "normal_load")
+        return self.value[positive], means[positive]
 
     def laws(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text) that say how friction and displacement go with the load."""
+        """Return lines of (label, text) on friction and displacement as functions of the load."""
         line = self.friction_line()
         if line is None:
             return []
-        low, high = (quantity_text(end, "N", 3) for end in (line.intercept_low, line.intercept_high))
+        low, high = (quantity_text(bound, "N", 3) for bound in (line.intercept_low, line.intercept_high))
         interval = f" (95 %: {line.slope_low:.4g} to {line.slope_high:.4g}; {low} to {high})" if line.count > 2 else ""
         offset = f"{'-' if line.intercept < 0 else '+'} {quantity_text(abs(line.intercept), 'N', 3)}"
         over = counted(line.count, "load", "loads") + ("" if interval else ", which give no interval")
@@ -213,13 +213,13 @@ class LoopTable:
         Values are mean ± standard deviation of one loop; where not all loops of the group have a value, how many.
         """
         table = [(HEADINGS[self.along], "loops", *self.directions, BOTH)]
-        for name, each in self.quantities.items():
+        for name, description in self.quantities.items():
             if name == self.along:
                 continue
-            table.append((each.label, "", *("" for _ in self.directions), ""))
+            table.append((description.label, "", *("" for _ in self.directions), ""))
             by_direction = self._by_direction(name)
             for group, (value, members) in enumerate(zip(self.value, self.members, strict=True)):
-                texts = [of[group].text(each.unit, members.size) for of in by_direction]
+                texts = [statistics[group].text(description.unit, members.size) for statistics in by_direction]
                 blank = [""] * (len(self.directions) + 1 - len(texts))
                 head = f"  {quantity_text(float(value), UNITS[self.along])}", f"{members.size:,}"
                 table.append((*head, *blank, *texts))
@@ -236,13 +236,13 @@ class LoopTable:
         dimension, heading = DIMENSIONS[self.along], HEADINGS[self.along]
         laws = {"friction_line": self.friction_line(), **{name: self.power_law(name) for name in _POWERS}}
         variables = {}
-        for name, each in self.quantities.items():
+        for name, description in self.quantities.items():
             by_direction = self._by_direction(name)
-            for field, unit in (("mean", each.unit), ("standard_deviation", each.unit), ("count", "1")):
+            for field, unit in (("mean", description.unit), ("standard_deviation", description.unit), ("count", "1")):
                 suffix = "" if field == "mean" else f"_{field}"
-                values = np.array([[getattr(one, field) for one in of] for of in by_direction]).T
-                dims = (dimension, "direction") if each.values.ndim == 2 else (dimension,)
-                attributes = {"long_name": f"{each.label}{suffix.replace('_', ' ')}", "units": unit}
+                values = np.array([[getattr(statistics, field) for statistics in groups] for groups in by_direction]).T
+                dims = (dimension, "direction") if description.values.ndim == 2 else (dimension,)
+                attributes = {"long_name": f"{description.label}{suffix.replace('_', ' ')}", "units": unit}
                 variables[f"{name}{suffix}"] = (dims, values if len(dims) == 2 else values[:, 0], attributes)
         return xr.Dataset(
             variables,
@@ -270,13 +270,14 @@ def energy_law(amplitude: Floats, energy: Floats) -> tuple[PowerLawFit, int] | N
 
     It is fitted to the means of loops of one amplitude. None for fewer than three amplitudes over a factor of two.
     """
-    known = (energy > 0) & (amplitude > 0)
-    amplitude, energy = amplitude[known], energy[known]
+    positive = (energy > 0) & (amplitude > 0)
+    amplitude, energy = amplitude[positive], energy[positive]
     group = same_load(amplitude, ONE_AMPLITUDE)
     if group.size == 0 or group.max() < 2 or amplitude.max() < 2 * amplitude.min():
         return None
     means = [
-        np.array([values[group == each].mean() for each in range(group.max() + 1)]) for values in (amplitude, energy)
+        np.array([values[group == number].mean() for number in range(group.max() + 1)])
+        for values in (amplitude, energy)
     ]
     return power_law(*means), int(group.max()) + 1
 
@@ -287,11 +288,11 @@ def same_load(normal_load: Floats, share: float) -> Integers:
     From the least load on, loads that exceed the least one of their group by no more than the share are one.
     """
     group = np.full(normal_load.size, -1)
-    known = np.flatnonzero(np.isfinite(normal_load))
-    number, least = -1, -np.inf
-    for loop in known[np.argsort(normal_load[known], kind="stable")]:
-        if number < 0 or normal_load[loop] - least > share * abs(normal_load[loop]):
-            number, least = number + 1, normal_load[loop]
+    finite = np.flatnonzero(np.isfinite(normal_load))
+    number, lowest = -1, -np.inf
+    for loop in finite[np.argsort(normal_load[finite], kind="stable")]:
+        if number < 0 or normal_load[loop] - lowest > share * abs(normal_load[loop]):
+            number, lowest = number + 1, normal_load[loop]
         group[loop] = number
     return group
 

@@ -73,7 +73,7 @@ class NoLoopError(InputError):
 
 @attrs.frozen(eq=False)
 class LoopValues:
-    """What is read off the loops of a record.
+    """Quantities of the loops of a record.
 
     Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
     Means over the loops (`statistics`, `Loops.rows`) are those of the `large` ones.
@@ -133,31 +133,31 @@ class LoopValues:
         return same_load(load, self.definitions.load_share)
 
     def without_first(self, count: int) -> Self:
-        """Return the loops without the first ones of each series at one load; NoLoopError where none is left."""
+        """Drop the first loops of each series at one load; NoLoopError if none remains."""
         if not count:
             return self
         starts = np.flatnonzero(np.diff(self.load_level, prepend=-2))
-        place = np.arange(len(self)) - np.repeat(starts, np.diff(starts, append=len(self)))
-        kept = place >= count
-        if not kept.any():
+        position = np.arange(len(self)) - np.repeat(starts, np.diff(starts, append=len(self)))
+        selected = position >= count
+        if not selected.any():
             raise NoLoopError(
                 f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
                 "one with more: lower skip_per_level"
             )
-        own = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
-        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
-        values = {name: getattr(self, name)[kept] for name in (*QUANTITIES, *own)}
+        names = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
+        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~selected).sum():,} in all"
+        values = {name: getattr(self, name)[selected] for name in (*QUANTITIES, *names)}
         return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
 
     def amplitude_classes(self) -> tuple[Integers, ...]:
         """Return which loops, by position, are in each class of amplitudes that spans a factor of two."""
         classes = same_amplitude(self.amplitude)
-        return tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
+        return tuple(np.flatnonzero(classes == number) for number in range(classes.max() + 1))
 
     @functools.cached_property
     def no_friction(self) -> tuple[tuple[Integers, str], ...]:
         """Classes of loops that are no friction loops: their positions, and a note that gives the reason."""
-        levels, found = self.load_level[self.large], []
+        levels, classes = self.load_level[self.large], []
         if self._has_damper:
             everyone = np.arange(len(self))
             reason = "their energy goes with the square of the amplitude, and their load with the amplitude"
@@ -172,19 +172,19 @@ class LoopValues:
                 load = quantity_text(float(np.nanmean(self.normal_load[members])), "N") if len(large) > 1 else ""
                 where = f"at {load} " if load else ""
             many, are = counted(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
-            found.append((members, f"{many} {where}{are} friction: {reason}"))
-        return tuple(found)
+            classes.append((members, f"{many} {where}{are} friction: {reason}"))
+        return tuple(classes)
 
     @property
     def is_friction(self) -> Booleans:
         """Which loops are friction loops (loop)."""
-        found = np.ones(len(self), dtype=np.bool_)
+        friction = np.ones(len(self), dtype=np.bool_)
         for members, _ in self.no_friction:
-            found[members] = False
-        return found
+            friction[members] = False
+        return friction
 
     def _why_no_friction(self, members: Integers) -> str:
-        """Return why loops of one class are no friction loops; nothing where they are.
+        """Return the reason why loops of one class are not friction loops; empty if they are.
 
         Forward, the load is clearly above that backward; the load comes back; and the loops take energy.
         """
@@ -217,13 +217,13 @@ class LoopValues:
 
     @property
     def _has_damper(self) -> bool:
-        """Whether loops of several amplitudes at one load go with them as those of a spring and a damper do."""
+        """True if loops of several amplitudes at one load scale as those of a spring and a damper."""
         classes = self.amplitude_classes()
         if len(classes) < FEWEST_AMPLITUDES or self.load_level.max() > 0:
             return False
-        load = np.array([np.ptp(self.trace.tangential_load[first : last + 1]) for first, _, last in self.ends.tolist()])
-        each = self.amplitude, load, self.dissipated_energy
-        means = [np.array([values[members].mean() for members in classes]) for values in each]
+        load = np.array([np.ptp(self.trace.tangential_load[start : stop + 1]) for start, _, stop in self.ends.tolist()])
+        quantities = self.amplitude, load, self.dissipated_energy
+        means = [np.array([values[members].mean() for members in classes]) for values in quantities]
         return branch_shape.has_quadratic_energy(*means)
 
     # -- statistics --------------------------------------------------------------------------------
@@ -235,29 +235,29 @@ class LoopValues:
         """
         if direction not in {*DIRECTIONS, "both"}:
             raise InputError(f"direction is {direction!r}; expected 'forward', 'backward' or 'both'")
-        return self._statistics(self._of_slid(quantity), direction)
+        return self._statistics(self._sliding_values(quantity), direction)
 
     def _statistics(self, values: Floats, direction: Direction) -> LoopStatistics:
         if direction != "both" and values.ndim == 2:
             values = values[:, DIRECTIONS.index(direction)]
-        return LoopStatistics.of(values[self.large])
+        return LoopStatistics.from_values(values[self.large])
 
-    def _of_slid(self, quantity: str) -> Floats:
-        """Return a quantity, NaN where a branch did not come to slide and it would be a lower bound."""
+    def _sliding_values(self, quantity: str) -> Floats:
+        """Return a quantity, NaN for branches without sliding, where it would be a lower bound."""
         if quantity not in QUANTITIES:
             raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(QUANTITIES)}")
         values: Floats = getattr(self, quantity)
         return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
 
-    def _of_friction(self, quantity: str, values: Floats) -> Floats:
-        """Return values of a quantity, NaN where the loop is none of friction and has no such quantity."""
+    def _friction_values(self, quantity: str, values: Floats) -> Floats:
+        """Return values of a quantity, NaN for loops that are not friction."""
         if quantity not in {*OF_SLIP, "tangential_stiffness"}:
             return values
         return np.where(self.is_friction[:, None], values, math.nan)
 
     def wander(self, quantity: str) -> Wander | None:
-        """Return how the mean of a quantity over the large loops wanders; None for fewer than three with a value."""
-        values = self._of_slid(quantity)[self.large]
+        """Measure the variation of the mean of a quantity over the large loops; None for fewer than three values."""
+        values = self._sliding_values(quantity)[self.large]
         values = values.reshape(len(values), -1).mean(axis=1)
         return compute_mean_wander(values[np.isfinite(values)], CONFIDENCE)
 
@@ -273,25 +273,25 @@ class LoopValues:
     def by_load(self) -> LoopTable:
         """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
         level = self.load_level
-        members = [np.flatnonzero((level == each) & self.large) for each in range(level.max() + 1)]
-        kept = tuple(each for each in members if each.size)
-        return self._table("normal_load", np.array([np.nanmean(self.normal_load[each]) for each in kept]), kept)
+        members = [np.flatnonzero((level == group) & self.large) for group in range(level.max() + 1)]
+        groups = tuple(group for group in members if group.size)
+        return self._table("normal_load", np.array([np.nanmean(self.normal_load[group]) for group in groups]), groups)
 
     def by_amplitude(self) -> LoopTable:
         """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
         members = self.amplitude_classes()
-        return self._table("amplitude", np.array([self.amplitude[each].mean() for each in members]), members)
+        return self._table("amplitude", np.array([self.amplitude[loops].mean() for loops in members]), members)
 
     def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
         quantities = {
-            name: LoopQuantity(label, unit, self._of_friction(name, self._of_slid(name)))
+            name: LoopQuantity(label, unit, self._friction_values(name, self._sliding_values(name)))
             for name, (label, unit) in QUANTITIES.items()
             if not name.endswith("_gap")
         }
         return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
 
     def _attributes(self) -> dict[str, str | float | int]:
-        """Return how the loops were found."""
+        """Return the definitions of the loops as attributes for files."""
         shares, without = self.definitions, "; ".join(text for _, text in self.no_friction)
         attributes: dict[str, str | float | int] = {
             "no_friction": without,
@@ -304,8 +304,8 @@ class LoopValues:
             "still_rising": shares.still_rising,
             "left_out": "; ".join(self.exclusions),
         }
-        if (found := self.energy_law()) is not None:
-            attributes |= {f"energy_over_amplitude_{name}": value for name, value in attrs.asdict(found[0]).items()}
+        if (law := self.energy_law()) is not None:
+            attributes |= {f"energy_over_amplitude_{name}": value for name, value in attrs.asdict(law[0]).items()}
         return {name: value for name, value in attributes.items() if value != ""}
 
 

@@ -60,11 +60,11 @@ WRONG_WAY = -0.05  # energy of loops over the area of the boxes around them from
 
 @attrs.frozen(eq=False, repr=False)
 class Loops(LoopValues):
-    """The loops of a record; their values are those of `LoopValues`."""
+    """Friction loops of a record, with the values of `LoopValues`."""
 
     def __repr__(self) -> str:
-        shown = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
-        texts = [f"{QUANTITIES[name][0]} {self.text(name, QUANTITIES[name][1])}" for name in shown]
+        names = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
+        texts = [f"{QUANTITIES[name][0]} {self.text(name, QUANTITIES[name][1])}" for name in names]
         return f"<Loops: {', '.join([counted(len(self), 'loop', 'loops'), *texts])}>"
 
     def _repr_html_(self) -> str:
@@ -73,7 +73,7 @@ class Loops(LoopValues):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out, and what the samples are too few to show, with the remedy."""
+        """Notes on left-out loops and on quantities that the samples are too few for, with the remedy."""
         return loop_notes(self)
 
     @property
@@ -82,12 +82,12 @@ class Loops(LoopValues):
         return (*instrument_faults(self), *drift_notes(self))
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): remarks, dead band, what means are, laws over the load, notes."""
+        """Return lines of (label, text): remarks, dead band, basis of means, laws over the load, notes."""
         length = float(np.ptp(self.trace.displacement))
         share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
-        large, least = int(self.large.sum()), self.definitions.amplitude_share
+        large, threshold = int(self.large.sum()), self.definitions.amplitude_share
         of = f"{large:,} of {counted(len(self), 'loop', 'loops')}"
-        small = "" if large == len(self) else f", those of {least:.3g} of the largest amplitude or more: {of}"
+        small = "" if large == len(self) else f", those of {threshold:.3g} of the largest amplitude or more: {of}"
         return [
             *self.remarks,
             ("dead band", f"{quantity_text(self.dead_band, 'm')}{share}"),
@@ -100,15 +100,15 @@ class Loops(LoopValues):
 
     def _energy_text(self) -> list[tuple[str, str]]:
         """Return how the energy per loop varies with the amplitude."""
-        if (found := self.energy_law()) is None:
+        if (result := self.energy_law()) is None:
             return []
-        law, count = found
+        law, count = result
         interval = f"(95 %: {law.exponent_low:.3f} to {law.exponent_high:.3f})"
         text = f"proportional to the power {law.exponent:.3f} of the amplitude {interval}, through the means at"
         return [("energy over amplitude", f"{text} {count:,} amplitudes")]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
-        """Return what each reading of the preliminary displacement is."""
+        """Describe each definition of the preliminary displacement."""
         if not np.isfinite(self.preliminary_displacement).any():
             return []
         reached = self.definitions.reached
@@ -117,22 +117,27 @@ class Loops(LoopValues):
             drive = (
                 f", plus the load over the stiffness of the instrument, {quantity_text(self.lateral_stiffness, 'N/m')}"
             )
-        place = f"to where {reached:.3g} of the way from the reversal to the friction force is first reached"
-        first, second = (f"{of(reached):.3g} θμδ on a sphere{drive}" for of in (reversal_factor, zero_load_factor))
+        end_text = f"to where {reached:.3g} of the way from the reversal to the friction force is first reached"
+        reversal_text, zero_load_text = (
+            f"{of(reached):.3g} θμδ on a sphere{drive}" for of in (reversal_factor, zero_load_factor)
+        )
         return [
-            ("preliminary displacement", f"from the reversal {place}: {first}"),
-            ("displacement from zero load", f"to the same place: {second}; to slip itself it would be 1.26 θμδ"),
+            ("preliminary displacement", f"from the reversal {end_text}: {reversal_text}"),
+            (
+                "displacement from zero load",
+                f"to the same place: {zero_load_text}; to slip itself it would be 1.26 θμδ",
+            ),
             ("virgin displacement θμδ", "by Mindlin's curve through the branch up to there; that of one sphere"),
         ]
 
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
-        """Return mean ± standard deviation of a quantity as a string, "–" of what is no friction; as `statistics`."""
+        """Return mean ± standard deviation of a quantity as a string, "–" if it is not friction; see `statistics`."""
         count = int(self.large.sum())
-        statistics = self._statistics(self._of_friction(quantity, self._of_slid(quantity)), direction)
+        statistics = self._statistics(self._friction_values(quantity, self._sliding_values(quantity)), direction)
         if statistics.count or quantity not in OF_SLIP:
             return statistics.text(unit, count)
         # nothing slid: what there is, is a lower bound
-        bound = self._statistics(self._of_friction(quantity, getattr(self, quantity)), direction)
+        bound = self._statistics(self._friction_values(quantity, getattr(self, quantity)), direction)
         return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
     def _text_with_interval(self, quantity: str, unit: str) -> str:
@@ -145,7 +150,7 @@ class Loops(LoopValues):
     @functools.cached_property
     def fretting(self) -> Fretting:
         """Fretting report: slip amplitude, energy friction coefficient, regime and compliances of the loops."""
-        return Fretting.of(self)
+        return Fretting.from_loops(self)
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of strings: quantity, forward, backward, both; the first row is the heading.
@@ -210,7 +215,7 @@ class Loops(LoopValues):
 
 
 class Options(TypedDict, total=False):
-    """How loops are found, as for `hs.loops`."""
+    """Options of the search for loops, as of `hs.loops`."""
 
     dead_band: float | None
     skip: int
@@ -272,35 +277,37 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         trace, (moved, load) = period, (period.displacement, period.tangential_load)
         all_ends, lone = loop_ends(moved, band)
         whole_period = ("the record is one closed period: it is one loop, which starts at the greatest displacement",)
-    first = check_skip(skip)
-    if first >= len(all_ends):
-        skipped = f", of which {first:,} are to be skipped" if first else ""
+    first_loop = check_skip(skip)
+    if first_loop >= len(all_ends):
+        skipped = f", of which {first_loop:,} are to be skipped" if first_loop else ""
         raise NoLoopError(
             f"the record has {counted(len(all_ends), 'whole loop', 'whole loops')} at a dead band of {band:g} m"
             f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
         )
     pieces = (0, int(all_ends[0, 0])), (int(all_ends[-1, 2]), moved.size - 1)
-    number, ends = np.arange(first, len(all_ends)), all_ends[first:]
+    number, ends = np.arange(first_loop, len(all_ends)), all_ends[first_loop:]
     energy = np.array([enclosed_energy(trace, *loop) for loop in ends.tolist()])
     _check_sense(trace, energy, ends)
     steady = at_one_load(trace, number, ends, lone, dead_band=band, share=definitions.load_share)
     # a loop that lost a branch, or that a step goes through, encloses nothing
-    whole = ~(steady.left_out | steady.stepped).any(axis=1)
-    energy = np.where(whole, np.append(energy, math.nan)[steady.number - first], math.nan)
+    complete = ~(steady.left_out | steady.stepped).any(axis=1)
+    energy = np.where(complete, np.append(energy, math.nan)[steady.number - first_loop], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
-    left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
+    left_out, stepped = (
+        np.where(backward[:, None], branches[:, ::-1], branches) for branches in (steady.left_out, steady.stepped)
+    )
     values = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
     rising = np.zeros((len(ends), 2), dtype=np.bool_)
     for loop, turns in enumerate(ends):
-        for start, end in (turns[:2], turns[1:]):
-            side = int(moved[end] < moved[start])
+        for start, stop in (turns[:2], turns[1:]):
+            side = int(moved[stop] < moved[start])
             values[loop, side], rising[loop, side] = read_branch(
-                trace, start, end, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noise > 0
+                trace, start, stop, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noise > 0
             )
     values[left_out] = math.nan
-    of_branch: dict[str, Any] = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
+    branch_values: dict[str, Any] = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
     for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
-        of_branch[name][stepped] = math.nan
+        branch_values[name][stepped] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))
     amplitude = np.average(lengths, weights=~steady.left_out, axis=1) / 2
     sound = ~(steady.left_out | steady.stepped).any(axis=1) & (
@@ -311,7 +318,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         # friction and the load of the spring are one there, and no bound of either
         rising[:] = False
         for name in OF_SLIP:
-            of_branch[name][:] = math.nan
+            branch_values[name][:] = math.nan
     loops = Loops(
         trace,
         definitions,
@@ -319,10 +326,10 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         steady.number,
         ends,
         tuple(piece for piece in pieces if piece[0] < piece[1]),
-        **of_branch,
+        **branch_values,
         dissipated_energy=energy,
-        displacement_gap=np.where(whole, moved[ends[:, 2]] - moved[ends[:, 0]], math.nan),
-        tangential_load_gap=np.where(whole, load[ends[:, 2]] - load[ends[:, 0]], math.nan),
+        displacement_gap=np.where(complete, moved[ends[:, 2]] - moved[ends[:, 0]], math.nan),
+        tangential_load_gap=np.where(complete, load[ends[:, 2]] - load[ends[:, 0]], math.nan),
         amplitude=amplitude,
         left_out_branches=left_out,
         stepped_branches=stepped,
@@ -336,7 +343,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
 
 
 def check_skip(skip: float, name: str = "skip") -> int:
-    """Return how many loops are left out at the start; what is no whole number of 0 or more is an InputError."""
+    """Return the number of loops left out at the start; InputError if it is not a whole number of 0 or more."""
     count = scalar(name, skip)
     if count % 1 or count < 0:
         raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")

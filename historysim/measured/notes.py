@@ -1,4 +1,4 @@
-"""Notes on the loops of a record: what was left out, and what it looks like, with the remedy.
+"""Notes on the loops of a record: left-out loops, and likely faults with their remedies.
 
 Each fault of an instrument is found from the samples alone, and only where it stands clear of the noise.
 """
@@ -42,17 +42,17 @@ CLOSES = 5.0  # deviations of the noise of the load within which a clearance is 
 FOLLOWS = 0.7  # correlation of load and displacement from which on the load goes with it
 OFFSET = 0.02  # offset or drift of the load over the friction force, from which on it has a note
 # Lost motion over the stroke, and over what the stiffness beside it takes for the same load, where it has a note.
-LOST_OVER_STROKE, LOST_OVER_BESIDE = 0.03, 3.0
+LOST_OVER_STROKE, LOST_OVER_ELASTIC = 0.03, 3.0
 # Drop of the load from one sample to the next, over the friction force, and drops on a branch, that are stick-slip.
 LEAST_DROP, FEWEST_DROPS = 0.1, 2
 
 
 def loop_notes(loops: LoopValues) -> tuple[str, ...]:
-    """Return what was left out of loops, and what the samples are too few to show, with the remedy."""
+    """Return notes on left-out loops, likely faults, and quantities that need more samples."""
     return (
         *_noise(loops),
         *_no_friction(loops),
-        *_spring_beside(loops),
+        *_parallel_spring(loops),
         *instrument_faults(loops),
         *drift_notes(loops),
         *loops.exclusions,
@@ -63,29 +63,29 @@ def loop_notes(loops: LoopValues) -> tuple[str, ...]:
 
 
 def _no_friction(loops: LoopValues) -> Iterator[str]:
-    found = loops.no_friction
+    classes = loops.no_friction
     mend = "longer strokes slide"
-    if any(loops.large[members].any() for members, _ in found):
+    if any(loops.large[members].any() for members, _ in classes):
         mend = (
             loops.columns or "is the column of the tangential load right? historysim columns FILE shows what there is"
         )
-    for members, text in found:
+    for members, text in classes:
         if DAMPER in text:
             yield f"{text}: dry friction is level where it slides, whatever the speed, and the model has no damper"
             continue
-        sticks = bool(loops.large[members].any()) and _follows(loops, members)
+        sticks = bool(loops.large[members].any()) and _is_elastic(loops, members)
         yield f"{text}; {'longer strokes slide where a contact still sticks; ' * sticks}{mend}"
 
 
-def _follows(loops: LoopValues, members: Integers) -> bool:
-    """Return whether the load of some loops goes with the displacement, as that of a contact that sticks does."""
-    part = slice(loops.ends[members[0], 0], loops.ends[members[-1], 2] + 1)
+def _is_elastic(loops: LoopValues, members: Integers) -> bool:
+    """Return True if the load of some loops correlates with the displacement, as in a sticking contact."""
+    samples = slice(loops.ends[members[0], 0], loops.ends[members[-1], 2] + 1)
     with np.errstate(invalid="ignore"):
-        correlation = np.corrcoef(loops.trace.displacement[part], loops.trace.tangential_load[part])[0, 1]
+        correlation = np.corrcoef(loops.trace.displacement[samples], loops.trace.tangential_load[samples])[0, 1]
     return bool(correlation > FOLLOWS)
 
 
-def _spring_beside(loops: LoopValues) -> Iterator[str]:
+def _parallel_spring(loops: LoopValues) -> Iterator[str]:
     stiffness = loops.parallel_stiffness
     if not stiffness > 0:
         return
@@ -121,19 +121,23 @@ def _noise(loops: LoopValues) -> Iterator[str]:
 
 
 def drift_notes(loops: LoopValues) -> Iterator[str]:
-    """Yield what drifts from loop to loop, where all of them are at one load."""
+    """Yield a note on drift from loop to loop, if all of them are at one load."""
     if len(loops.by_load()) > 1 or loops.no_friction or loops.parallel_stiffness > 0:
         return
-    known = np.isfinite(loops.friction_coefficient).any()
+    has_coefficient = np.isfinite(loops.friction_coefficient).any()
     quantity, label, unit = (
-        ("friction_coefficient", "friction coefficient", "1") if known else ("friction_force", "friction force", "N")
+        ("friction_coefficient", "friction coefficient", "1")
+        if has_coefficient
+        else ("friction_force", "friction force", "N")
     )
     wander, mean = loops.wander(quantity), loops.statistics(quantity).mean
     if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
         return
     times = [quantity_text(time, "s", 4) for time in loops.trace.time[loops.ends[[0, -1], [0, 2]]].tolist()]
     course = (
-        f"; [friction.course] with time = {times} and these coefficients models it".replace("'", '"') if known else ""
+        f"; [friction.course] with time = {times} and these coefficients models it".replace("'", '"')
+        if has_coefficient
+        else ""
     )
     start, end = (quantity_text(mean + sign * wander.rise / 2, unit) for sign in (-1, 1))
     low, high = (quantity_text(wander.rise + sign * wander.rise_reach, unit) for sign in (-1, 1))
@@ -193,7 +197,7 @@ def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
 
 
 def instrument_faults(loops: LoopValues) -> list[str]:
-    """Return a note for each fault that the record of some loops shows; none where it has few samples or no noise.
+    """Return a note for each instrument fault in a record; none if it has few samples or no noise.
 
     What is read off sliding needs branches that are level at their ends: a contact that sticks in part has an offset
     and a stiffness of its own.
@@ -201,35 +205,35 @@ def instrument_faults(loops: LoopValues) -> list[str]:
     trace, noise = loops.trace, loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:
         return []
-    whole = loops.large & ~loops.left_out_branches.any(axis=1)
-    slid = whole & loops.is_friction & ~loops.rising_branches.any(axis=1)
+    complete = loops.large & ~loops.left_out_branches.any(axis=1)
+    slid = complete & loops.is_friction & ~loops.rising_branches.any(axis=1)
     slides = not loops.parallel_stiffness > 0 and are_level(trace, loops.ends[slid])
     return [
-        *_clipped(trace.tangential_load),
+        *_clipping(trace.tangential_load),
         *_spikes(trace),
-        *(_of_the_zero(loops.friction_force[slid]) if slides else ()),
+        *(_zero_error(loops.friction_force[slid]) if slides else ()),
         *(_lost_motion(trace, loops.ends[slid], noise) if slides else ()),
-        *_stick_slip(trace, loops.ends[whole]),
+        *_stick_slip(trace, loops.ends[complete]),
     ]
 
 
-def _clipped(load: Floats) -> Iterator[str]:
+def _clipping(load: Floats) -> Iterator[str]:
     for name, extreme in (("greatest", load.max()), ("least", load.min())):
-        at = load == extreme
+        extremes = load == extreme
         inside = (load > load.min()) & (load < load.max())
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], extremes.astype(np.int8), [0]])))
         longest = int(np.max(edges[1::2] - edges[::2]))
         few = np.count_nonzero(inside) < FEWEST_SAMPLES
-        if few or longest < CLIPPED_RUN or at.mean() < CLIPPED_SHARE or not _scatters(load[inside]):
+        if few or longest < CLIPPED_RUN or extremes.mean() < CLIPPED_SHARE or not _scatters(load[inside]):
             continue
         yield (
-            f"{int(at.sum()):,} samples of the tangential load are its {name} value, {quantity_text(extreme, 'N')}, "
+            f"{int(extremes.sum()):,} samples of the tangential load are its {name} value, {quantity_text(extreme, 'N')}, "
             f"up to {longest:,} in a row: it looks clipped, and friction and energy are too small; take a wider range"
         )
 
 
 def _scatters(values: Floats) -> bool:
-    """Return whether each sample of a channel has noise of its own, of a digit or more: else a level is no clipping.
+    """Return True if samples have independent noise of a digit or more: else a level is not clipping.
 
     Of white noise differences of any order show as much; a smooth curve hardly has fourth differences.
     """
@@ -252,12 +256,12 @@ def _spikes(trace: Trace) -> Iterator[str]:
             )
 
 
-def _of_the_zero(friction_force: Floats) -> Iterator[str]:
+def _zero_error(friction_force: Floats) -> Iterator[str]:
     forward, backward = friction_force.T
-    known = np.isfinite(forward) & np.isfinite(backward)
-    if np.count_nonzero(known) < intervals.FEWEST_LOOPS:
+    complete = np.isfinite(forward) & np.isfinite(backward)
+    if np.count_nonzero(complete) < intervals.FEWEST_LOOPS:
         return
-    middle, force = (forward - backward)[known] / 2, float((forward + backward)[known].mean()) / 2
+    middle, force = (forward - backward)[complete] / 2, float((forward + backward)[complete].mean()) / 2
     wander = intervals.compute_mean_wander(middle, CONFIDENCE)
     if wander is None or not force > 0:
         return
@@ -279,13 +283,13 @@ def _of_the_zero(friction_force: Floats) -> Iterator[str]:
 def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Yield time, displacement from the reversal and load of each branch, in its own direction."""
     moved, load = trace.displacement, trace.tangential_load
-    for first, last in chain.from_iterable(map(pairwise, all_ends)):
-        sign, part = (1.0 if moved[last] > moved[first] else -1.0), slice(first, last + 1)
-        yield trace.time[part], sign * (moved[part] - moved[first]), sign * load[part]
+    for start, stop in chain.from_iterable(map(pairwise, all_ends)):
+        sign, samples = (1.0 if moved[stop] > moved[start] else -1.0), slice(start, stop + 1)
+        yield trace.time[samples], sign * (moved[samples] - moved[start]), sign * load[samples]
 
 
 def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
-    """Find displacement without load, at zero load or behind a reversal, beyond what the stiffness beside it takes."""
+    """Find displacement without load, at zero load or after a reversal, beyond the elastic part."""
     # of each branch: both widths, what is beside them, and the speed
     branches = []
     for time, unsorted, loads in _branches(trace, ends):
@@ -295,24 +299,26 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
             continue
         levels, reached = force * np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5]), np.maximum.accumulate(load)
-        place = np.clip(np.searchsorted(reached, levels), 1, moved.size - 1)
+        index = np.clip(np.searchsorted(reached, levels), 1, moved.size - 1)
         # between two samples the load rises straight
-        rise = reached[place] - reached[place - 1]
-        share = np.clip((levels - reached[place - 1]) / np.where(rise > 0, rise, 1.0), 0.0, 1.0)
-        at_turn, behind, low, before, after, high = moved[place - 1] + share * (moved[place] - moved[place - 1])
-        beside, beside_turn = min(before - low, high - after) / 2, (low - behind) / 3
+        rise = reached[index] - reached[index - 1]
+        share = np.clip((levels - reached[index - 1]) / np.where(rise > 0, rise, 1.0), 0.0, 1.0)
+        at_turn, after_turn, low, left_edge, right_edge, high = moved[index - 1] + share * (
+            moved[index] - moved[index - 1]
+        )
+        elastic_width, elastic_at_turn = min(left_edge - low, high - right_edge) / 2, (low - after_turn) / 3
         speed = moved[-1] / (time[-1] - time[0]) if time[-1] > time[0] else np.nan
-        width = after - before - beside
+        width = right_edge - left_edge - elastic_width
         # the loads between which nine tenths of it are crossed
-        opens, closes = np.interp((before + after) / 2 + width * np.array([-0.45, 0.45]), moved, reached)
+        opens, closes = np.interp((left_edge + right_edge) / 2 + width * np.array([-0.45, 0.45]), moved, reached)
         closing = (closes - opens) / 1.8
-        branches.append((width, beside, at_turn - beside_turn, beside_turn, speed, closing))
+        branches.append((width, elastic_width, at_turn - elastic_at_turn, elastic_at_turn, speed, closing))
     if len(branches) < intervals.FEWEST_LOOPS:
         return
-    width, beside, width_behind, beside_turn, speed, closing = np.median(np.array(branches), axis=0).tolist()
+    width, elastic_width, width_behind, elastic_at_turn, speed, closing = np.median(np.array(branches), axis=0).tolist()
     stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
-    least = max(LOST_OVER_STROKE * stroke, SPIKE * noise)
-    if width >= max(least, LOST_OVER_BESIDE * beside):
+    threshold = max(LOST_OVER_STROKE * stroke, SPIKE * noise)
+    if width >= max(threshold, LOST_OVER_ELASTIC * elastic_width):
         of = quantity_text(width, "m", 2)
         # within its noise a load does not say on which side the clearance is
         closes_at = quantity_text(max(closing, CLOSES * noise_of(trace.tangential_load)), "N", 3)
@@ -321,7 +327,7 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
             f'which displacements and stiffness hold; free_play = "{of}" and closing_load = "{closes_at}" at the '
             "displacement remove it"
         )
-    if width_behind >= max(least, LOST_OVER_BESIDE * beside_turn):
+    if width_behind >= max(threshold, LOST_OVER_ELASTIC * elastic_at_turn):
         late = quantity_text(width_behind / speed, "s", 3)
         lag = f', or the load lags by {late}, which shift = "-{late}" at the tangential load removes'
         yield (
@@ -338,9 +344,9 @@ def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
         if slides.size < FEWEST_SAMPLES:
             continue
         branches += 1
-        steps, least = np.diff(slides), max(LEAST_DROP * float(slides.mean()), SPIKE * noise)
+        steps, threshold = np.diff(slides), max(LEAST_DROP * float(slides.mean()), SPIKE * noise)
         # down at once, and slowly up again
-        falls, rises = int((steps < -least).sum()), int((steps > least).sum())
+        falls, rises = int((steps < -threshold).sum()), int((steps > threshold).sum())
         if falls >= FEWEST_DROPS and falls > 3 * rises:
             drops, largest = drops + falls, max(largest, float(-steps.min()))
     if branches and drops >= FEWEST_DROPS * branches:

@@ -1,4 +1,4 @@
-"""`Measurement`, a measured load sequence: its clock, noise and reversals, and the samples that a contact remembers.
+"""`Measurement`, a measured load sequence: clock, noise, reversals and reduction.
 
 README.md of this folder, "Reduce a record", says what the reduction changes, and why it changes no more.
 """
@@ -76,10 +76,10 @@ def check_order(time: Floats, place: Callable[[int], str] = "time[{}]".format, *
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0 if rising else steps < 0)
     if back.size:
-        after = int(back[0]) + 1
+        index = int(back[0]) + 1
         expected = "times that rise from sample to sample" if rising else "times that do not decrease"
         raise InputError(
-            f"{place(after)}: the time {time[after]:.9g} s comes after {time[after - 1]:.9g} s; expected {expected}"
+            f"{place(index)}: the time {time[index]:.9g} s comes after {time[index - 1]:.9g} s; expected {expected}"
         )
 
 
@@ -119,9 +119,9 @@ def find_spikes(values: Floats, usual: float) -> Booleans:
         return result
     steps = np.diff(values)
     up, down = steps[:-1], -steps[1:]
-    alone = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
-    least = max(SPIKE * noise_of(values), 3 * float(np.quantile(np.abs(steps), usual)))
-    result[1:-1] = (alone > least) & (least > 0)
+    heights = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
+    threshold = max(SPIKE * noise_of(values), 3 * float(np.quantile(np.abs(steps), usual)))
+    result[1:-1] = (heights > threshold) & (threshold > 0)
     return result
 
 
@@ -130,22 +130,22 @@ def count_of_spikes(values: Floats, usual: float) -> int:
     return int(np.count_nonzero(find_spikes(values, usual)))
 
 
-def _digit_of(values: Floats) -> float:
-    """Return the step that all differences of a channel are multiples of; 0 where there is none that is clear."""
+def _find_digit(values: Floats) -> float:
+    """Return the step that all differences of a channel are multiples of; 0 if none is clear."""
     levels = np.diff(np.unique(values))
     levels = levels[levels > ROUNDING_OF_STEP * np.ptp(values)]
     if not levels.size:
         return 0.0
-    for parts in range(1, MOST_PARTS + 1):
-        digits = levels * parts / levels.min()
+    for divisor in range(1, MOST_PARTS + 1):
+        digits = levels * divisor / levels.min()
         if (np.abs(digits - np.round(digits)) < WHOLE).all():
-            return float(levels.min()) / parts
+            return float(levels.min()) / divisor
     return 0.0
 
 
 def jumps_of_counter(values: Floats) -> str:
-    """Return how often a channel jumps by the range of a counter, and the mend; nothing where it does not."""
-    digit = _digit_of(values)
+    """Describe jumps of a channel by the range of a counter, and the remedy; empty if there are none."""
+    digit = _find_digit(values)
     if not digit or values.size < FEWEST_SAMPLES:
         return ""
     steps = np.abs(np.diff(values)) / digit
@@ -160,9 +160,13 @@ def jumps_of_counter(values: Floats) -> str:
 
 
 def sign_lost(load: Floats) -> str:
-    """Return that a force is never negative, and the mend; nothing where it is, or is far from 0."""
-    least, most = float(load.min()), float(load.max())
-    if least < -min(SPIKE * noise_of(load), NEAR_ZERO * most) or least > NEAR_ZERO * most or not most > 0:
+    """Return a note if a force is never negative but comes close to 0, with the remedy; else empty."""
+    smallest, largest = float(load.min()), float(load.max())
+    if (
+        smallest < -min(SPIKE * noise_of(load), NEAR_ZERO * largest)
+        or smallest > NEAR_ZERO * largest
+        or not largest > 0
+    ):
         return ""
     return (
         "the force is never negative, forward and backward alike: it looks like a magnitude, |F|, of which no loops "
@@ -203,19 +207,19 @@ def turning_points(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     one extreme more may stand, with a smaller swing, so that no amplitude is cut off.
     """
     samples = channel("values", values)
-    kept = np.empty(samples.size, dtype=np.int64)
+    turns = np.empty(samples.size, dtype=np.int64)
     count = lib.hs_turning_points(
-        samples.size, pointer(samples), scalar("dead_band", dead_band, least=0), pointer(kept)
+        samples.size, pointer(samples), scalar("dead_band", dead_band, least=0), pointer(turns)
     )
-    return kept[:count].copy()
+    return turns[:count].copy()
 
 
 def reversals(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     """Return the turning points with a swing of the dead band or more on both sides."""
-    kept = turning_points(values, dead_band)
-    swings = np.abs(np.diff(np.asarray(values, dtype=np.float64)[kept]))
+    turns = turning_points(values, dead_band)
+    swings = np.abs(np.diff(np.asarray(values, dtype=np.float64)[turns]))
     wide = (swings > 0) & (swings >= dead_band)
-    return kept[1:-1][wide[1:] & wide[:-1]]
+    return turns[1:-1][wide[1:] & wide[:-1]]
 
 
 def kept_points(
@@ -231,38 +235,38 @@ def kept_points(
     its kept neighbours, as long as the path misses it by more than the dead bands (Douglas and Peucker, *Cartographica*
     10 (1973) 112-122). Every sample then lies within both dead bands, at once, of the path between its neighbours.
     """
-    kept = turning_points(tangential, dead_band)
+    indices = turning_points(tangential, dead_band)
     if normal_load is None:
-        return kept
+        return indices
     samples = channel("tangential", tangential)
     normal = channel("normal_load", normal_load, samples.size)
-    kept = np.union1d(kept, turning_points(normal, normal_dead_band))
+    indices = np.union1d(indices, turning_points(normal, normal_dead_band))
     needed = np.zeros(samples.size, dtype=np.bool_)
-    needed[kept] = True
+    needed[indices] = True
     waiting = np.empty(2 * samples.size + 2, dtype=np.int64)
     lib.hs_keep_path(
         pointer(samples),
         pointer(normal),
         float(dead_band),
         float(normal_dead_band),
-        kept.size,
-        pointer(kept),
+        indices.size,
+        pointer(indices),
         pointer(needed),
         pointer(waiting),
     )
     return np.flatnonzero(needed)
 
 
-def in_step(values: Floats, kept: Integers) -> Floats:
-    """Return, for each sample, the extreme that the reduced channel has reached: monotone between turning points."""
+def follow_turns(values: Floats, turns: Integers) -> Floats:
+    """Return a channel that is monotone between turning points: the extreme reached by each sample."""
     result = values.copy()
-    for start, end in itertools.pairwise(kept):
-        part = slice(start, end + 1)
+    for start, stop in itertools.pairwise(turns):
+        samples = slice(start, stop + 1)
         # not beyond the end, and never back
-        if values[end] >= values[start]:
-            result[part] = np.maximum.accumulate(np.minimum(values[part], values[end]))
+        if values[stop] >= values[start]:
+            result[samples] = np.maximum.accumulate(np.minimum(values[samples], values[stop]))
         else:
-            result[part] = np.minimum.accumulate(np.maximum(values[part], values[end]))
+            result[samples] = np.minimum.accumulate(np.maximum(values[samples], values[stop]))
     return result
 
 
@@ -280,11 +284,11 @@ def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, 
     NaN where nothing is known: outside of its own clock, which is behind by the shift [s], beside missing samples, and
     in gaps longer than max_gap [s].
     """
-    own = clock(time) + shift
-    result = np.interp(onto, own, values, left=math.nan, right=math.nan)
-    before = np.clip(np.searchsorted(own, onto, side="right") - 1, 0, own.size - 1)
-    after = np.minimum(before + 1, own.size - 1)
-    bridged = (own[after] - own[before] <= max_gap) | (onto == own[before])
+    times = clock(time) + shift
+    result = np.interp(onto, times, values, left=math.nan, right=math.nan)
+    left = np.clip(np.searchsorted(times, onto, side="right") - 1, 0, times.size - 1)
+    right = np.minimum(left + 1, times.size - 1)
+    bridged = (times[right] - times[left] <= max_gap) | (onto == times[left])
     return np.where(bridged, result, math.nan)
 
 
@@ -324,11 +328,11 @@ class Measurement:
 
     def __getitem__(self, name: str) -> Floats:
         """Return a channel, replayed or measured beside; one that was not measured is an InputError."""
-        if (found := self.get(name)) is None:
+        if (values := self.get(name)) is None:
             raise InputError(
                 f"the record has no {name}; expected a column for it, in loading.columns or loading.response"
             )
-        return found
+        return values
 
     def get(self, name: str) -> Floats | None:
         """Return a channel, or None where it was not measured."""
@@ -336,7 +340,7 @@ class Measurement:
 
     @property
     def planar(self) -> bool:
-        """Whether it has two tangential directions."""
+        """True if there are two tangential directions."""
         return any(name.endswith(ACROSS) for name in self.channels)
 
     @property
@@ -344,12 +348,12 @@ class Measurement:
         """The replayed channels, (sample), or (sample, 2) where there is a component along y."""
         across = {name: self.channels.get(name + ACROSS) for name in self.channels if not name.endswith(ACROSS)}
         return {
-            name: self.channels[name] if other is None else np.column_stack([self.channels[name], other])
-            for name, other in across.items()
+            name: self.channels[name] if second is None else np.column_stack([self.channels[name], second])
+            for name, second in across.items()
         }
 
     def without_spring(self, stiffness: float) -> "Measurement":
-        """Return it with the load of the contact alone: without that of a spring in parallel [N/m], T - k_p U."""
+        """Subtract the load of a spring in parallel [N/m]: T - k_p U."""
         name, moved = "tangential_load", self.get("tangential_displacement")
         if not stiffness or moved is None or self.get(name) is None:
             return self
@@ -370,7 +374,7 @@ class Measurement:
         return attrs.evolve(self, channels=channels, response=response)
 
     def kept(self) -> Integers:
-        """Return the indices of the samples that are replayed."""
+        """Return the indices of the replayed samples."""
         if not self.reduced:
             return np.arange(self.time.size)
         tangential = next((name for name in TANGENTIAL if name in self.channels), None)
@@ -401,21 +405,21 @@ class Measurement:
         )
 
     def events(self) -> Sequence[Event]:
-        """Return the events: what each replayed channel has reached at each kept sample."""
+        """Return the events: one per replayed channel and replayed sample."""
         check_order(self.time, self.place)
         if "normal_load" in self.channels:
             self.check_pressed()
-        kept = self.kept()
+        samples = self.kept()
         kinds = [LOAD_KINDS[name] for name in self.vectors]
-        times = self.time[kept]
-        numbers = [values[kept].astype(float) for values in self.vectors.values()]
+        times = self.time[samples]
+        numbers = [values[samples].astype(float) for values in self.vectors.values()]
         if not self.planar and all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
             # what each event would check is checked of all of them
             codes = np.array([KINDS.index(kind) for kind in kinds], dtype=np.int8)
             columns = np.tile(codes, times.size), np.repeat(times, codes.size), np.column_stack(numbers).ravel()
             return Events(loads=Loads(*columns))
         events: list[Event] = []
-        for index, time, *sample in zip(*map(np.ndarray.tolist, (kept, times, *numbers)), strict=True):
+        for index, time, *sample in zip(*map(np.ndarray.tolist, (samples, times, *numbers)), strict=True):
             try:
                 events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
             except InputError as error:
@@ -433,7 +437,7 @@ class Measurement:
             )
 
     def place(self, sample: int) -> str:
-        """Return where a sample stood in its file."""
+        """Return the location of a sample in its file."""
         if self.row is None:
             return f"the sample at t = {self.time[sample]:.9g} s"
         return f"line {self.row[sample]}"

@@ -411,10 +411,10 @@ def of_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
 def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
     """Return a mean; where no branch reached sliding, it is a lower bound."""
     unit = loops[quantity].attrs["units"]
-    found = LoopStatistics.of(of_mean(loops, quantity))
+    found = LoopStatistics.from_values(of_mean(loops, quantity))
     if found.count or quantity not in OF_SLIP:
         return found.text(unit, count)
-    bound = LoopStatistics.of(loops[quantity].values[_large(loops)])
+    bound = LoopStatistics.from_values(loops[quantity].values[_large(loops)])
     return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
 

@@ -216,7 +216,7 @@ def fretting_rows(runs: "Sequence[Run[Loops]]") -> Rows:
 
 def fretting_of_runs(runs: "Sequence[Run[Loops]]") -> fretting.Fretting:
     """Return the fretting report over the runs of a record, such as the stored cycles of a fretting log."""
-    return fretting.Fretting.of_runs(_evaluated(runs))
+    return fretting.Fretting.from_runs(_evaluated(runs))
 
 
 def _evaluated(runs: "Sequence[Run[Loops]]") -> dict[int, Loops]:

@@ -123,7 +123,7 @@ def test_means_have_intervals_and_the_dataset_holds_all():
 def test_loops_that_are_not_friction_have_no_fretting_quantities():
     u = 1e-6 * np.sin(np.linspace(0, 8 * np.pi, 801))
     load = 1e6 * u + 0.3 * np.cos(np.linspace(0, 8 * np.pi, 801))
-    report = Fretting.of(loops_of_channels(np.arange(801.0), u, load, np.full(801, 5.0)))
+    report = Fretting.from_loops(loops_of_channels(np.arange(801.0), u, load, np.full(801, 5.0)))
     assert report.regime_text() == "–"
     assert np.isnan(report.values["energy_ratio"]).all()
 

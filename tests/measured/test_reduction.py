@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import historysim as hs
 from historysim.contact import mindlin
-from historysim.measured.reduction import in_step, kept_points, resample, turning_points
+from historysim.measured.reduction import follow_turns, kept_points, resample, turning_points
 
 # whole numbers meet each other, and the dead band, exactly
 samples = st.lists(st.integers(-20, 20), min_size=1, max_size=40).map(np.array)
@@ -51,7 +51,7 @@ def test_kept_points_alternate_and_others_stay_within_the_dead_band(values, dead
 @given(samples, dead_bands)
 def test_the_channel_in_step_is_monotone_and_near(values, dead_band):
     kept = turning_points(values, dead_band)
-    near = in_step(values, kept)
+    near = follow_turns(values, kept)
     assert near[kept].tolist() == values[kept].tolist()
     assert (np.abs(near - values) < max(dead_band, 1e-300)).all()
     for start, end in pairwise(kept):
@@ -128,7 +128,7 @@ def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, 
     slide = float((PAIR.displacement_ratio * ensemble.friction * ensemble.approach_at(NORMAL_LOAD)).max())
     values, dead_band = values * slide * scale, dead_band * slide * scale
     kept = turning_points(values, dead_band)
-    reduced = in_step(values, kept)
+    reduced = follow_turns(values, kept)
     load, energy = replayed(ensemble, values)
     reduced_load, reduced_energy = replayed(ensemble, reduced)
 
@@ -159,7 +159,7 @@ def test_the_bound_is_attained_by_one_dip_from_a_slide():
     dip = 2 * mindlin.tangential_displacement(0.3 * limit, **contact)
     values = np.array([0.0, 2 * slide, 2 * slide - dip, 3 * slide])
     load, _ = replayed(ensemble, values)
-    reduced, _ = replayed(ensemble, in_step(values, turning_points(values, np.nextafter(dip, 1))))
+    reduced, _ = replayed(ensemble, follow_turns(values, turning_points(values, np.nextafter(dip, 1))))
     assert reduced[2] - load[2] == pytest.approx(2 * 0.3 * limit, rel=1e-12)
     assert load[2] == pytest.approx(turned, rel=1e-12)
 
@@ -178,7 +178,7 @@ def test_under_load_control_displacements_stay_within_the_bound(values, dead_ban
         return hs.replay(ensemble, events, record="totals").tangential_displacement.values[1:]
 
     kept = turning_points(values, dead_band)
-    whole, reduced = displacements(values), displacements(in_step(values, kept))
+    whole, reduced = displacements(values), displacements(follow_turns(values, kept))
     contact = {"normal_load": NORMAL_LOAD, "contact_radius": radius, "shear_modulus": 0.25, "friction": 0.5}
     rounding = 1e-12 * mindlin.preliminary_displacement(**contact)
     bound = 2 * mindlin.tangential_displacement(dead_band / 2, **contact)

@@ -269,7 +269,10 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
         # a mean over several loads says nothing
         if "load_level" not in loops or np.unique(loops["load_level"].values).size == 1:
             axes.axhline(
-                LoopStatistics.of(of_mean(loops, quantity)).mean * factor, color=colour, linewidth=0.7, zorder=0
+                LoopStatistics.from_values(of_mean(loops, quantity)).mean * factor,
+                color=colour,
+                linewidth=0.7,
+                zorder=0,
             )
     axes.margins(x=0.08)
     if finite.size:
