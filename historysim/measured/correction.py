@@ -68,7 +68,7 @@ def _midpoints(time: Floats, values: Floats, dead_band: float, least: int) -> tu
 
 
 def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_band: float = 0.0) -> Floats:
-    """Return a displacement [m] without the backlash of what measures it.
+    """Remove the backlash of the measuring system from a displacement [m].
 
     After a reversal the reading rests until the backlash is taken up: it is the play, of half the width to either side,
     of the displacement. This inverse of the play assumes that
@@ -78,14 +78,16 @@ def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_ba
     - at the start the backlash is taken up in the direction of the first swing, and at the end in that of the last one.
     """
     half = width / 2
-    kept = turning_points(displacement, dead_band)
-    swings = np.diff(displacement[kept])
-    near = follow_turns(displacement, kept)
+    turns = turning_points(displacement, dead_band)
+    swings = np.diff(displacement[turns])
+    near = follow_turns(displacement, turns)
     ahead = [(time[0], half * float(np.sign(swings[:1]).sum()))]
-    for before, turn, after, swing in zip(kept[:-2], kept[1:-1], kept[2:], swings[1:], strict=True):
+    for previous, turn, following, swing in zip(turns[:-2], turns[1:-1], turns[2:], swings[1:], strict=True):
         if abs(swing) < dead_band or swing == 0:
             continue
-        resting = before + np.flatnonzero(np.abs(near[before : after + 1] - displacement[turn]) <= dead_band / 2)
+        resting = previous + np.flatnonzero(
+            np.abs(near[previous : following + 1] - displacement[turn]) <= dead_band / 2
+        )
         direction = math.copysign(half, swing)
         ahead += [(max(time[resting[0]], ahead[-1][0]), -direction), (time[resting[-1]], direction)]
     at, amount = np.array(ahead).T
@@ -93,7 +95,7 @@ def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_ba
 
 
 def remove_free_play(displacement: Floats, load: Floats, width: float, *, closing_load: float = 0.0) -> Floats:
-    """Return a displacement [m] without a clearance in the path of the load, between what is moved and the contact.
+    """Remove a clearance in the load path, between drive and contact, from a displacement [m].
 
     The clearance has no mass: it is open by half its width [m] to the side to which it is loaded, and closes in
     proportion to the load up to the closing load [N]. With 0 N it is crossed at once, where the load changes its sign.
@@ -118,7 +120,7 @@ def running_median(values: Floats, samples: int) -> Floats:
 
 
 def notch(time: Floats, values: Floats, frequency: float, *, quality: float = QUALITY) -> Floats:
-    """Return a channel without what it has at one frequency [Hz], such as mains hum.
+    """Remove one frequency [Hz], such as mains hum, from a channel.
 
     Beside a turn of a channel that moves at a speed v it rings by about v/(2πf) over the quality.
     """
@@ -132,7 +134,7 @@ def notch(time: Floats, values: Floats, frequency: float, *, quality: float = QU
 
 
 def low_pass(time: Floats, values: Floats, frequency: float) -> Floats:
-    """Return a channel without what is faster than a frequency [Hz]: a Butterworth filter, forth and back.
+    """Remove frequencies above a limit [Hz] by a Butterworth filter in both directions.
 
     It rounds every turn of a channel that moves at a speed v, by about v/(2πf).
     """
@@ -216,14 +218,18 @@ def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ..
     # white noise of variance 1 has the mean 1; a line spreads over the lobe of the window alone
     power = spectrum[:, 2 * _DEGREE : -1].mean(axis=0) / np.sum(window**2)
     lines = []
-    least = LEAST_HUM * float(power.sum())
-    for peak in _peaks_above(power, least):
-        before, after = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
+    threshold = LEAST_HUM * float(power.sum())
+    for peak in _peaks_above(power, threshold):
+        left, right = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
         # on a slope the higher side counts, lest the bend of a branch be taken for a line
-        floor = max(float(np.median(side)) for side in (before, after) if side.size)
+        floor = max(float(np.median(side)) for side in (left, right) if side.size)
         squared = 4 * float(np.sum(power[peak - _LOBE : peak + _LOBE + 1] - floor)) / length
-        is_worth = squared / 2 > 2 * least / length
-        if is_worth and squared > (_ROUNDING * np.ptp(values)) ** 2 and power[peak] > floor * _most(power, len(pieces)):
+        is_worth = squared / 2 > 2 * threshold / length
+        if (
+            is_worth
+            and squared > (_ROUNDING * np.ptp(values)) ** 2
+            and power[peak] > floor * _noise_limit(power, len(pieces))
+        ):
             at = (2 * _DEGREE + _between_bins(power, peak)) * rate / length
             lines.append(Hum(float(at), math.sqrt(squared)))
     return tuple(sorted(lines, key=lambda each: -each.amplitude))
@@ -235,8 +241,8 @@ def _peaks_above(power: Floats, least: float) -> list[int]:
     peaks = peaks[(peaks >= _ASIDE) & (peaks < power.size - 1)]
     # the last lobes are cut off at the end of the spectrum; sums in another order differ in rounding
     lobes = np.lib.stride_tricks.sliding_window_view(np.pad(power, _LOBE), 2 * _LOBE + 1)[peaks].sum(axis=1)
-    found: list[int] = peaks[lobes > (1 - 1e-9) * least].tolist()
-    return found
+    bins: list[int] = peaks[lobes > (1 - 1e-9) * least].tolist()
+    return bins
 
 
 def _between_turns(values: Floats, dead_band: float) -> Floats:
@@ -247,14 +253,16 @@ def _between_turns(values: Floats, dead_band: float) -> Floats:
         return np.empty((0, 0))
     starts = [
         start
-        for first, last in itertools.pairwise(turns.tolist())
+        for begin_sample, end_sample in itertools.pairwise(turns.tolist())
         # in as many pieces as the branch has room for
-        for start in range(first + (last - first - length) % length // 2, last - length + 1, length)
+        for start in range(
+            begin_sample + (end_sample - begin_sample - length) % length // 2, end_sample - length + 1, length
+        )
     ]
     return np.stack([values[start : start + length] for start in starts])
 
 
-def _most(power: Floats, pieces: int) -> float:
+def _noise_limit(power: Floats, pieces: int) -> float:
     """Return what a mean of the power of noise over so many pieces reaches by chance, over its median."""
     # scipy takes a quarter of a second to import, which most records do without: hardly a line is worth reporting
     from scipy.special import gammainccinv, gammaincinv

@@ -1,4 +1,4 @@
-"""Holds at reversals: what the contact's memory predicts there, what creeps, and how the zero of the sensor drifts.
+"""Holds at reversals: prediction of the contact's memory, creep, and drift of the sensor zero.
 
 README.md of this folder, "Drift and creep", has the definitions.
 """
@@ -52,7 +52,7 @@ class Hold:
 
     @property
     def rest(self) -> float:
-        """What is none of these [N]."""
+        """Unexplained change [N]."""
         return self.change - self.memory - self.relaxation - self.sensor
 
 
@@ -72,7 +72,7 @@ class WithInterval:
 
 @attrs.frozen(eq=False)
 class Creep:
-    """What the holds of a record show: the contact creeps by c ln(1 + t/τ) against its load, beside its memory."""
+    """Result of the holds of a record: creep c ln(1 + t/τ) against the load, in addition to memory."""
 
     holds: tuple[Hold, ...]
     per_decade: WithInterval  #: by how much the contact creeps in each decade of time, c ln 10 [m]
@@ -147,11 +147,11 @@ class Rest:
         return float(np.mean(values[self.samples][: max(self.samples.size // 100, 1)]))
 
     def change(self, values: Floats) -> float:
-        """Return the mean of the last hundredth of its samples, less that of the first."""
+        """Return the mean of the last hundredth of the samples less the mean of the first."""
         return float(np.mean(values[self.samples][-max(self.samples.size // 100, 1) :])) - self.start(values)
 
 
-def rests_of(measurement: Measurement) -> list[Rest]:
+def find_rests(measurement: Measurement) -> list[Rest]:
     """Return the holds at reversals, without steps of the normal load."""
     displacement, time = measurement["tangential_displacement"], measurement.time
     band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
@@ -161,20 +161,20 @@ def rests_of(measurement: Measurement) -> list[Rest]:
     within = max(WITHIN * noise, LEAST_BAND * swing)
     steps = find_load_steps(measurement["normal_load"])
     held = [_around(displacement, time, int(turn), within) for turn in turns[1:]]
-    found: list[Rest] = []
+    rests: list[Rest] = []
     for rest in (each for each in held if each is not None):
         # the longest piece without a step of the normal load
         pieces = np.split(rest.samples, np.flatnonzero(np.isin(rest.samples, steps)) + 1)
         longest = max(pieces, key=lambda piece: float(time[piece[-1]] - time[piece[0]]) if piece.size else -1.0)
-        if longest.size >= RESTS and not (found and longest[0] <= found[-1].samples[-1]):
-            whole = longest[0] == rest.samples[0]
-            found.append(Rest(longest, rest.origin if whole else float(time[longest[0]]), rest.near))
-    if not found:
+        if longest.size >= RESTS and not (rests and longest[0] <= rests[-1].samples[-1]):
+            complete = longest[0] == rest.samples[0]
+            rests.append(Rest(longest, rest.origin if complete else float(time[longest[0]]), rest.near))
+    if not rests:
         raise InputError(
             "the tangential displacement never rests at a reversal; expected holds there, of ten samples or more, and "
             "ten times longer than the displacement takes to come to rest"
         )
-    return found
+    return rests
 
 
 def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Rest | None:
@@ -183,39 +183,39 @@ def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Res
     level = float(np.median(displacement[_run(near, turn)]))
     # single samples of the noise are farther
     around = _run(np.abs(displacement - level) <= BEFORE / WITHIN * within, turn)
-    begin, end = around.start, around.stop
-    resting = begin + np.flatnonzero(np.abs(displacement[around] - level) <= within)
+    start, stop = around.start, around.stop
+    resting = start + np.flatnonzero(np.abs(displacement[around] - level) <= within)
     if resting.size < RESTS:
         return None
-    part = np.arange(resting[0], resting[-1] + 1)
-    coming = float(time[part[0]] - time[max(begin - 1, 0)])
-    if time[part[-1]] - time[part[0]] < RESTS * coming:
+    samples = np.arange(resting[0], resting[-1] + 1)
+    coming = float(time[samples[0]] - time[max(start - 1, 0)])
+    if time[samples[-1]] - time[samples[0]] < RESTS * coming:
         return None
-    arrives = _arrival(displacement, time, begin, float(time[part[0]]), level)
-    if end == displacement.size:
-        return Rest(part, arrives, around)
+    arrives = _arrival(displacement, time, start, float(time[samples[0]]), level)
+    if stop == displacement.size:
+        return Rest(samples, arrives, around)
     # as it leaves, the load falls fast: what the noise hides of that is left out, with a sample more
-    back = displacement.size - end
-    leaves = -_arrival(displacement[::-1], -time[::-1], back, -float(time[part[-1]]), level)
-    return Rest(part[: max(int(np.searchsorted(time[part], leaves)) - 1, 1)], arrives, around)
+    back = displacement.size - stop
+    leaves = -_arrival(displacement[::-1], -time[::-1], back, -float(time[samples[-1]]), level)
+    return Rest(samples[: max(int(np.searchsorted(time[samples], leaves)) - 1, 1)], arrives, around)
 
 
 def _arrival(displacement: Floats, time: Floats, begin: int, seen: float, level: float) -> float:
     """Return when the line through the samples on the way reaches the level [s]; noise hides the end of the way."""
-    way = slice(max(begin - ON_THE_WAY, 0), begin)
-    if begin < 3 or np.ptp(displacement[way]) == 0:
+    approach = slice(max(begin - ON_THE_WAY, 0), begin)
+    if begin < 3 or np.ptp(displacement[approach]) == 0:
         return seen
-    before = time[begin - 1]
-    slope, end = np.polyfit(time[way] - before, displacement[way], 1)
-    reached = before + (level - end) / slope if slope else seen
-    return float(np.clip(reached, before, seen + (seen - before)))
+    origin = time[begin - 1]
+    slope, end = np.polyfit(time[approach] - origin, displacement[approach], 1)
+    reached = origin + (level - end) / slope if slope else seen
+    return float(np.clip(reached, origin, seen + (seen - origin)))
 
 
 def _run(there: Booleans, place: int) -> slice:
     """Return the run of true values around a place."""
     away = np.flatnonzero(~there)
-    before, after = away[away < place], away[away > place]
-    return slice(int(before[-1]) + 1 if before.size else 0, int(after[0]) if after.size else there.size)
+    left, right = away[away < place], away[away > place]
+    return slice(int(left[-1]) + 1 if left.size else 0, int(right[0]) if right.size else there.size)
 
 
 def quiet(measurement: Measurement, parts: list[Rest]) -> Measurement:
@@ -240,12 +240,12 @@ def _smooth(time: Floats, values: Floats) -> Floats:
     from scipy import stats
 
     mean = np.full(values.size, values.mean())
-    way = (time - time[0]) / (time[-1] - time[0])
-    design = np.column_stack([np.ones(values.size), way, np.log1p(SOONER * way)])
+    fraction = (time - time[0]) / (time[-1] - time[0])
+    design = np.column_stack([np.ones(values.size), fraction, np.log1p(SOONER * fraction)])
     curve = design @ np.linalg.lstsq(design, values, rcond=None)[0]
-    left, all_of_it = float(np.sum((values - curve) ** 2)), float(np.sum((values - mean) ** 2))
+    squares, all_of_it = float(np.sum((values - curve) ** 2)), float(np.sum((values - mean) ** 2))
     free = values.size - 3
-    if left <= 0 or stats.f.sf((all_of_it - left) / 2 / (left / free), 2, free) < LEAST_CHANCE:
+    if squares <= 0 or stats.f.sf((all_of_it - squares) / 2 / (squares / free), 2, free) < LEAST_CHANCE:
         return curve if all_of_it > 0 else mean
     return mean
 
@@ -253,23 +253,23 @@ def _smooth(time: Floats, values: Floats) -> Floats:
 # -- what they are made of -------------------------------------------------------------------------
 
 
-def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> Creep:
-    """Return what the holds of a record show beside the memory of a model.
+def separate_creep(measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> Creep:
+    """Separate memory, creep and sensor drift in the holds of a record.
 
     InputError: no holds, or a record without tangential displacement, tangential load or normal load.
     """
     load, time = measurement["tangential_load"], measurement.time
     record = _Record.of(measurement, ensemble, instrument)
     law = _creeping(record)
-    why = law.unknown
-    relaxes, memory = np.zeros(load.size), record.modelled(0.0, 1.0)
-    if not why:
+    reason = law.unknown
+    relaxes, memory = np.zeros(load.size), record.compute_load(0.0, 1.0)
+    if not reason:
         steady = record.at_steady_load()
-        relaxes = steady.modelled(law.creep, law.onset) - steady.modelled(0.0, law.onset)
-        memory = record.modelled(law.creep, law.onset) - relaxes
+        relaxes = steady.compute_load(law.creep, law.onset) - steady.compute_load(0.0, law.onset)
+        memory = record.compute_load(law.creep, law.onset) - relaxes
     points = record.points(load - memory)
     fit = _Fit.of(points)
-    why = why or _better(points, fit)
+    reason = reason or _better(points, fit)
     held = []
     for part in record.rests:
         long = float(part.since(time)[-1])
@@ -281,8 +281,8 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
                 tangential_load=part.start(load),
                 change=part.change(load),
                 memory=part.change(memory),
-                relaxation=math.nan if why else part.change(relaxes),
-                sensor=math.nan if why else law.drift.value * long,
+                relaxation=math.nan if reason else part.change(relaxes),
+                sensor=math.nan if reason else law.drift.value * long,
             )
         )
     value = law.per_decade.value
@@ -291,9 +291,9 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
         holds=tuple(held),
         per_decade=law.per_decade,
         relaxation=WithInterval(*(share * each for each in attrs.astuple(law.per_decade))),
-        onset=math.nan if why else law.onset,
+        onset=math.nan if reason else law.onset,
         sensor_drift=law.drift,
-        unknown=why,
+        unknown=reason,
         time=points.time,
         relaxed=fit.relaxed(points),
         forward=points.load > 0,
@@ -311,7 +311,7 @@ class _Points:
     load: Floats  #: (point) Tangential load at the start of the hold [N]
     count: Floats  #: (point) Samples of the mean
 
-    def centred(self, values: Floats) -> Floats:
+    def subtract_hold_means(self, values: Floats) -> Floats:
         """Return values (point) less their weighted mean in each hold."""
         weight = np.bincount(self.hold, self.count)
         mean = np.bincount(self.hold, self.count * values) / np.maximum(weight, 1.0)
@@ -339,7 +339,7 @@ class _Record:
         """Return a record without the noise of displacement and normal load in its holds."""
         displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
         least = LEAST_ROLE * float(np.abs(load).max())
-        rests = [part for part in rests_of(measurement) if abs(part.start(load)) > least]
+        rests = [part for part in find_rests(measurement) if abs(part.start(load)) > least]
         if not rests:
             raise InputError("the tangential load is 0 in all holds, so that it has nothing to relax from")
         still = quiet(measurement, rests)
@@ -355,7 +355,7 @@ class _Record:
             normal[part.samples] = normal[part.samples[0]]
         return attrs.evolve(self, observation=attrs.evolve(self.observation, normal_load=normal))
 
-    def modelled(self, creep: float, onset: float) -> Floats:
+    def compute_load(self, creep: float, onset: float) -> Floats:
         """Return the tangential load (sample) [N] where the contact creeps by creep ln(1 + t/onset) [m] in each hold.
 
         What has crept stays, until the contact slides.
@@ -416,40 +416,40 @@ def _creeping(record: _Record) -> _Law:
     drift_unit = float(np.abs(measured.load).mean()) / float(measured.time.max())
     onset = math.sqrt(float(measured.time.min() * measured.time.max()))
     # share of the load that creep by one unit takes over ln(1 + t/τ)
-    relaxed = _Fit.of(record.points(steady.modelled(unit, onset) - steady.modelled(0.0, onset))).share
+    relaxed = _Fit.of(record.points(steady.compute_load(unit, onset) - steady.compute_load(0.0, onset))).share
     if not relaxed > 0:
         return _Law(unknown="the contact of the model carries no tangential load there")
-    found = _solved(record, measured, unit, drift_unit, relaxed)
-    if not found.jac[:, 0].any():
+    solution = _solve(record, measured, unit, drift_unit, relaxed)
+    if not solution.jac[:, 0].any():
         return _Law(unknown="none is seen; noise decides, or slip as the normal load falls hides it")
     of_hold = measured.hold == np.arange(count)[:, np.newaxis]
-    squares = np.array([found.jac[own].T @ found.jac[own] for own in of_hold])
-    across = np.array([found.jac[own].T @ found.fun[own] for own in of_hold])
+    squares = np.array([solution.jac[own].T @ solution.jac[own] for own in of_hold])
+    across = np.array([solution.jac[own].T @ solution.fun[own] for own in of_hold])
     others = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
     moves = np.array([-np.linalg.pinv(square) @ each for square, each in others])
     variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
     reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
     per_decade, drift = (
-        WithInterval(*(of * float(found.x[at] + sign * reach[at]) for sign in (0, -1, 1)))
+        WithInterval(*(of * float(solution.x[at] + sign * reach[at]) for sign in (0, -1, 1)))
         for at, of in ((0, unit * math.log(10)), (2, drift_unit))
     )
     unknown = ""
     if not per_decade.low > 0:
-        most = 100 * relaxed * per_decade.high / unit
-        unknown = f"noise decides; a decade of time changes the load by less than {most:.2g} %"
-    return _Law(float(found.x[0]) * unit, math.exp(found.x[1]), per_decade, drift, unknown)
+        limit = 100 * relaxed * per_decade.high / unit
+        unknown = f"noise decides; a decade of time changes the load by less than {limit:.2g} %"
+    return _Law(float(solution.x[0]) * unit, math.exp(solution.x[1]), per_decade, drift, unknown)
 
 
-def _solved(record: _Record, measured: _Points, unit: float, drift_unit: float, relaxed: float) -> Any:  # noqa: ANN401 - scipy gives no types
+def _solve(record: _Record, measured: _Points, unit: float, drift_unit: float, relaxed: float) -> Any:  # noqa: ANN401 - scipy gives no types
     """Return the least squares, from the best of some starts: beside a load that falls, little creep has none."""
     from scipy.optimize import least_squares
 
     mean_load = float(np.abs(measured.load).mean())
 
     def left(given: Floats) -> Floats:
-        points = record.points(record.load - record.modelled(given[0] * unit, math.exp(given[1])))
+        points = record.points(record.load - record.compute_load(given[0] * unit, math.exp(given[1])))
         drift = given[2] * drift_unit * points.time
-        return np.asarray(np.sqrt(points.count) / mean_load * points.centred(points.left - drift))
+        return np.asarray(np.sqrt(points.count) / mean_load * points.subtract_hold_means(points.left - drift))
 
     time, (low, high) = measured.time, measured.onsets
     change = max(abs(part.change(record.load)) for part in record.rests)
@@ -510,9 +510,9 @@ class _Fit:
     def _at(cls, points: _Points, form: Any, onset: float) -> "_Fit":  # noqa: ANN401 - as for `of`
         root = np.sqrt(points.count)
         columns = [-points.load * form(points.time, onset), points.time]
-        design = np.column_stack([root * points.centred(column) for column in columns])
+        design = np.column_stack([root * points.subtract_hold_means(column) for column in columns])
         scale = np.maximum(np.abs(design).max(axis=0), np.finfo(float).tiny)
-        goal = root * points.centred(points.left)
+        goal = root * points.subtract_hold_means(points.left)
         found = np.linalg.lstsq(design / scale, goal, rcond=None)[0] / scale
         return cls(float(np.sum((goal - design @ found) ** 2)), float(found[0]), float(found[1]), onset)
 
@@ -520,11 +520,11 @@ class _Fit:
         """Return what is left without the drift over the load, with the mean of the fit in each hold."""
         form = -self.share * np.asarray(_growth(points.time, self.onset))
         left = (points.left - self.drift * points.time) / points.load
-        return points.centred(left) + form - points.centred(form)
+        return points.subtract_hold_means(left) + form - points.subtract_hold_means(form)
 
 
 def _better(points: _Points, fit: _Fit) -> str:
-    """Return why what has relaxed may go otherwise than with the logarithm of time; empty where it does not."""
+    """Return the reason why relaxation may not be logarithmic in time; empty if it is."""
     scatter = fit.squares / max(points.hold.size - int(points.hold.max()) - 4, 1)
     levels = _Fit.of(points, _levelling).squares
     if levels < fit.squares - CLEARLY_BETTER * scatter:

@@ -1,6 +1,6 @@
 """Notes on the loops of a record: left-out loops, and likely faults with their remedies.
 
-Each fault of an instrument is found from the samples alone, and only where it stands clear of the noise.
+Each fault of an instrument is found from the samples alone, and only where it is clear of the noise.
 """
 
 from collections.abc import Iterator
@@ -39,9 +39,9 @@ WHITE = (0.6, 1.5)  # noise by fourth differences over that by second ones, betw
 MOST_NOISE = 0.01  # over the range of a channel, up to which it is no noise but few samples of a steep curve
 ROUNDING = 1e-9  # difference of two samples over the range that is none
 CLOSES = 5.0  # deviations of the noise of the load within which a clearance is not taken as closed
-FOLLOWS = 0.7  # correlation of load and displacement from which on the load goes with it
+FOLLOWS = 0.7  # correlation of load and displacement above which the load follows the displacement
 OFFSET = 0.02  # offset or drift of the load over the friction force, from which on it has a note
-# Lost motion over the stroke, and over what the stiffness beside it takes for the same load, where it has a note.
+# Lost motion over the stroke, and over the elastic displacement for the same load, above which it is reported.
 LOST_OVER_STROKE, LOST_OVER_ELASTIC = 0.03, 3.0
 # Drop of the load from one sample to the next, over the friction force, and drops on a branch, that are stick-slip.
 LEAST_DROP, FEWEST_DROPS = 0.1, 2
@@ -345,7 +345,7 @@ def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
             continue
         branches += 1
         steps, threshold = np.diff(slides), max(LEAST_DROP * float(slides.mean()), SPIKE * noise)
-        # down at once, and slowly up again
+        # abrupt fall and slow rise
         falls, rises = int((steps < -threshold).sum()), int((steps > threshold).sum())
         if falls >= FEWEST_DROPS and falls > 3 * rises:
             drops, largest = drops + falls, max(largest, float(-steps.min()))

@@ -32,7 +32,7 @@ SPIKE = 10.0  # deviations of the noise, and three times its usual steps, by whi
 COUNTERS = (2**16, 2**24, 2**32)  # ranges of counters, in their last digits
 ROUNDING_OF_STEP, WHOLE = 1e-9, 1e-2  # over the range of a channel, and of a last digit: what is rounding
 MOST_PARTS = 16  # last digits that the least difference between two samples of a counter has at most
-SMALL_STEP = 1 / 16  # steps between samples over the range of a counter, up to which its jumps stand clear of them
+SMALL_STEP = 1 / 16  # steps between samples over the range of a counter, up to which its jumps are distinct
 NEAR_ZERO = 0.2  # size of the least force over the greatest one up to which a force may have lost its sign
 FEWEST_SPIKES = 3  # spikes below which a record has none that is worth a line
 USUAL_STEPS = 0.98  # share of the steps between samples of a record with strokes that are no spikes'
@@ -95,7 +95,7 @@ def noise_of(values: ArrayLike) -> float:
     white = float(np.median(np.abs(np.diff(samples, 2)))) / (MEDIAN_OF_NORMAL * math.sqrt(6))
     steps = np.abs(np.diff(samples))
     if white == 0 and np.median(steps) == 0 and steps.any():
-        # the last digit mostly stands still: its rounding is the noise
+        # the last digit is mostly constant: its rounding is the noise
         return float(steps[steps > 0].min()) / math.sqrt(12)
     return white
 
@@ -233,7 +233,7 @@ def kept_points(
 
     These are the turning points of both channels, and between them the sample farthest from the straight path between
     its kept neighbours, as long as the path misses it by more than the dead bands (Douglas and Peucker, *Cartographica*
-    10 (1973) 112-122). Every sample then lies within both dead bands, at once, of the path between its neighbours.
+    10 (1973) 112-122). Every sample then is within both dead bands of the path between its neighbours.
     """
     indices = turning_points(tangential, dead_band)
     if normal_load is None:
@@ -281,7 +281,7 @@ def whole_samples(*channels: Floats) -> Booleans:
 def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, max_gap: float = math.inf) -> Floats:
     """Return a channel at other times [s], straight between its samples.
 
-    NaN where nothing is known: outside of its own clock, which is behind by the shift [s], beside missing samples, and
+    NaN where nothing is known: outside of its clock, which lags by the shift [s], next to missing samples, and
     in gaps longer than max_gap [s].
     """
     times = clock(time) + shift
@@ -303,7 +303,9 @@ class Measurement:
 
     time: Floats  #: (sample) Times, which do not decrease [s]
     channels: Mapping[str, Floats]  #: (sample) What is replayed [N or m], by the names of the load channels
-    response: Mapping[str, Floats] = attrs.field(factory=dict)  #: (sample) What was measured beside it, to compare with
+    response: Mapping[str, Floats] = attrs.field(
+        factory=dict
+    )  #: (sample) Channels measured in addition, to compare with
     #: The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it is
     #: replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`).
     dead_band: Mapping[str, float] = attrs.field(factory=dict)
@@ -327,7 +329,7 @@ class Measurement:
         return f"<Measurement: {', '.join([f'{count} over {length}', *channels])}>"
 
     def __getitem__(self, name: str) -> Floats:
-        """Return a channel, replayed or measured beside; one that was not measured is an InputError."""
+        """Return a channel, replayed or measured in addition; one that was not measured is an InputError."""
         if (values := self.get(name)) is None:
             raise InputError(
                 f"the record has no {name}; expected a column for it, in loading.columns or loading.response"

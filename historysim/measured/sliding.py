@@ -123,16 +123,16 @@ class Sliding:
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): how far it slid, the mean, the peak, and the approach to the steady value."""
-        means, way = self.window_mean, float(np.ptp(self.place))
+        means, length = self.window_mean, float(np.ptp(self.place))
         scatter = f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows" if means.size > 1 else ""
-        windows = f"{counted(means.size, 'window', 'windows')} of {self._text(way / means.size)}"
+        windows = f"{counted(means.size, 'window', 'windows')} of {self._text(length / means.size)}"
         peak = "none that stands above the noise"
         if self.peak is not None:
             peak = f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}"
             peak += f"; of this, noise makes about {self.peak.lifted:.1g}"
         lines = [
             *self.remarks,
-            ("slides", f"{self._text(way)}, in {windows}"),
+            ("slides", f"{self._text(length)}, in {windows}"),
             ("friction coefficient", f"{means.mean():.4g}{scatter}"),
             ("static peak", peak),
             *self._strength_text(),
@@ -189,7 +189,7 @@ class Sliding:
 
     @classmethod
     def from_dataset(cls, table: "xr.Dataset") -> Self:
-        """Return what `to_dataset` gave; of the samples their first and last place is left.
+        """Restore the result of `to_dataset`, with the first and last position only of the samples.
 
         A Dataset of something else is an InputError.
         """
@@ -263,7 +263,7 @@ def sliding_of_channels(
         raise InputError(f"windows is {count:g}; expected a whole number, 1 or more")
     moved = None if displacement is None else channel("displacement", displacement, load.size)
     rests = moved is not None and over == "time" and _rests(moved)
-    sense = (1.0 if load.mean() >= 0 else -1.0) if moved is None or rests else _one_way(times, moved, dead_band)
+    sense = (1.0 if load.mean() >= 0 else -1.0) if moved is None or rests else _find_direction(times, moved, dead_band)
     along = _place(over, times, moved, sense)
     pressed = normal > 0
     if not pressed.any():
@@ -274,8 +274,8 @@ def sliding_of_channels(
     if name == "time":
         begins = _begins(along, friction, None if rests or moved is None else moved[pressed], int(count))
         if begins:
-            before = duration_text(float(along[begins] - along[0]))
-            remarks.append(("left out", f"the first {before}, in which the rig rests"))
+            duration = duration_text(float(along[begins] - along[0]))
+            remarks.append(("left out", f"the first {duration}, in which the rig rests"))
         along, friction = along[begins:], friction[begins:]
     edges = np.linspace(along[0], along[-1], int(count) + 1)
     means = _windows(along, friction, edges)
@@ -292,16 +292,16 @@ def sliding_of_channels(
         remarks.append(("spikes", f"{many}: static peak and start are those of a median of {WIDTH_OF_SPIKES} samples"))
     # noise that is correlated from sample to sample is more than what one differs from the next by
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
-    beside = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
-    noise = max(noise_of(friction), beside)
+    noise_about_means = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
+    noise = max(noise_of(friction), noise_about_means)
     peak = _peak(along, smooth, edges, means[0], noise)
     top = int(smooth.argmax())
     lifted = noise * math.sqrt(2 * math.log(max(smooth.size, 2)))
     strength = StaticPeak(float(smooth[top]), float(along[top]), lifted)
-    tried = _running_in(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
-    found, why = (None, tried) if isinstance(tried, str) else (tried, "")
+    tried = _find_running_in(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
+    approach, reason = (None, tried) if isinstance(tried, str) else (tried, "")
     middle = (edges[1:] + edges[:-1]) / 2
-    return Sliding(name, along, friction, middle, *means, peak, found, why, strength, tuple(remarks))
+    return Sliding(name, along, friction, middle, *means, peak, approach, reason, strength, tuple(remarks))
 
 
 def _begins(along: Floats, friction: Floats, moved: Floats | None, windows: int) -> int:
@@ -313,8 +313,8 @@ def _begins(along: Floats, friction: Floats, moved: Floats | None, windows: int)
         # without a displacement, where the load has reached a share of what it is later
         smooth = _running_median(friction, WIDTH_OF_SPIKES)
         rests = np.abs(smooth) < RESTS * np.median(friction[friction.size // 2 :])
-    first = int(rests.argmin())
-    return first if along[first] - along[0] >= (along[-1] - along[0]) / windows else 0
+    start = int(rests.argmin())
+    return start if along[start] - along[0] >= (along[-1] - along[0]) / windows else 0
 
 
 def _running_median(values: Floats, samples: int) -> Floats:
@@ -324,12 +324,12 @@ def _running_median(values: Floats, samples: int) -> Floats:
 
 
 def _rests(moved: Floats) -> bool:
-    """Return whether a displacement is all noise: that of what slides was not recorded."""
+    """Return True if a displacement is noise alone."""
     noise = estimated_noise(moved)
     return bool(np.ptp(moved) <= 2 * REVERSAL * noise) or bool(np.ptp(moved) == 0)
 
 
-def _one_way(time: Floats, moved: Floats, dead_band: float | None) -> float:
+def _find_direction(time: Floats, moved: Floats, dead_band: float | None) -> float:
     """Return the direction of a displacement that goes one way."""
     turns = turning_points(moved, loop_dead_band(moved, dead_band))
     swings = np.diff(moved[turns])
@@ -366,34 +366,34 @@ def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Fl
     # the integral of the friction up to each sample and, between samples, up to each edge
     steps = np.diff(along) * (friction[1:] + friction[:-1]) / 2
     integral = np.append(0.0, np.cumsum(steps))
-    last = np.append(np.diff(along) > 0, True)
-    up_to = np.interp(edges, along[last], integral[last])
+    is_last = np.append(np.diff(along) > 0, True)
+    up_to = np.interp(edges, along[is_last], integral[is_last])
     lengths = np.diff(edges)
     mean = np.divide(np.diff(up_to), lengths, out=np.full(windows, friction.mean()), where=lengths > 0)
     number = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, windows - 1)
     count = np.bincount(number, minlength=windows)
     with np.errstate(invalid="ignore", divide="ignore"):
-        own = np.bincount(number, friction, windows) / count
-        square = np.bincount(number, (friction - own[number]) ** 2, windows)
+        window_means = np.bincount(number, friction, windows) / count
+        square = np.bincount(number, (friction - window_means[number]) ** 2, windows)
         deviation = np.sqrt(square / (count - 1))
     return mean, np.where(count > 1, deviation, math.nan), count
 
 
 def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats, noise: float) -> StaticPeak | None:
-    first = along - along[0] <= FIRST_PART * (along[-1] - along[0])
-    if not first.any() or first.all():
+    initial = along - along[0] <= FIRST_PART * (along[-1] - along[0])
+    if not initial.any() or initial.all():
         return None
-    place = int(np.argmax(np.where(first, friction, -math.inf)))
-    behind = edges[:-1] >= along[place]
+    index = int(np.argmax(np.where(initial, friction, -math.inf)))
+    behind = edges[:-1] >= along[index]
     if not behind.any():
         return None
-    lifted = noise * math.sqrt(2 * math.log(max(int(first.sum()), 2)))
+    lifted = noise * math.sqrt(2 * math.log(max(int(initial.sum()), 2)))
     # running-in falls by itself from window to window; a peak stands above what the next windows lead back to
     near = np.flatnonzero(behind)[:2]
     level = float(mean[near[0]] + max(mean[near[0]] - mean[near[-1]], 0.0))
-    if friction[place] - level <= 2 * lifted:
+    if friction[index] - level <= 2 * lifted:
         return None
-    return StaticPeak(float(friction[place]), float(along[place]), lifted)
+    return StaticPeak(float(friction[index]), float(along[index]), lifted)
 
 
 def _starts(along: Floats, friction: Floats, mean: Floats) -> list[float]:
@@ -408,13 +408,13 @@ def _starts(along: Floats, friction: Floats, mean: Floats) -> list[float]:
 # -- how friction runs in --------------------------------------------------------------------------
 
 
-def _running_in(along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]) -> Approach | str:
+def _find_running_in(along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]) -> Approach | str:
     """Return the running-in from the first of the places from which there is one, or why there is none."""
-    tries = [_approach_from(along, friction, edges, start) for start in starts]
+    tries = [_fit_running_in(along, friction, edges, start) for start in starts]
     return next((found for found in tries if isinstance(found, Approach)), tries[0])
 
 
-def _approach_from(along: Floats, friction: Floats, edges: Floats, origin: float) -> Approach | str:
+def _fit_running_in(along: Floats, friction: Floats, edges: Floats, origin: float) -> Approach | str:
     """Return the running-in that the windows behind a place [s or m] show, or why they show none."""
     from scipy import optimize, stats
 
@@ -425,21 +425,21 @@ def _approach_from(along: Floats, friction: Floats, edges: Floats, origin: float
     unit = float(np.abs(friction[behind]).max())
     if unit == 0:
         return "the friction is 0"
-    way, values, edges = along[behind] - origin, friction[behind] / unit, edges - origin
-    place, whole = (edges[1:] + edges[:-1]) / 2, float(edges[-1])
-    bounds = float(place[1] - place[0]), 100 * whole
+    distance, values, edges = along[behind] - origin, friction[behind] / unit, edges - origin
+    centres, length = (edges[1:] + edges[:-1]) / 2, float(edges[-1])
+    bounds = float(centres[1] - centres[0]), 100 * length
     # no start that fits all records: the best of a scan of lengths is taken
     lengths = np.geomspace(*bounds, _LENGTHS)
-    means = _middle_means(way, values, edges)
+    means = _middle_means(distance, values, edges)
     for again in (True, False):
-        _, guess = _least(_EXPONENTIAL, place, means, lengths)
+        _, guess = _least(_EXPONENTIAL, centres, means, lengths)
         try:
             with warnings.catch_warnings():
                 # where there is no decay, its length has no covariance
                 warnings.simplefilter("ignore", optimize.OptimizeWarning)
                 estimates, covariance = optimize.curve_fit(
                     _curve,
-                    place,
+                    centres,
                     means,
                     p0=guess,
                     bounds=([-np.inf, -np.inf, bounds[0]], [np.inf, np.inf, bounds[1]]),
@@ -449,24 +449,24 @@ def _approach_from(along: Floats, friction: Floats, edges: Floats, origin: float
             return "no exponential describes the windows"
         if again:
             # what curves inside a window is taken off before its mean
-            means = _curve(place, *estimates) + _middle_means(way, values - _curve(way, *estimates), edges)
-    left = means - _curve(place, *estimates)
-    square = max(float(left @ left), left.size * (8 * float(np.finfo(np.float64).eps)) ** 2)
-    neighbours = float(left[1:] @ left[:-1]) / square
-    correlation = float(np.clip(neighbours + 3 / left.size, 0.0, _MOST_CORRELATED))
+            means = _curve(centres, *estimates) + _middle_means(distance, values - _curve(distance, *estimates), edges)
+    residuals = means - _curve(centres, *estimates)
+    square = max(float(residuals @ residuals), residuals.size * (8 * float(np.finfo(np.float64).eps)) ** 2)
+    neighbours = float(residuals[1:] @ residuals[:-1]) / square
+    correlation = float(np.clip(neighbours + 3 / residuals.size, 0.0, _MOST_CORRELATED))
     wider = (1 + correlation) / (1 - correlation)
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, left.size - 3)) * np.sqrt(np.diag(covariance) * wider)
-    each = np.stack([estimates, estimates - reach, estimates + reach], axis=1)
-    each[2, 1] = max(each[2, 1], 0.0)
-    each[:2] *= unit
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, residuals.size - 3)) * np.sqrt(np.diag(covariance) * wider)
+    bounds_of_estimates = np.stack([estimates, estimates - reach, estimates + reach], axis=1)
+    bounds_of_estimates[2, 1] = max(bounds_of_estimates[2, 1], 0.0)
+    bounds_of_estimates[:2] *= unit
     names = [f"{name}{end}" for name in ("steady", "start", "length") for end in ("", "_low", "_high")]
-    numbers = dict(zip(names, each.ravel().tolist(), strict=True))
-    found = Approach(origin=origin, settled=2 * float(estimates[2]) <= whole, **numbers)
-    scatter = square / (left.size - 3) * wider
+    numbers = dict(zip(names, bounds_of_estimates.ravel().tolist(), strict=True))
+    approach = Approach(origin=origin, settled=2 * float(estimates[2]) <= length, **numbers)
+    scatter = square / (residuals.size - 3) * wider
     return (
-        _what_is_as_good(place, means, lengths, square, scatter)
-        or _structure(found, unit * left, neighbours, bounds[0])
-        or found
+        _find_simpler_form(centres, means, lengths, square, scatter)
+        or _structure(approach, unit * residuals, neighbours, bounds[0])
+        or approach
     )
 
 
@@ -481,18 +481,18 @@ def _middle_means(along: Floats, values: Floats, edges: Floats) -> Floats:
     weight = np.diff(along, prepend=along[0]) + np.diff(along, append=along[-1])
     order = np.lexsort((values, window))
     weight, window, values = weight[order], window[order], values[order]
-    whole = np.bincount(window, weight, count)
-    upper = np.cumsum(weight) - np.append(0.0, np.cumsum(whole))[window]
-    part = np.minimum(upper, 0.75 * whole[window]) - np.maximum(upper - weight, 0.25 * whole[window])
-    part = np.maximum(part, 0.0)
-    held = np.bincount(window, part, count)
-    known = held > 0
+    total = np.bincount(window, weight, count)
+    upper = np.cumsum(weight) - np.append(0.0, np.cumsum(total))[window]
+    inside = np.minimum(upper, 0.75 * total[window]) - np.maximum(upper - weight, 0.25 * total[window])
+    inside = np.maximum(inside, 0.0)
+    held = np.bincount(window, inside, count)
+    filled = held > 0
     middle = np.arange(count)
-    return np.interp(middle, middle[known], np.bincount(window, part * values, count)[known] / held[known])
+    return np.interp(middle, middle[filled], np.bincount(window, inside * values, count)[filled] / held[filled])
 
 
-def _curve(way: Floats, steady: float, start: float, length: float) -> Floats:
-    return np.asarray(steady + (start - steady) * np.exp(-way / length))
+def _curve(distance: Floats, steady: float, start: float, length: float) -> Floats:
+    return np.asarray(steady + (start - steady) * np.exp(-distance / length))
 
 
 # decays over the way in lengths: the exponential, and two slower ones
@@ -500,10 +500,12 @@ _EXPONENTIAL: Decay = lambda way: np.exp(-way)  # noqa: E731 - a row of forms
 _SLOWER: tuple[Decay, ...] = (lambda way: 1 / (1 + 10 * way), lambda way: np.exp(-np.sqrt(way)))
 
 
-def _least(decay_of: Decay, place: Floats, means: Floats, lengths: Floats) -> tuple[float, tuple[float, float, float]]:
+def _least(
+    decay_of: Decay, centres: Floats, means: Floats, lengths: Floats
+) -> tuple[float, tuple[float, float, float]]:
     """Return the least sum of squares beside a decay, and steady value, start and length of it."""
     # each line through the means over a decay, by its slope and its end at no decay
-    decay = decay_of(place / lengths[:, None])
+    decay = decay_of(centres / lengths[:, None])
     across, up = decay - decay.mean(axis=1, keepdims=True), means - means.mean()
     slope = across @ up / np.sum(across**2, axis=1)
     squares = np.sum((up - slope[:, None] * across) ** 2, axis=1)
@@ -512,34 +514,34 @@ def _least(decay_of: Decay, place: Floats, means: Floats, lengths: Floats) -> tu
     return float(squares[best]), (steady, steady + float(slope[best]), float(lengths[best]))
 
 
-def _what_is_as_good(place: Floats, means: Floats, lengths: Floats, square: float, scatter: float) -> str:
+def _find_simpler_form(centres: Floats, means: Floats, lengths: Floats, square: float, scatter: float) -> str:
     """Return which simpler or other form describes the windows as well; nothing where none does."""
     from scipy import stats
 
     free = means.size - 3
-    constant, line = (float(np.sum((means - np.polyval(np.polyfit(place, means, n), place)) ** 2)) for n in (0, 1))
+    constant, line = (float(np.sum((means - np.polyval(np.polyfit(centres, means, n), centres)) ** 2)) for n in (0, 1))
     if stats.f.sf((constant - square) / 2 / scatter, 2, free) > CHANCE_OF_CONSTANT:
         return "an exponential describes the windows no better than a constant"
     if stats.f.sf((line - square) / scatter, 1, free) > CHANCE_OF_LINE:
         return "an exponential describes the windows no better than a straight line, which has no steady value"
-    others = min(_least(decay, place, means, lengths)[0] for decay in _SLOWER)
-    if square - others > CLEARLY_BETTER * scatter:
+    slower = min(_least(decay, centres, means, lengths)[0] for decay in _SLOWER)
+    if square - slower > CLEARLY_BETTER * scatter:
         return "a slower decay, 1/(1 + s/L) or exp(-√(s/L)), describes the windows better; it has another steady value"
     return ""
 
 
-def _structure(found: Approach, left: Floats, neighbours: float, width: float) -> str:
-    """Return why what is left beside an exponential has structure; nothing where it has none."""
-    height, deviation = abs(found.start - found.steady), math.sqrt(float(left @ left) / left.size)
+def _structure(approach: Approach, residuals: Floats, neighbours: float, width: float) -> str:
+    """Return a description of structure in the residuals of an exponential; empty if there is none."""
+    height, deviation = abs(approach.start - approach.steady), math.sqrt(float(residuals @ residuals) / residuals.size)
     if deviation > FINE * height:
-        if neighbours * math.sqrt(left.size) > MOST_TOGETHER:
+        if neighbours * math.sqrt(residuals.size) > MOST_TOGETHER:
             share = f"{100 * deviation / height:.2g} % of its height"
             return f"neighbouring windows stray from an exponential together, by {share}"
-        sizes = np.abs(left)
+        sizes = np.abs(residuals)
         if sizes.max() > MOST_ALONE * float(np.median(sizes)) / MEDIAN_OF_NORMAL:
             return f"a single window strays from an exponential by {sizes.max():.2g}: a picture (-o mu.png) shows it"
-    if not math.isfinite(found.length_high):
+    if not math.isfinite(approach.length_high):
         return "the windows do not determine its length"
-    if found.start_low < 0 or (found.start < found.steady / 2 and found.length < SHORT_START * width):
+    if approach.start_low < 0 or (approach.start < approach.steady / 2 and approach.length < SHORT_START * width):
         return "friction comes from 0 at its start, where contact and rig bend; cut the start of the record"
     return ""

@@ -18,7 +18,7 @@ from historysim.basics.wording import html_table, progress_bar
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, at
 from historysim.measured.comparison import Comparison, Observation, compute_response, observe
-from historysim.measured.creep import Creep, creep_of
+from historysim.measured.creep import Creep, separate_creep
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.measured.search import OFFSET
 from historysim.results.plots.pictures import figure_of
@@ -225,7 +225,7 @@ def creep(scenario: Scenario | str | Path) -> Creep:
     instrument = scenario.instrument
     with reported(scenario.path.name), at("loading"):
         contact = measurement.without_spring(instrument.parallel_stiffness)
-        return creep_of(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
+        return separate_creep(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
 
 
 def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:

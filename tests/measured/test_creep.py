@@ -11,7 +11,7 @@ from held import STIFF, Holds, contact
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.measured.creep import creep_of
+from historysim.measured.creep import separate_creep
 from historysim.measured.reduction import Measurement
 
 RECORDS = {
@@ -27,7 +27,7 @@ FIRST = ("sensor that drifts", "load that falls a little")  # at a third of the 
 
 
 def creep(seed=0, **shape):
-    return creep_of(Holds(**shape).record(seed), contact(), STIFF)
+    return separate_creep(Holds(**shape).record(seed), contact(), STIFF)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_turns_without_a_hold_are_refused(form):
     noise = 1e-9 * np.random.default_rng(1).standard_normal(time.size)
     channels = {"normal_load": np.full(time.size, 0.05), "tangential_displacement": 2e-7 * way + noise}
     with pytest.raises(InputError, match="never rests at a reversal"):
-        creep_of(Measurement(time, channels, {"tangential_load": 0.01 * way}), contact(), STIFF)
+        separate_creep(Measurement(time, channels, {"tangential_load": 0.01 * way}), contact(), STIFF)
 
 
 SCENARIO = """
@@ -145,4 +145,4 @@ def test_the_command_and_the_function_agree(tmp_path, monkeypatch):
     assert again.exit_code == 2
     flat = attrs.evolve(record, response={"tangential_load": np.zeros(record.time.size)})
     with pytest.raises(InputError, match="tangential load is 0 in all holds"):
-        creep_of(flat, contact(), STIFF)
+        separate_creep(flat, contact(), STIFF)

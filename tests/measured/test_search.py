@@ -166,7 +166,7 @@ def test_a_minimum_with_a_kink_is_a_minimum_and_has_an_interval():
         for way in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)):
             moved = end.unknowns + np.append(step * np.array(way), np.zeros(search.free))
             assert search.objective(moved, end.scale) >= lowest
-    found = fitting._read_off(search, end)
+    found = fitting._evaluate(search, end)
     assert all(each.low < each.value < each.high for each in found.parameters)
     assert "how the estimates wander" in dict(found.summary())["intervals by"]
 
@@ -200,7 +200,7 @@ def test_turning_points_that_noise_does_not_explain_are_noted():
 
     record = with_backlash(recorded(1, rate=10.03), 60e-9)
     found = fit_parameters(synthetic.model("ball"), synthetic.TRUTHS["ball"], observe(record))
-    assert any("noise alone does not explain what the model misses" in note for note in found.notes)
+    assert any("noise alone does not explain the residuals" in note for note in found.notes)
 
 
 def test_a_turn_is_expected_beyond_the_outermost_sample():
