@@ -109,7 +109,7 @@ class LoopValues:
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
     displacement_noise: float = 0.0  #: standard deviation of the noise of the displacement, 0 where it is not known [m]
-    #: Of a spring in parallel with the contact, found from branches [N/m], with which nothing of slip is known; NaN without one.
+    #: Stiffness of a spring in parallel with the contact [N/m], which hides slip; NaN if branches show none.
     parallel_stiffness: float = math.nan
     columns: str = ""  #: the question whether the right columns were read, which names them
 

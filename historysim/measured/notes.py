@@ -227,8 +227,9 @@ def _clipping(load: Floats) -> Iterator[str]:
         if few or longest < CLIPPED_RUN or extremes.mean() < CLIPPED_SHARE or not _scatters(load[inside]):
             continue
         yield (
-            f"{int(extremes.sum()):,} samples of the tangential load are its {name} value, {quantity_text(extreme, 'N')}, "
-            f"up to {longest:,} in a row: it looks clipped, and friction and energy are too small; take a wider range"
+            f"{int(extremes.sum()):,} samples of the tangential load are its {name} value, "
+            f"{quantity_text(extreme, 'N')}, up to {longest:,} in a row: it looks clipped, and "
+            "friction and energy are too small; take a wider range"
         )
 
 
