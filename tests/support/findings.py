@@ -371,7 +371,7 @@ FINDINGS = (
     Finding(
         "free play",
         "the displacement continues by",
-        "displacement at zero load beyond three times that beside it, 3 % of the stroke and ten deviations of noise",
+        "displacement at zero load beyond three times the elastic part, 3 % of the stroke and ten deviations of noise",
         "branches surely level at their ends",
         "`free_play` with `closing_load`",
         lambda: changed(moved=MOVED + 20e-9 * np.clip(FORCE / 5e-4, -1, 1)),
@@ -390,7 +390,7 @@ FINDINGS = (
         "clipped load",
         "it looks clipped",
         "five samples or more in a row, and 5 ‰ of all, are the very extreme",
-        "between both extremes each sample has white noise of its own, of a digit or more",
+        "between both extremes each sample has independent white noise, of a digit or more",
         "a wider range",
         lambda: changed(np.clip(FORCE, -9e-3, 9e-3)),
         lambda *_: SOUND,
