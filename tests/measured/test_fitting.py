@@ -157,8 +157,7 @@ def test_means_of_a_long_record_give_the_same_intervals():
     """4,000 samples as about 1,000: the estimates agree to within their intervals, which are as wide."""
     record = observe(synthetic.measured("ball", 4, rate=62.53, loads=(0.05,), loops=2))
     whole, averaged = (
-        fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), each)
-        for each in (record, record.averaged(1_000))
+        fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), each) for each in (record, record.average(1_000))
     )
     for one, other in zip(whole.parameters, averaged.parameters, strict=True):
         width = one.noise_high - one.noise_low
