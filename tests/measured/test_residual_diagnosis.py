@@ -46,7 +46,7 @@ def rising(slope, *, with_position):
     ],
 )
 def test_a_fault_is_found_with_its_size(found, message, unit, size, within):
-    (note,) = (note for note in found() if "of what the model leaves" in note)
+    (note,) = (note for note in found() if "of the residual common to all loops" in note)
     assert quantity(re.search(message, note)[1], unit) == pytest.approx(size, rel=within)
 
 
