@@ -1,1 +1,1 @@
-"""Measured load sequences: what was recorded, made ready for the contact."""
+"""Measured load sequences: friction loops, comparison with a model, fits and creep."""

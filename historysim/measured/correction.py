@@ -19,10 +19,10 @@ QUALITY = 30.0  # frequency of a notch over the width at which it lets half of t
 ORDER = 2  # order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency
 EVEN = 0.01  # largest difference of sample intervals, over their median, up to which a clock is even
 FALSE_ALARM = 1e-4  # chance that noise alone is taken for hum, in one channel
-LEAST_HUM = 0.1  # share of what is left of a channel between its turns that a line must hold, to be reported as hum
+LEAST_HUM = 0.1  # least fraction of the power between turns, after the polynomial, of a line that is reported as hum
 # samples of a piece of the spectrum, and the degree of the polynomial that is taken off it
 _LEAST_PIECE, _LONGEST_PIECE, _DEGREE = 128, 8192, 5
-# bins that a line spreads over to either side, and how far beside it the noise is looked for
+# bins that a line spreads over to either side, and distance within which the noise is estimated
 _LOBE, _ASIDE = 3, 12
 _ROUNDING = 1e-9
 
@@ -42,7 +42,7 @@ def offset_of_cycles(values: Floats, *, dead_band: float) -> Estimate:
 
     The midpoint of a cycle is half way between its maximum and its minimum, two successive reversals.
     """
-    _, middle = _midpoints(np.arange(float(values.size)), values, dead_band, least=1)
+    _, middle = _midpoints(np.arange(float(values.size)), values, dead_band, fewest=1)
     error = middle.std(ddof=1) / math.sqrt(middle.size) if middle.size > 1 else math.nan
     return Estimate(float(middle.mean()), float(error))
 
@@ -51,17 +51,17 @@ def drift_of_cycles(time: Floats, values: Floats, *, dead_band: float) -> Estima
     """Return the linear drift of a channel [its unit/s]: the slope of the line through the midpoints of its cycles."""
     from scipy.stats import linregress
 
-    line = linregress(*_midpoints(clock(time, values.size), values, dead_band, least=3))
+    line = linregress(*_midpoints(clock(time, values.size), values, dead_band, fewest=3))
     return Estimate(float(line.slope), float(line.stderr))
 
 
-def _midpoints(time: Floats, values: Floats, dead_band: float, least: int) -> tuple[Floats, Floats]:
+def _midpoints(time: Floats, values: Floats, dead_band: float, fewest: int) -> tuple[Floats, Floats]:
     """Return the mean times and the midpoints of successive cycles."""
     turns = reversals(values, dead_band)
     cycles = turns[: turns.size // 2 * 2].reshape(-1, 2)
-    if len(cycles) < least:
+    if len(cycles) < fewest:
         raise InputError(
-            f"the channel has {len(cycles)} cycles at a dead band of {dead_band:g}; expected {least} or more: lower "
+            f"the channel has {len(cycles)} cycles at a dead band of {dead_band:g}; expected {fewest} or more: lower "
             "dead_band"
         )
     return time[cycles].mean(axis=1), values[cycles].mean(axis=1)
@@ -98,7 +98,7 @@ def remove_free_play(displacement: Floats, load: Floats, width: float, *, closin
     """Remove a clearance in the load path, between drive and contact, from a displacement [m].
 
     The clearance has no mass: it is open by half its width [m] to the side to which it is loaded, and closes in
-    proportion to the load up to the closing load [N]. With 0 N it is crossed at once, where the load changes its sign.
+    proportion to the load up to the closing load [N]. With 0 N it is crossed where the load changes its sign.
     """
     side = np.clip(load / closing_load, -1.0, 1.0) if closing_load > 0 else np.sign(load)
     return displacement - width / 2 * side
@@ -122,7 +122,7 @@ def running_median(values: Floats, samples: int) -> Floats:
 def notch(time: Floats, values: Floats, frequency: float, *, quality: float = QUALITY) -> Floats:
     """Remove one frequency [Hz], such as mains hum, from a channel.
 
-    Beside a turn of a channel that moves at a speed v it rings by about v/(2πf) over the quality.
+    Near a turn of a channel that moves at a speed v it rings by about v/(2πf) over the quality.
     """
     from scipy import signal
 
@@ -220,9 +220,9 @@ def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ..
     lines = []
     threshold = LEAST_HUM * float(power.sum())
     for peak in _peaks_above(power, threshold):
-        left, right = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
+        lower, right = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
         # on a slope the higher side counts, lest the bend of a branch be taken for a line
-        floor = max(float(np.median(side)) for side in (left, right) if side.size)
+        floor = max(float(np.median(side)) for side in (lower, right) if side.size)
         squared = 4 * float(np.sum(power[peak - _LOBE : peak + _LOBE + 1] - floor)) / length
         is_worth = squared / 2 > 2 * threshold / length
         if (
@@ -232,16 +232,16 @@ def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ..
         ):
             at = (2 * _DEGREE + _between_bins(power, peak)) * rate / length
             lines.append(Hum(float(at), math.sqrt(squared)))
-    return tuple(sorted(lines, key=lambda each: -each.amplitude))
+    return tuple(sorted(lines, key=lambda hum: -hum.amplitude))
 
 
-def _peaks_above(power: Floats, least: float) -> list[int]:
+def _peaks_above(power: Floats, threshold: float) -> list[int]:
     """Return the bins of peaks whose lobe, noise included, holds more than a least power."""
     peaks = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))
     peaks = peaks[(peaks >= _ASIDE) & (peaks < power.size - 1)]
     # the last lobes are cut off at the end of the spectrum; sums in another order differ in rounding
     lobes = np.lib.stride_tricks.sliding_window_view(np.pad(power, _LOBE), 2 * _LOBE + 1)[peaks].sum(axis=1)
-    bins: list[int] = peaks[lobes > (1 - 1e-9) * least].tolist()
+    bins: list[int] = peaks[lobes > (1 - 1e-9) * threshold].tolist()
     return bins
 
 
@@ -263,7 +263,7 @@ def _between_turns(values: Floats, dead_band: float) -> Floats:
 
 
 def _noise_limit(power: Floats, pieces: int) -> float:
-    """Return what a mean of the power of noise over so many pieces reaches by chance, over its median."""
+    """Return the largest mean of the noise power of some pieces by chance, over its median."""
     # scipy takes a quarter of a second to import, which most records do without: hardly a line is worth reporting
     from scipy.special import gammainccinv, gammaincinv
 

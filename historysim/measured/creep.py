@@ -47,8 +47,8 @@ class Hold:
     tangential_load: float  #: where the displacement has come to rest [N]
     change: float  #: what was measured [N]
     memory: float  #: what the contact's memory predicts of displacement and normal load [N]
-    relaxation: float  #: what goes with the logarithm of time, against the load [N]; NaN where the record does not say
-    sensor: float  #: what goes with time in one direction, whatever that of the load [N]; likewise
+    relaxation: float  #: change with the logarithm of time, against the load [N]; NaN where the record does not say
+    sensor: float  #: change with time in one direction, whatever the load [N]; likewise
 
     @property
     def rest(self) -> float:
@@ -66,7 +66,7 @@ class WithInterval:
 
     def text(self, unit: str) -> str:
         """Return it as a string."""
-        low, high = (quantity_text(each, unit, 3) for each in (self.low, self.high))
+        low, high = (quantity_text(bound, unit, 3) for bound in (self.low, self.high))
         return f"{quantity_text(self.value, unit, 3)} (95 %: {low} to {high})"
 
 
@@ -106,7 +106,7 @@ class Creep:
         lines.append(("memory predicts", f"changes of up to {quantity_text(abs(largest), 'N', 3)} in a hold"))
         if self.unknown:
             return [*lines, ("relaxation", f"the record does not say: {self.unknown}")]
-        share = [f"{100 * each:.3g} %" for each in attrs.astuple(self.relaxation)]
+        share = [f"{100 * value:.3g} %" for value in attrs.astuple(self.relaxation)]
         return [
             *lines,
             ("relaxation", f"{share[0]} of the tangential load in a decade of time (95 %: {share[1]} to {share[2]})"),
@@ -119,12 +119,12 @@ class Creep:
         """Return a table of strings with a row for each hold."""
         heading = ("start", "duration", "load", "change", "memory", "relaxation", "sensor", "rest")
 
-        def of(hold: Hold) -> tuple[str, ...]:
-            parts = (hold.tangential_load, hold.change, hold.memory, hold.relaxation, hold.sensor, hold.rest)
-            texts = ["–" if math.isnan(part) else quantity_text(part, "N", 3) for part in parts]
+        def to_row(hold: Hold) -> tuple[str, ...]:
+            changes = (hold.tangential_load, hold.change, hold.memory, hold.relaxation, hold.sensor, hold.rest)
+            texts = ["–" if math.isnan(change) else quantity_text(change, "N", 3) for change in changes]
             return (f"{hold.start:.6g} s", duration_text(hold.duration), *texts)
 
-        return [heading, *map(of, self.holds)]
+        return [heading, *map(to_row, self.holds)]
 
 
 # -- holds -----------------------------------------------------------------------------------------
@@ -135,7 +135,7 @@ class Rest:
     """A displacement that rests at a reversal."""
 
     samples: Integers
-    origin: float  #: when it has come to rest [s], which lies between samples
+    origin: float  #: when it has come to rest [s], between samples
     near: slice  #: the samples around, on the last of the way here and the first of the way on
 
     def since(self, time: Floats) -> Floats:
@@ -178,7 +178,7 @@ def find_rests(measurement: Measurement) -> list[Rest]:
 
 
 def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Rest | None:
-    """Return the hold around a turn; None where the displacement moves on at once."""
+    """Return the hold around a turn; None if the displacement moves on immediately."""
     near = np.abs(displacement - displacement[turn]) <= 2 * within
     level = float(np.median(displacement[_run(near, turn)]))
     # single samples of the noise are farther
@@ -200,38 +200,38 @@ def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Res
     return Rest(samples[: max(int(np.searchsorted(time[samples], leaves)) - 1, 1)], arrives, around)
 
 
-def _arrival(displacement: Floats, time: Floats, begin: int, seen: float, level: float) -> float:
+def _arrival(displacement: Floats, time: Floats, start: int, seen: float, level: float) -> float:
     """Return when the line through the samples on the way reaches the level [s]; noise hides the end of the way."""
-    approach = slice(max(begin - ON_THE_WAY, 0), begin)
-    if begin < 3 or np.ptp(displacement[approach]) == 0:
+    approach = slice(max(start - ON_THE_WAY, 0), start)
+    if start < 3 or np.ptp(displacement[approach]) == 0:
         return seen
-    origin = time[begin - 1]
-    slope, end = np.polyfit(time[approach] - origin, displacement[approach], 1)
-    reached = origin + (level - end) / slope if slope else seen
+    origin = time[start - 1]
+    slope, offset = np.polyfit(time[approach] - origin, displacement[approach], 1)
+    reached = origin + (level - offset) / slope if slope else seen
     return float(np.clip(reached, origin, seen + (seen - origin)))
 
 
-def _run(there: Booleans, place: int) -> slice:
+def _run(inside: Booleans, index: int) -> slice:
     """Return the run of true values around a place."""
-    away = np.flatnonzero(~there)
-    left, right = away[away < place], away[away > place]
-    return slice(int(left[-1]) + 1 if left.size else 0, int(right[0]) if right.size else there.size)
+    away = np.flatnonzero(~inside)
+    left, right = away[away < index], away[away > index]
+    return slice(int(left[-1]) + 1 if left.size else 0, int(right[0]) if right.size else inside.size)
 
 
-def quiet(measurement: Measurement, parts: list[Rest]) -> Measurement:
+def quiet(measurement: Measurement, rests: list[Rest]) -> Measurement:
     """Return a record without the noise of displacement and normal load in its holds, which memory would ratchet on."""
     channels = {name: values.copy() for name, values in measurement.channels.items()}
     response = {name: values.copy() for name, values in measurement.response.items()}
     for name in ("tangential_displacement", "normal_load"):
         values = channels[name] if name in channels else response[name]
-        for part in parts:
-            values[part.samples] = _smooth(measurement.time[part.samples], values[part.samples])
+        for rest in rests:
+            values[rest.samples] = _smooth(measurement.time[rest.samples], values[rest.samples])
             if name == "tangential_displacement":
                 # no sample of the noise around is farther out, so that the hold begins with the reversal
-                first, last = part.samples[[0, -1]]
-                sense = 1.0 if values[max(part.near.start - 1, 0)] <= values[first] else -1.0
-                for around, end in ((slice(part.near.start, first), first), (slice(last + 1, part.near.stop), last)):
-                    values[around] = sense * np.minimum(sense * values[around], sense * values[end])
+                start, stop = rest.samples[[0, -1]]
+                sense = 1.0 if values[max(rest.near.start - 1, 0)] <= values[start] else -1.0
+                for around, edge in ((slice(rest.near.start, start), start), (slice(stop + 1, rest.near.stop), stop)):
+                    values[around] = sense * np.minimum(sense * values[around], sense * values[edge])
     return attrs.evolve(measurement, channels=channels, response=response)
 
 
@@ -259,7 +259,7 @@ def separate_creep(measurement: Measurement, ensemble: Ensemble, instrument: Ins
     InputError: no holds, or a record without tangential displacement, tangential load or normal load.
     """
     load, time = measurement["tangential_load"], measurement.time
-    record = _Record.of(measurement, ensemble, instrument)
+    record = _Record.from_measurement(measurement, ensemble, instrument)
     law = _creeping(record)
     reason = law.unknown
     relaxes, memory = np.zeros(load.size), record.compute_load(0.0, 1.0)
@@ -268,20 +268,20 @@ def separate_creep(measurement: Measurement, ensemble: Ensemble, instrument: Ins
         relaxes = steady.compute_load(law.creep, law.onset) - steady.compute_load(0.0, law.onset)
         memory = record.compute_load(law.creep, law.onset) - relaxes
     points = record.points(load - memory)
-    fit = _Fit.of(points)
+    fit = _Fit.minimise(points)
     reason = reason or _better(points, fit)
     held = []
-    for part in record.rests:
-        long = float(part.since(time)[-1])
+    for rest in record.rests:
+        long = float(rest.since(time)[-1])
         held.append(
             Hold(
-                start=part.origin,
+                start=rest.origin,
                 duration=long,
-                normal_load=float(measurement["normal_load"][part.samples].mean()),
-                tangential_load=part.start(load),
-                change=part.change(load),
-                memory=part.change(memory),
-                relaxation=math.nan if reason else part.change(relaxes),
+                normal_load=float(measurement["normal_load"][rest.samples].mean()),
+                tangential_load=rest.start(load),
+                change=rest.change(load),
+                memory=rest.change(memory),
+                relaxation=math.nan if reason else rest.change(relaxes),
                 sensor=math.nan if reason else law.drift.value * long,
             )
         )
@@ -290,12 +290,12 @@ def separate_creep(measurement: Measurement, ensemble: Ensemble, instrument: Ins
     return Creep(
         holds=tuple(held),
         per_decade=law.per_decade,
-        relaxation=WithInterval(*(share * each for each in attrs.astuple(law.per_decade))),
+        relaxation=WithInterval(*(share * value for value in attrs.astuple(law.per_decade))),
         onset=math.nan if reason else law.onset,
         sensor_drift=law.drift,
         unknown=reason,
         time=points.time,
-        relaxed=fit.relaxed(points),
+        relaxed=fit.relaxation(points),
         forward=points.load > 0,
         remarks=measurement.remarks,
     )
@@ -303,7 +303,7 @@ def separate_creep(measurement: Measurement, ensemble: Ensemble, instrument: Ins
 
 @attrs.frozen(eq=False)
 class _Points:
-    """Means of what memory leaves in the holds, each over a part of a decade of time."""
+    """Means of load residuals in the holds, each over a fraction of a decade of time."""
 
     hold: Integers  #: (point)
     time: Floats  #: (point) Since the start of the hold [s]
@@ -335,7 +335,7 @@ class _Record:
     sense: Floats  #: (hold) Sign of the tangential load
 
     @classmethod
-    def of(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Record":
+    def from_measurement(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Record":
         """Return a record without the noise of displacement and normal load in its holds."""
         displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
         least = LEAST_ROLE * float(np.abs(load).max())
@@ -351,8 +351,8 @@ class _Record:
     def at_steady_load(self) -> "_Record":
         """Return the same with the normal load of the start of each hold throughout it."""
         normal = self.observation.normal_load.copy()
-        for part in self.rests:
-            normal[part.samples] = normal[part.samples[0]]
+        for rest in self.rests:
+            normal[rest.samples] = normal[rest.samples[0]]
         return attrs.evolve(self, observation=attrs.evolve(self.observation, normal_load=normal))
 
     def compute_load(self, creep: float, onset: float) -> Floats:
@@ -361,23 +361,25 @@ class _Record:
         What has crept stays, until the contact slides.
         """
         time, moved = self.observation.time, self.observation.displacement.copy()
-        for part, sense in zip(self.rests, self.sense, strict=True):
-            crept = sense * creep * _growth(part.since(time), onset)
-            moved[part.samples] -= crept
-            moved[part.samples[-1] + 1 :] -= crept[-1]
+        for rest, sense in zip(self.rests, self.sense, strict=True):
+            crept = sense * creep * _growth(rest.since(time), onset)
+            moved[rest.samples] -= crept
+            moved[rest.samples[-1] + 1 :] -= crept[-1]
         observation = attrs.evolve(self.observation, displacement=moved)
         return compute_response(self.ensemble, self.instrument, observation).tangential_load
 
     def points(self, left: Floats) -> _Points:
-        """Return the means of what is left of the load (sample) [N] in the holds."""
+        """Average load residuals (sample) [N] in the holds over fractions of a decade."""
         columns: list[list[float]] = []
-        for number, part in enumerate(self.rests):
+        for number, rest in enumerate(self.rests):
             # the first sample may still be on its way
-            since, what = part.since(self.observation.time)[1:], left[part.samples][1:]
+            since, residual = rest.since(self.observation.time)[1:], left[rest.samples][1:]
             group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(int)
-            for each in np.unique(group[since > 0]):
-                of = group == each
-                columns.append([number, since[of].mean(), what[of].mean(), part.start(self.load), of.sum()])
+            for number_of_group in np.unique(group[since > 0]):
+                members = group == number_of_group
+                columns.append(
+                    [number, since[members].mean(), residual[members].mean(), rest.start(self.load), members.sum()]
+                )
         hold, *others = np.array(columns).T
         return _Points(hold.astype(int), *others)
 
@@ -416,17 +418,17 @@ def _creeping(record: _Record) -> _Law:
     drift_unit = float(np.abs(measured.load).mean()) / float(measured.time.max())
     onset = math.sqrt(float(measured.time.min() * measured.time.max()))
     # share of the load that creep by one unit takes over ln(1 + t/τ)
-    relaxed = _Fit.of(record.points(steady.compute_load(unit, onset) - steady.compute_load(0.0, onset))).share
+    relaxed = _Fit.minimise(record.points(steady.compute_load(unit, onset) - steady.compute_load(0.0, onset))).share
     if not relaxed > 0:
         return _Law(unknown="the contact of the model carries no tangential load there")
     solution = _solve(record, measured, unit, drift_unit, relaxed)
     if not solution.jac[:, 0].any():
         return _Law(unknown="none is seen; noise decides, or slip as the normal load falls hides it")
     of_hold = measured.hold == np.arange(count)[:, np.newaxis]
-    squares = np.array([solution.jac[own].T @ solution.jac[own] for own in of_hold])
-    across = np.array([solution.jac[own].T @ solution.fun[own] for own in of_hold])
-    others = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
-    moves = np.array([-np.linalg.pinv(square) @ each for square, each in others])
+    squares = np.array([solution.jac[members].T @ solution.jac[members] for members in of_hold])
+    across = np.array([solution.jac[members].T @ solution.fun[members] for members in of_hold])
+    remaining = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
+    moves = np.array([-np.linalg.pinv(square) @ gradient for square, gradient in remaining])
     variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
     reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
     per_decade, drift = (
@@ -441,30 +443,30 @@ def _creeping(record: _Record) -> _Law:
 
 
 def _solve(record: _Record, measured: _Points, unit: float, drift_unit: float, relaxed: float) -> Any:  # noqa: ANN401 - scipy gives no types
-    """Return the least squares, from the best of some starts: beside a load that falls, little creep has none."""
+    """Return the least squares, from the best of some starts: under a falling load little creep has no minimum."""
     from scipy.optimize import least_squares
 
     mean_load = float(np.abs(measured.load).mean())
 
-    def left(given: Floats) -> Floats:
-        points = record.points(record.load - record.compute_load(given[0] * unit, math.exp(given[1])))
-        drift = given[2] * drift_unit * points.time
+    def left(unknowns: Floats) -> Floats:
+        points = record.points(record.load - record.compute_load(unknowns[0] * unit, math.exp(unknowns[1])))
+        drift = unknowns[2] * drift_unit * points.time
         return np.asarray(np.sqrt(points.count) / mean_load * points.subtract_hold_means(points.left - drift))
 
     time, (low, high) = measured.time, measured.onsets
-    change = max(abs(part.change(record.load)) for part in record.rests)
+    change = max(abs(rest.change(record.load)) for rest in record.rests)
     onsets = np.geomspace(time.min(), time.max() / 10, FIRST_ONSETS)
-    whole = change / mean_load / relaxed / np.log1p(time.max() / onsets)
+    full_creep = change / mean_load / relaxed / np.log1p(time.max() / onsets)
     starts = [
-        np.array([max(share * each, LEAST_START), math.log(onset), 0.0])
+        np.array([max(share * creep, LEAST_START), math.log(onset), 0.0])
         for share in FIRST_SHARES
-        for onset, each in zip(onsets, whole, strict=True)
+        for onset, creep in zip(onsets, full_creep, strict=True)
     ]
     return least_squares(
         left,
-        min(starts, key=lambda each: float(np.sum(left(each) ** 2))),
+        min(starts, key=lambda creep: float(np.sum(left(creep) ** 2))),
         bounds=([0.0, low - 1e-6, -np.inf], [np.inf, high + 1e-6, np.inf]),
-        x_scale=[max(float(whole.mean()), LEAST_START), 1.0, 0.01],
+        x_scale=[max(float(full_creep.mean()), LEAST_START), 1.0, 0.01],
         diff_step=1e-4,
         xtol=1e-6,
         max_nfev=MOST_ROUNDS,
@@ -492,41 +494,41 @@ class _Fit:
     onset: float
 
     @classmethod
-    def of(cls, points: _Points, form: Any = _growth) -> "_Fit":  # noqa: ANN401 - a function of time and onset
+    def minimise(cls, points: _Points, form: Any = _growth) -> "_Fit":  # noqa: ANN401 - a function of time and onset
         """Return the best over the onset."""
         from scipy.optimize import minimize_scalar
 
         tried = np.linspace(*points.onsets, ONSETS)
-        squares = [cls._at(points, form, float(np.exp(each))).squares for each in tried]
+        squares = [cls._at_onset(points, form, float(np.exp(onset_log))).squares for onset_log in tried]
         best = int(np.argmin(squares))
         around = tried[max(best - 1, 0)], tried[min(best + 1, ONSETS - 1)]
         finer = minimize_scalar(
-            lambda each: cls._at(points, form, math.exp(each)).squares, bounds=around, method="bounded"
+            lambda onset_log: cls._at_onset(points, form, math.exp(onset_log)).squares, bounds=around, method="bounded"
         )
         onset = finer.x if finer.fun < squares[best] else tried[best]
-        return cls._at(points, form, float(np.exp(onset)))
+        return cls._at_onset(points, form, float(np.exp(onset)))
 
     @classmethod
-    def _at(cls, points: _Points, form: Any, onset: float) -> "_Fit":  # noqa: ANN401 - as for `of`
+    def _at_onset(cls, points: _Points, form: Any, onset: float) -> "_Fit":  # noqa: ANN401 - as for `minimise`
         root = np.sqrt(points.count)
         columns = [-points.load * form(points.time, onset), points.time]
         design = np.column_stack([root * points.subtract_hold_means(column) for column in columns])
         scale = np.maximum(np.abs(design).max(axis=0), np.finfo(float).tiny)
         goal = root * points.subtract_hold_means(points.left)
-        found = np.linalg.lstsq(design / scale, goal, rcond=None)[0] / scale
-        return cls(float(np.sum((goal - design @ found) ** 2)), float(found[0]), float(found[1]), onset)
+        solution = np.linalg.lstsq(design / scale, goal, rcond=None)[0] / scale
+        return cls(float(np.sum((goal - design @ solution) ** 2)), float(solution[0]), float(solution[1]), onset)
 
-    def relaxed(self, points: _Points) -> Floats:
-        """Return what is left without the drift over the load, with the mean of the fit in each hold."""
+    def relaxation(self, points: _Points) -> Floats:
+        """Return residuals less drift, over the load, with the mean of the fit in each hold."""
         form = -self.share * np.asarray(_growth(points.time, self.onset))
-        left = (points.left - self.drift * points.time) / points.load
-        return points.subtract_hold_means(left) + form - points.subtract_hold_means(form)
+        residual = (points.left - self.drift * points.time) / points.load
+        return points.subtract_hold_means(residual) + form - points.subtract_hold_means(form)
 
 
 def _better(points: _Points, fit: _Fit) -> str:
     """Return the reason why relaxation may not be logarithmic in time; empty if it is."""
     scatter = fit.squares / max(points.hold.size - int(points.hold.max()) - 4, 1)
-    levels = _Fit.of(points, _levelling).squares
+    levels = _Fit.minimise(points, _levelling).squares
     if levels < fit.squares - CLEARLY_BETTER * scatter:
         return "the load levels off: an exponential of time describes the holds better"
     if levels < fit.squares + CLEARLY_BETTER * scatter:

@@ -217,7 +217,7 @@ class LoopValues:
 
     @property
     def _has_damper(self) -> bool:
-        """True if loops of several amplitudes at one load scale as those of a spring and a damper."""
+        """True if energy and load scale with the amplitude at one load as in a spring with a damper."""
         classes = self.amplitude_classes()
         if len(classes) < FEWEST_AMPLITUDES or self.load_level.max() > 0:
             return False

@@ -351,7 +351,7 @@ def check_skip(skip: float, name: str = "skip") -> int:
 
 
 def _spoilt_channel(trace: Trace) -> str:
-    """Return what is wrong with a channel of which no loops are made, and the mend; nothing where it looks sound."""
+    """Describe a channel that cannot give loops, with the remedy; empty if it is sound."""
     for name, values in (("displacement", trace.displacement), ("tangential load", trace.tangential_load)):
         if jumps := jumps_of_counter(values):
             return f"the {name} {jumps}"

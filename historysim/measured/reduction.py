@@ -71,7 +71,7 @@ def clock(time: ArrayLike, size: int | None = None) -> Floats:
     return samples
 
 
-def check_order(time: Floats, place: Callable[[int], str] = "time[{}]".format, *, rising: bool = False) -> None:
+def check_order(time: Floats, location: Callable[[int], str] = "time[{}]".format, *, rising: bool = False) -> None:
     """Check that times [s] do not decrease, or that they rise; `place` names a sample in the message."""
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0 if rising else steps < 0)
@@ -79,7 +79,7 @@ def check_order(time: Floats, place: Callable[[int], str] = "time[{}]".format, *
         index = int(back[0]) + 1
         expected = "times that rise from sample to sample" if rising else "times that do not decrease"
         raise InputError(
-            f"{place(index)}: the time {time[index]:.9g} s comes after {time[index - 1]:.9g} s; expected {expected}"
+            f"{location(index)}: the time {time[index]:.9g} s comes after {time[index - 1]:.9g} s; expected {expected}"
         )
 
 
@@ -174,10 +174,10 @@ def sign_lost(load: Floats) -> str:
     )
 
 
-def loop_dead_band(displacement: ArrayLike, given: float | None = None, noise: float | None = None) -> float:
+def loop_dead_band(displacement: ArrayLike, explicit: float | None = None, noise: float | None = None) -> float:
     """Return the dead band of loops [m]: the one given, else 5 % of the range, or six deviations of the noise."""
-    if given is not None:
-        return scalar("dead_band", given, least=0)
+    if explicit is not None:
+        return scalar("dead_band", explicit, least=0)
     samples = channel("displacement", displacement)
     return max(DEAD_BAND_SHARE * float(np.ptp(samples)), REVERSAL * estimated_noise(samples, noise))
 
@@ -286,9 +286,9 @@ def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, 
     """
     times = clock(time) + shift
     result = np.interp(onto, times, values, left=math.nan, right=math.nan)
-    left = np.clip(np.searchsorted(times, onto, side="right") - 1, 0, times.size - 1)
-    right = np.minimum(left + 1, times.size - 1)
-    bridged = (times[right] - times[left] <= max_gap) | (onto == times[left])
+    earlier = np.clip(np.searchsorted(times, onto, side="right") - 1, 0, times.size - 1)
+    right = np.minimum(earlier + 1, times.size - 1)
+    bridged = (times[right] - times[earlier] <= max_gap) | (onto == times[earlier])
     return np.where(bridged, result, math.nan)
 
 

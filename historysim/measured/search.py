@@ -245,7 +245,7 @@ class Search:
         return x, initial_sum - float(terms.sum())
 
     def find_outliers(self, result: SearchResult) -> Booleans:
-        """Return the samples whose residual differs from those of their neighbours (sample).
+        """Return the samples whose residual differs from its neighbours (sample).
 
         A residual that recurs at one position of the branches is not an outlier: deviations are relative to those of
         all branches at that position.

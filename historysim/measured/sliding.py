@@ -57,7 +57,7 @@ CHANCE_OF_CONSTANT, CHANCE_OF_LINE = 1e-3, 1e-2
 # Correlation of neighbouring windows, times the root of their number, from which on they stray together.
 MOST_TOGETHER = 2.5
 MOST_ALONE = 6.0  # deviations from which on a window strays alone
-FINE = 0.01  # deviation of what is left over the height of the running-in, up to which no structure of it matters
+FINE = 0.01  # deviation of the residuals over the height of the running-in, up to which no structure of it matters
 # Squares of the scatter that another decay leaves less, from which on it describes the windows better.
 CLEARLY_BETTER = 8.0
 # Windows below which a length in which friction doubles is that in which the contact or the rig bends.
@@ -89,13 +89,13 @@ class Approach:
     length_low: float
     length_high: float
     origin: float  #: where s = 0: the static peak, or where sliding begins [s or m]
-    #: Whether the record goes on for two lengths or more; else the steady value lies beyond what was measured.
+    #: Whether the record covers two lengths or more; else the steady value is beyond the measured range.
     settled: bool = attrs.field(converter=bool)
 
     def at(self, place: ArrayLike) -> Floats:
         """Return μ at times [s] or distances [m]."""
-        way = np.asarray(place, dtype=np.float64) - self.origin
-        return _curve(way, self.steady, self.start, self.length)
+        distance = np.asarray(place, dtype=np.float64) - self.origin
+        return _curve(distance, self.steady, self.start, self.length)
 
 
 @attrs.frozen(eq=False)
@@ -126,7 +126,7 @@ class Sliding:
         means, length = self.window_mean, float(np.ptp(self.place))
         scatter = f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows" if means.size > 1 else ""
         windows = f"{counted(means.size, 'window', 'windows')} of {self._text(length / means.size)}"
-        peak = "none that stands above the noise"
+        peak = "none above the noise"
         if self.peak is not None:
             peak = f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}"
             peak += f"; of this, noise makes about {self.peak.lifted:.1g}"
@@ -173,16 +173,16 @@ class Sliding:
             "no_approach": self.no_approach,
             "remarks": "\n".join(f"{label}: {text}" for label, text in self.remarks),
         }
-        for name, part in (("peak", self.peak), ("approach", self.approach), ("strength", self.strength)):
-            if part is not None:
-                attributes |= {f"{name}_{key}": float(value) for key, value in attrs.asdict(part).items()}
+        for name, result in (("peak", self.peak), ("approach", self.approach), ("strength", self.strength)):
+            if result is not None:
+                attributes |= {f"{name}_{key}": float(value) for key, value in attrs.asdict(result).items()}
         columns = {
             "coefficient": (self.window_mean, "friction coefficient"),
             "standard_deviation": (self.window_deviation, "standard deviation of a sample"),
             "count": (self.window_count, "samples"),
         }
         return xr.Dataset(
-            {name: ("window", each, {"long_name": text, "units": "1"}) for name, (each, text) in columns.items()},
+            {name: ("window", values, {"long_name": text, "units": "1"}) for name, (values, text) in columns.items()},
             coords={self.over: ("window", self.window_place, {"long_name": self.over, "units": UNITS[self.over]})},
             attrs={name: value for name, value in attributes.items() if value != ""},
         )
@@ -199,7 +199,7 @@ class Sliding:
         ends = [float(table.attrs[name]) for name in ("record_start", "record_end")]
         remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
 
-        def stored(name: str, kind: type[Kind]) -> Kind | None:
+        def restore(name: str, kind: type[Kind]) -> Kind | None:
             fields = {field.name: table.attrs.get(f"{name}_{field.name}") for field in attrs.fields(kind)}
             return None if None in fields.values() else kind(**fields)
 
@@ -211,10 +211,10 @@ class Sliding:
             window_mean=table["coefficient"].values,
             window_deviation=table["standard_deviation"].values,
             window_count=table["count"].values,
-            peak=stored("peak", StaticPeak),
-            approach=stored("approach", Approach),
+            peak=restore("peak", StaticPeak),
+            approach=restore("approach", Approach),
             no_approach=str(table.attrs.get("no_approach", "")),
-            strength=stored("strength", StaticPeak),
+            strength=restore("strength", StaticPeak),
             remarks=tuple((label, text) for label, _, text in (line.partition(": ") for line in remarks)),
         )
 
@@ -298,7 +298,7 @@ def sliding_of_channels(
     top = int(smooth.argmax())
     lifted = noise * math.sqrt(2 * math.log(max(smooth.size, 2)))
     strength = StaticPeak(float(smooth[top]), float(along[top]), lifted)
-    tried = _find_running_in(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
+    tried = _select_approach(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
     approach, reason = (None, tried) if isinstance(tried, str) else (tried, "")
     middle = (edges[1:] + edges[:-1]) / 2
     return Sliding(name, along, friction, middle, *means, peak, approach, reason, strength, tuple(remarks))
@@ -330,7 +330,7 @@ def _rests(moved: Floats) -> bool:
 
 
 def _find_direction(time: Floats, moved: Floats, dead_band: float | None) -> float:
-    """Return the direction of a displacement that goes one way."""
+    """Return the direction of a displacement without reversals."""
     turns = turning_points(moved, loop_dead_band(moved, dead_band))
     swings = np.diff(moved[turns])
     if not np.any(swings) or _rests(moved):
@@ -388,7 +388,7 @@ def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats, noise: f
     if not behind.any():
         return None
     lifted = noise * math.sqrt(2 * math.log(max(int(initial.sum()), 2)))
-    # running-in falls by itself from window to window; a peak stands above what the next windows lead back to
+    # running-in falls by itself from window to window; a peak exceeds the extrapolation of the next windows
     near = np.flatnonzero(behind)[:2]
     level = float(mean[near[0]] + max(mean[near[0]] - mean[near[-1]], 0.0))
     if friction[index] - level <= 2 * lifted:
@@ -408,13 +408,13 @@ def _starts(along: Floats, friction: Floats, mean: Floats) -> list[float]:
 # -- how friction runs in --------------------------------------------------------------------------
 
 
-def _find_running_in(along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]) -> Approach | str:
+def _select_approach(along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]) -> Approach | str:
     """Return the running-in from the first of the places from which there is one, or why there is none."""
-    tries = [_fit_running_in(along, friction, edges, start) for start in starts]
-    return next((found for found in tries if isinstance(found, Approach)), tries[0])
+    tries = [_fit_approach(along, friction, edges, start) for start in starts]
+    return next((result for result in tries if isinstance(result, Approach)), tries[0])
 
 
-def _fit_running_in(along: Floats, friction: Floats, edges: Floats, origin: float) -> Approach | str:
+def _fit_approach(along: Floats, friction: Floats, edges: Floats, origin: float) -> Approach | str:
     """Return the running-in that the windows behind a place [s or m] show, or why they show none."""
     from scipy import optimize, stats
 
@@ -459,7 +459,7 @@ def _fit_running_in(along: Floats, friction: Floats, edges: Floats, origin: floa
     bounds_of_estimates = np.stack([estimates, estimates - reach, estimates + reach], axis=1)
     bounds_of_estimates[2, 1] = max(bounds_of_estimates[2, 1], 0.0)
     bounds_of_estimates[:2] *= unit
-    names = [f"{name}{end}" for name in ("steady", "start", "length") for end in ("", "_low", "_high")]
+    names = [f"{name}{suffix}" for name in ("steady", "start", "length") for suffix in ("", "_low", "_high")]
     numbers = dict(zip(names, bounds_of_estimates.ravel().tolist(), strict=True))
     approach = Approach(origin=origin, settled=2 * float(estimates[2]) <= length, **numbers)
     scatter = square / (residuals.size - 3) * wider
@@ -473,11 +473,11 @@ def _fit_running_in(along: Floats, friction: Floats, edges: Floats, origin: floa
 def _middle_means(along: Floats, values: Floats, edges: Floats) -> Floats:
     """Return the mean of the middle half of the values in each window (window), which spikes do not pull.
 
-    Each sample counts by its way along the place; a window without samples lies between its neighbours.
+    Each sample counts by its way along the place; a window without samples is interpolated.
     """
     count = edges.size - 1
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, count - 1)
-    # the way that a sample stands for; one that rests stands for none
+    # the distance that a sample represents; a sample at rest represents none
     weight = np.diff(along, prepend=along[0]) + np.diff(along, append=along[-1])
     order = np.lexsort((values, window))
     weight, window, values = weight[order], window[order], values[order]
