@@ -289,7 +289,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     energy = np.array([enclosed_energy(trace, *loop) for loop in ends.tolist()])
     _check_sense(trace, energy, ends)
     steady = at_one_load(trace, number, ends, lone, dead_band=band, share=definitions.load_share)
-    # a loop that lost a branch, or that a step goes through, encloses nothing
+    # a loop that lost a branch, or that contains a load step, has no energy
     complete = ~(steady.left_out | steady.stepped).any(axis=1)
     energy = np.where(complete, np.append(energy, math.nan)[steady.number - first_loop], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]

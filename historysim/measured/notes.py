@@ -200,7 +200,7 @@ def instrument_faults(loops: LoopValues) -> list[str]:
     """Return a note for each instrument fault in a record; none if it has few samples or no noise.
 
     What is read off sliding needs branches that are level at their ends: a contact that sticks in part has an offset
-    and a stiffness of its own.
+    and another stiffness.
     """
     trace, noise = loops.trace, loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:
@@ -291,7 +291,7 @@ def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats
 
 def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     """Find displacement without load, at zero load or after a reversal, beyond the elastic part."""
-    # of each branch: both widths, what is beside them, and the speed
+    # of each branch: both widths, the elastic parts, and the speed
     branches = []
     for time, unsorted, loads in _branches(trace, ends):
         order = np.argsort(unsorted, kind="stable")

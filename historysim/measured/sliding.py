@@ -496,8 +496,8 @@ def _curve(distance: Floats, steady: float, start: float, length: float) -> Floa
 
 
 # decays over the way in lengths: the exponential, and two slower ones
-_EXPONENTIAL: Decay = lambda way: np.exp(-way)  # noqa: E731 - a row of forms
-_SLOWER: tuple[Decay, ...] = (lambda way: 1 / (1 + 10 * way), lambda way: np.exp(-np.sqrt(way)))
+_EXPONENTIAL: Decay = lambda distance: np.exp(-distance)  # noqa: E731 - a row of forms
+_SLOWER: tuple[Decay, ...] = (lambda distance: 1 / (1 + 10 * distance), lambda distance: np.exp(-np.sqrt(distance)))
 
 
 def _least(
