@@ -376,7 +376,7 @@ def plot(
     from historysim.surfaces.heights import Surface
 
     fields: dict[str, Any] = options
-    place: Place = {"size": size, "figure": figure, "ax": ax}
+    target: Place = {"size": size, "figure": figure, "ax": ax}
     reading = {name: fields.pop(name) for name in ("form", *Reading.__annotations__) if name in fields}
     with contextlib.ExitStack() as files:
         if isinstance(what, str | Path):
@@ -388,19 +388,19 @@ def plot(
         elif reading:
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
         # whoever asks for something else does not get the picture of the scenario
-        if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, place)):
+        if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, target)):
             return drawn
-        return figure_of(what, picture=picture, place=place, **fields)
+        return figure_of(what, picture=picture, target=target, **fields)
 
 
-def _own_picture(content: object, place: "Place") -> "FigureOrAxes | None":
+def _own_picture(content: object, target: "Place") -> "FigureOrAxes | None":
     """Draw the ``[picture]`` of the scenario of a result or a sweep; None where it has none."""
     import xarray as xr
 
     from historysim.scenario.figure import draw_scenario_figure, drawable
 
     if isinstance(content, xr.Dataset) and (pictures := drawable(content)):
-        return draw_scenario_figure(content, pictures, place)
+        return draw_scenario_figure(content, pictures, target)
     return None
 
 

@@ -72,7 +72,7 @@ def run(
     from historysim.results.result_files import open_file_history, open_result
 
     if pictures:
-        with open_result(output, own=True) as history:
+        with open_result(output, exclusive=True) as history:
             drawn = _drawn(source, history)
             for path in pictures:
                 save(drawn, path)
@@ -80,7 +80,7 @@ def run(
         from historysim.results.analysis.history_summary import summary_lines
 
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
-        with open_file_history(output, own=True) as summarised:
+        with open_file_history(output, exclusive=True) as summarised:
             write_answer([*summary_lines(summarised), *files])
 
 

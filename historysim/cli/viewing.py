@@ -29,7 +29,7 @@ class PictureOption(click.Option):
         def names(of: str) -> str:
             return ", ".join(name for name, kind in pictures.items() if of in kind.of)
 
-        several = " or ".join(name for name, kind in pictures.items() if kind.several)
+        several = " or ".join(name for name, kind in pictures.items() if kind.accepts_several)
         self.help = (
             f"Of a result: {names('history')}; of several: {several}; of a sweep: loops, or which number; of a "
             f"scenario: {names('scenario')}. `historysim kinds plots NAME` lists the options of one."

@@ -16,16 +16,16 @@ from historysim.errors import InputError
 from historysim.results.asking import Question, earlier_names, questions
 
 
-def _method(asked: Question) -> Callable[..., Any]:
+def _method(query: Question) -> Callable[..., Any]:
     """Return a question as a method, with the documentation of the function."""
 
-    @functools.wraps(asked.function)
+    @functools.wraps(query.function)
     def method(self: "Questions", /, *args: Any, **kwargs: Any) -> Any:
-        return asked.function(self.history, *args, **kwargs)
+        return query.function(self.history, *args, **kwargs)
 
-    parameters = list(inspect.signature(asked.function).parameters.values())
-    own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    method.__signature__ = inspect.Signature([own, *parameters[1:]])  # type: ignore[attr-defined] # a function has one
+    parameters = list(inspect.signature(query.function).parameters.values())
+    self_parameter = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    method.__signature__ = inspect.Signature([self_parameter, *parameters[1:]])  # type: ignore[attr-defined] # a function has one
     return method
 
 
@@ -49,7 +49,7 @@ for _earlier, _name in earlier_names().items():
     setattr(Questions, _earlier, getattr(Questions, _name))
 
 
-def answer(history: xr.Dataset, name: str, given: Mapping[str, Any]) -> xr.Dataset:
+def answer(history: xr.Dataset, name: str, arguments: Mapping[str, Any]) -> xr.Dataset:
     """Return the answer to a question, with arguments by name, as a table.
 
     Raises
@@ -58,33 +58,32 @@ def answer(history: xr.Dataset, name: str, given: Mapping[str, Any]) -> xr.Datas
         An argument that the question does not take, one that is missing, or what the question itself refuses.
     """
     asked_for = questions()[name]
-    parameters, shown = asked_for.parameters, name.replace("_", "-")
-    for each in given:
-        if each not in parameters:
-            raise InputError(
-                f"{shown}: has no parameter {each!r}; {nearest(each, parameters) if parameters else 'it takes none'}"
-            )
-    needed = [each for each, one in parameters.items() if one.default is inspect.Parameter.empty]
-    if missing := [each for each in needed if each not in given]:
-        raise InputError(f"{shown}: needs {listed(missing)}; expected --with {missing[0]}=VALUE")
-    found = getattr(Questions(history), name)(**given)
-    return found if isinstance(found, xr.Dataset) else _table(asked_for, found)
+    parameters, cli_name = asked_for.parameters, name.replace("_", "-")
+    for option in arguments:
+        if option not in parameters:
+            fix = nearest(option, parameters) if parameters else "it takes none"
+            raise InputError(f"{cli_name}: has no parameter {option!r}; {fix}")
+    needed = [option for option, parameter in parameters.items() if parameter.default is inspect.Parameter.empty]
+    if missing := [option for option in needed if option not in arguments]:
+        raise InputError(f"{cli_name}: needs {listed(missing)}; expected --with {missing[0]}=VALUE")
+    result = getattr(Questions(history), name)(**arguments)
+    return result if isinstance(result, xr.Dataset) else _table(asked_for, result)
 
 
-def _table(asked_for: Question, found: Any) -> xr.Dataset:
-    if isinstance(found, xr.DataArray):
-        return found.to_dataset(name=asked_for.name)
-    if hasattr(found, "to_dataset"):
-        table: xr.Dataset = found.to_dataset()
+def _table(asked_for: Question, result: Any) -> xr.Dataset:
+    if isinstance(result, xr.DataArray):
+        return result.to_dataset(name=asked_for.name)
+    if hasattr(result, "to_dataset"):
+        table: xr.Dataset = result.to_dataset()
         return table
-    if isinstance(found, int | float | np.number):
+    if isinstance(result, int | float | np.number):
         attributes = {"units": asked_for.unit} if asked_for.unit else {}
-        return xr.Dataset({asked_for.name: ("row", [found], attributes)})
-    if isinstance(found, tuple | list) and all(isinstance(each, Finding) for each in found):
+        return xr.Dataset({asked_for.name: ("row", [result], attributes)})
+    if isinstance(result, tuple | list) and all(isinstance(item, Finding) for item in result):
         fields = ("name", "value", "limit", "text")
-        return xr.Dataset({field: ("row", [getattr(each, field) for each in found]) for field in fields})
-    if isinstance(found, list):
-        labels, texts = ([str(line[column]) for line in found] for column in range(2))
+        return xr.Dataset({field: ("row", [getattr(item, field) for item in result]) for field in fields})
+    if isinstance(result, list):
+        labels, texts = ([str(line[column]) for line in result] for column in range(2))
         return xr.Dataset({"label": ("row", labels), "text": ("row", texts)})
-    order = np.asarray(found)
+    order = np.asarray(result)
     return xr.Dataset({"rank": ("row", np.arange(1, order.size + 1)), "asperity": ("row", order)})

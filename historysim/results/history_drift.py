@@ -15,10 +15,10 @@ from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import (
     check_all_recorded,
     described,
-    reach_of,
+    sliding_reach,
 )
 from historysim.results.asking import question
-from historysim.results.steps import position_of
+from historysim.results.steps import resolve_step
 
 __all__ = [
     "apparent_shift",
@@ -50,9 +50,9 @@ def branch_drift(history: xr.Dataset, first: int | str, second: int | str) -> fl
     Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
     does not have, or as for `preliminary_displacement`.
     """
-    before, after = (_displacements(history, step) for step in (first, second))
-    branch = one_contact.backward_branch(before, after).max(initial=0.0)
-    return float(abs(branch - 2 * before.max(initial=0.0)))
+    first_branches, second_branches = (_displacements(history, step) for step in (first, second))
+    branch = one_contact.backward_branch(first_branches, second_branches).max(initial=0.0)
+    return float(abs(branch - 2 * first_branches.max(initial=0.0)))
 
 
 @question(table="direction,cycle_drift")
@@ -66,12 +66,12 @@ def cycle_drift(
 
     Loops are positions; negative ones count from the end. InputError: a history without these loops.
     """
-    found = friction_loops(history, definitions=definitions).to_dataset()["preliminary_displacement"]
-    loops = found.sizes["loop"]
+    displacements = friction_loops(history, definitions=definitions).to_dataset()["preliminary_displacement"]
+    loops = displacements.sizes["loop"]
     for loop in (first, second):
         if not -loops <= loop < loops:
             raise InputError(f"loop {loop}: the history has {loops} loops; expected {-loops} to {loops - 1}")
-    change = found.isel(loop=second, drop=True) - found.isel(loop=first, drop=True)
+    change = displacements.isel(loop=second, drop=True) - displacements.isel(loop=first, drop=True)
     change.attrs = {"units": "m", "long_name": "change of the preliminary displacement between loops"}
     return change.rename("cycle_drift").reset_coords(drop=True)
 
@@ -83,8 +83,10 @@ def run_drift(first: xr.Dataset, second: xr.Dataset, step: int | str = -1) -> fl
     The step is its position in each of them, where negative ones count from the end, or the name of a state.
     InputError: a step that one of them does not have, or as for `preliminary_displacement`.
     """
-    before, after = (_displacements(history, step).max(initial=0.0) for history in (first, second))
-    return float(abs(after - before))
+    first_displacement, second_displacement = (
+        _displacements(history, step).max(initial=0.0) for history in (first, second)
+    )
+    return float(abs(second_displacement - first_displacement))
 
 
 @question(unit="m")
@@ -97,23 +99,23 @@ def positioning_error(history: xr.Dataset, start: int | str = 0, end: int | str 
 
     InputError: a step that the history does not have, or neither load nor drive has come back.
     """
-    first, last = (position_of(step, history) for step in (start, end))
+    start_step, end_step = (resolve_step(step, history) for step in (start, end))
     driven = [name for name in ("total_tangential_load", "drive_displacement") if name in history]
-    ends = {name: history[name].values[[first, last]] for name in driven}
+    ends = {name: history[name].values[[start_step, end_step]] for name in driven}
     tolerance = {name: REST_TOLERANCE * float(np.abs(history[name].values).max()) for name in driven}
     if not any(abs(values[1] - values[0]) <= tolerance[name] for name, values in ends.items()):
         load = ends["total_tangential_load"]
         raise InputError(
-            f"the tangential load is {load[0]:.6g} N at step {first} and {load[1]:.6g} N at step {last}; expected "
-            "steps between which it, or the drive, goes there and back"
+            f"the tangential load is {load[0]:.6g} N at step {start_step} and {load[1]:.6g} N at step {end_step}; "
+            "expected steps between which it, or the drive, goes there and back"
         )
     displacement = history["tangential_displacement"].values
-    return float(displacement[last] - displacement[first])
+    return float(displacement[end_step] - displacement[start_step])
 
 
 @question(table="step,time")
 def apparent_shift(history: xr.Dataset) -> xr.Dataset:
-    """Return what a controller saw where the normal load changed at rest.
+    """Return the changes of loads and displacement that a controller sees when the normal load changes at rest.
 
     At rest is a step to which the tangential load stays, or the displacement that is driven. For each such ``step``:
     its time, and the changes since the step before of ``normal_load`` [N], ``tangential_load`` [N] and
@@ -150,7 +152,7 @@ class Disturbance:
 def disturbance_at_rest(
     ensemble: Ensemble, state: State, normal_load: float, *, instrument: Instrument = RIGID
 ) -> Disturbance:
-    """Return what a controller sees when the normal load of a contact at rest changes; ``state`` itself does not.
+    """Return the changes of load and displacement at rest for a new normal load; ``state`` is unaffected.
 
     A rise is not seen, since what touches anew is not strained. Where the load falls the strain of what it lets go
     is lost: a held position needs less force, a held force moves the contact on.
@@ -174,13 +176,13 @@ def disturbance_at_rest(
 
 def _changes(values: Floats) -> Floats:
     """Return changes from step to step, 0 where they are rounding."""
-    found = np.diff(values)
-    found[np.abs(found) <= REST_TOLERANCE * np.abs(values).max(initial=0.0)] = 0.0
-    return found
+    differences = np.diff(values)
+    differences[np.abs(differences) <= REST_TOLERANCE * np.abs(values).max(initial=0.0)] = 0.0
+    return differences
 
 
 def _displacements(history: xr.Dataset, step: int | str) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m]."""
-    at = position_of(step, history)
+    at = resolve_step(step, history)
     check_all_recorded(history.isel(step=[at]))
-    return reach_of(history, at)
+    return sliding_reach(history, at)

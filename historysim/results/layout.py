@@ -46,30 +46,32 @@ def standard_layout(history: xr.Dataset) -> xr.Dataset:
         in the order of time, or with numbers of too few bits.
     """
     _check_complete(history)
-    found = _with_axes(history)
-    selected = selected_axes(found)
+    result = _with_axes(history)
+    selected = selected_axes(result)
     declarations = _declarations()
     variables = {
         str(name): _as_declared(variable, declarations[str(name)], selected) if name in declarations else variable
-        for name, variable in found.variables.items()
+        for name, variable in result.variables.items()
     }
-    foreign = {name for name in found.coords if name not in declarations}
+    foreign = {name for name in result.coords if name not in declarations}
     coordinates = foreign | (_COORDINATES & variables.keys())
-    if coordinates != {*found.coords} or any(variables[str(name)] is not one for name, one in found.variables.items()):
+    if coordinates != {*result.coords} or any(
+        variables[str(name)] is not declared_variable for name, declared_variable in result.variables.items()
+    ):
         data = {name: variable for name, variable in variables.items() if name not in coordinates}
-        found = xr.Dataset(data, {name: variables[str(name)] for name in coordinates}, history.attrs)
-    if found is not history:
+        result = xr.Dataset(data, {name: variables[str(name)] for name in coordinates}, history.attrs)
+    if result is not history:
         # where it comes from
-        found.encoding = history.encoding
-    _check_order(found)
-    return found
+        result.encoding = history.encoding
+    _check_order(result)
+    return result
 
 
 def _declarations() -> Mapping[str, Sequence[Variable]]:
-    found: dict[str, list[Variable]] = {}
+    declarations: dict[str, list[Variable]] = {}
     for variable in (*COORDINATES, SLIDE_TIME, *known()):
-        found.setdefault(variable.name, []).append(variable)
-    return found
+        declarations.setdefault(variable.name, []).append(variable)
+    return declarations
 
 
 def _check_complete(history: xr.Dataset) -> None:
@@ -121,15 +123,15 @@ def _with_axes(history: xr.Dataset) -> xr.Dataset:
             if dimension not in history.coords:
                 raise _renamed(dimension, axis)
             swapped[dimension] = axis
-    found = history.swap_dims(swapped) if swapped else history
-    if "asperity" in found.dims and "asperity" not in found.variables:
+    result = history.swap_dims(swapped) if swapped else history
+    if "asperity" in result.dims and "asperity" not in result.variables:
         raise InputError(
             "the history has no labels of its asperities; expected those of the original history: "
             "history.assign_coords(asperity=original.asperity)"
         )
-    if not found.sizes.get("step", 1):
+    if not result.sizes.get("step", 1):
         raise InputError("the history has no steps; expected one or more")
-    return found
+    return result
 
 
 def _renamed(dimension: str, axis: str) -> InputError:
@@ -141,7 +143,7 @@ def _renamed(dimension: str, axis: str) -> InputError:
 def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], selected: Sequence[str]) -> xr.Variable:
     """Return a variable with the dimensions and the type that it is declared with."""
     # friction is declared along the steps, and along the asperities, too, if these differ
-    declared = max(declarations, key=lambda each: len({*each.dimensions} & {*variable.dims}))
+    declared = max(declarations, key=lambda declaration: len({*declaration.dimensions} & {*variable.dims}))
     undeclared = [str(dimension) for dimension in variable.dims if dimension not in {*declared.dimensions, DIRECTION}]
     missing = [axis for axis in declared.dimensions if axis not in {*variable.dims, *selected}]
     if len(undeclared) == len(missing) == 1:
@@ -160,30 +162,30 @@ def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], select
 
 def _without(variable: xr.Variable, dimension: str, name: str) -> xr.Variable:
     """Return a variable without a dimension along which it is constant, as `xarray.concat` repeats it."""
-    first = variable.isel({dimension: 0}) if variable.size else variable
+    start = variable.isel({dimension: 0}) if variable.size else variable
     missing = variable.isnull()
-    if bool((missing != first.isnull()).any()):
+    if bool((missing != start.isnull()).any()):
         raise InputError(
             f"{name} of the history has missing values along {dimension}; expected recorded values alone, as "
             "history.sel and history.isel select them, unlike history.where"
         )
-    if not variable.size or not bool(((variable == first) | missing).all()):
+    if not variable.size or not bool(((variable == start) | missing).all()):
         raise InputError(
             f"{name} of the history differs along {dimension}; expected parts of one history, or one of several "
             f"histories: history.isel({dimension}=0)"
         )
-    return first
+    return start
 
 
 def _with_type(variable: xr.Variable, declared: Variable) -> xr.Variable:
     """Return a variable with numbers of its declared type; a flag or count that is missing is an InputError."""
     kind, size = variable.dtype.kind, variable.dtype.itemsize
-    whole = np.dtype(declared.dtype).kind == "i"
-    if not (kind == "f" and size >= _SINGLE_PRECISION) and not (whole and kind in "iu"):
+    is_integer = np.dtype(declared.dtype).kind == "i"
+    if not (kind == "f" and size >= _SINGLE_PRECISION) and not (is_integer and kind in "iu"):
         raise InputError(
             f"{declared.name} of the history holds {variable.dtype}; expected {declared.dtype}, as it was recorded"
         )
-    if not whole or kind != "f":
+    if not is_integer or kind != "f":
         return variable
     values = variable.values
     if not (np.isfinite(values).all() and (values == np.rint(values)).all()):

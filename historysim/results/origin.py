@@ -24,7 +24,7 @@ FEW_STEPS, SMOOTH_STEPS = 240, 480
 
 
 class Origin(NamedTuple):
-    """The replay that made a history, and what its log or its file knows beside it."""
+    """The replay that produced a history, with the surface and settings of its log or file."""
 
     job: Replay
     state: Callable[[float], State]  #: returns the state at a time [s]
@@ -33,7 +33,7 @@ class Origin(NamedTuple):
 
 
 def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer | None:
-    """Return what the origin of a history answers; None where there is none, or it raises InputError."""
+    """Evaluate a function of the origin of a history; None without origin, or if it raises InputError."""
     job, source = history.encoding.get(MADE_BY), history.encoding.get("source")
     if isinstance(job, Replay):
         with suppress(InputError):
@@ -49,8 +49,8 @@ def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Ans
                 return question(Origin(log.job(), lambda at: log.state(at=at), log.surface, log.settings))
         with suppress(InputError):
             head, content = embedded_log.read(Path(source))
-            made = head.replay(content.events)
-            return question(Origin(made, lambda at: made.state(until=at), head.surface, head.settings))
+            replay = head.replay(content.events)
+            return question(Origin(replay, lambda at: replay.state(until=at), head.surface, head.settings))
     return None
 
 
@@ -70,6 +70,10 @@ def dense(history: xr.Dataset) -> xr.Dataset:
     replayed = ask_origin(history, again)
     if replayed is None:
         return history
-    whole, own = (each["time"].values[[0, -1]] for each in (replayed, history))
+    replayed_limits, recorded_limits = (item["time"].values[[0, -1]] for item in (replayed, history))
     # a part of a history is drawn as it is
-    return replayed.assign_attrs(history.attrs) if np.allclose(whole, own, rtol=1e-12, atol=0) else history
+    return (
+        replayed.assign_attrs(history.attrs)
+        if np.allclose(replayed_limits, recorded_limits, rtol=1e-12, atol=0)
+        else history
+    )

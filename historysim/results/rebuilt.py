@@ -1,4 +1,4 @@
-"""What a history does not hold, at any step: the memory of an asperity, maps of full interaction, curves beside theory.
+"""Quantities recomputed by replay: traction memory of an asperity, maps of full interaction, theory curves.
 
 Contacts move straight in approach and displacement between recorded steps as a rule, so the memory of one asperity is
 replayed from those; where its loads then differ from the recorded ones, the events are replayed.
@@ -27,16 +27,16 @@ from historysim.replaying import Replay
 from historysim.results.analysis.recorded import (
     check_all_recorded,
     check_recorded,
-    column_of,
     described,
     displacement_ratio,
+    find_column,
     present_friction,
-    reach_of,
-    shape_of,
+    shape_in_step,
+    sliding_reach,
 )
 from historysim.results.asking import question
 from historysim.results.origin import Origin, ask_origin
-from historysim.results.steps import position_of, step_at
+from historysim.results.steps import find_step, resolve_step
 
 # difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
 AGREEMENT = 1e-6
@@ -82,51 +82,51 @@ def asperity(
     position: int | str = -1
     if time is not None:
         at = seconds(time)
-        recorded = step_at(history, at)
+        recorded = find_step(history, at)
         if recorded is None:
             return _between_steps(history, asperity, at)
         position = recorded
     elif chosen:
         position = step if state is None else state  # type: ignore[assignment] # one of them is given
-    (found,) = asperities_at(history, asperity, [position])
-    return found
+    (result,) = replay_asperities(history, asperity, [position])
+    return result
 
 
 def _between_steps(history: xr.Dataset, asperity: int, time: float) -> Asperity:
     """Return an asperity at a time between recorded steps, replayed from the events of the history."""
     check_recorded(history, "summit_radius")
-    times, column = history["time"].values, column_of(asperity, history)
+    times, column = history["time"].values, find_column(asperity, history)
     if not times[0] <= time <= times[-1]:
         raise InputError(
             f"time {time:g}: the history has {times[0]:g} s to {times[-1]:g} s; expected a time in between"
         )
-    found = _from_events(history, int(history["asperity"].values[column]), [time])
-    if found is None:
-        after = int(np.searchsorted(times, time))
+    asperities = _from_events(history, int(history["asperity"].values[column]), [time])
+    if asperities is None:
+        upper = int(np.searchsorted(times, time))
         raise InputError(
             f"time {time:g}: no step is recorded then, and the history does not come from a file with its events; "
-            f"expected a recorded time, such as {times[after - 1]:g} s (step {after - 1}) or {times[after]:g} s"
+            f"expected a recorded time, such as {times[upper - 1]:g} s (step {upper - 1}) or {times[upper]:g} s"
         )
-    return found[0]
+    return asperities[0]
 
 
-def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int | str]) -> list[Asperity]:
+def replay_asperities(history: xr.Dataset, asperity: int, steps: Sequence[int | str]) -> list[Asperity]:
     """Return one asperity at several steps; parameters and errors as for `asperity`."""
     check_recorded(history, "normal_load", "tangential_load", "summit_radius", "summit_height", "friction")
-    column = column_of(asperity, history)
-    positions = [position_of(step, history) for step in steps]
+    column = find_column(asperity, history)
+    positions = [resolve_step(step, history) for step in steps]
     # between steps in two directions the path may be any
-    found = None if DIRECTION in history.sizes else _from_steps(history, column, positions)
-    if found is None:
-        found = _from_events(
+    result = None if DIRECTION in history.sizes else _from_steps(history, column, positions)
+    if result is None:
+        result = _from_events(
             history, int(history["asperity"].values[column]), history["time"].values[positions].tolist()
         )
-    if found is None:
+    if result is None:
         raise InputError(
             f"asperity {asperity}: the recorded steps leave out part of its load history, and the history does not "
             "come from a file that holds its events; expected the result of historysim run, or more substeps"
         )
-    return found
+    return result
 
 
 @question(per_step=True, table="reversal,radius")
@@ -136,8 +136,8 @@ def reversal_points(history: xr.Dataset, asperity: int, step: int | str) -> xr.D
     Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
     displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity`.
     """
-    (found,) = asperities_at(history, asperity, [step])
-    points = found.reversal_points
+    (at_step,) = replay_asperities(history, asperity, [step])
+    points = at_step.reversal_points
     variables = {
         "radius": described("reversal", points.radius, "stick radius at the reversal", "m"),
         "displacement": described("reversal", points.displacement, "displacement U there", "m"),
@@ -177,19 +177,19 @@ def profiles(
     chosen = [steps] if isinstance(steps, int | np.integer | str) else list(steps)
     if not chosen:
         raise InputError("steps is empty; expected one step or more")
-    found = asperities_at(history, asperity, chosen)
-    positions = [position_of(step, history) for step in chosen]
-    radius = np.linspace(0.0, max(one.contact_radius for one in found), points)
-    pressure = np.array([one.pressure(radius) for one in found])
-    traction = np.array([one.traction(radius) for one in found])
-    limit = pressure * np.array([[one.friction] for one in found])
+    asperities = replay_asperities(history, asperity, chosen)
+    positions = [resolve_step(step, history) for step in chosen]
+    radius = np.linspace(0.0, max(contact.contact_radius for contact in asperities), points)
+    pressure = np.array([contact.pressure(radius) for contact in asperities])
+    traction = np.array([contact.traction(radius) for contact in asperities])
+    limit = pressure * np.array([[contact.friction] for contact in asperities])
     along = ("step", "radius")
     variables = {
         "pressure": described(along, pressure, "normal pressure", "Pa"),
         "traction": described(along, traction, "tangential traction", "Pa"),
         "friction_limit": described(along, limit, "friction limit of the traction", "Pa"),
-        "contact_radius": described("step", [one.contact_radius for one in found], "contact radius", "m"),
-        "stick_radius": described("step", [one.stick_radius for one in found], "stick radius", "m"),
+        "contact_radius": described("step", [contact.contact_radius for contact in asperities], "contact radius", "m"),
+        "stick_radius": described("step", [contact.stick_radius for contact in asperities], "stick radius", "m"),
     }
     coords = {
         "step": described("step", positions, "position of the step in the history"),
@@ -205,32 +205,32 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
         # where friction changes under a held load the displacement jumps, and a step has the last of it alone
         return None
     rows = slice(0, max(positions) + 1)
-    own = history.isel(asperity=column)
-    height, highest = float(own["summit_height"]), float(history["summit_height"].max())
+    column_data = history.isel(asperity=column)
+    height, highest = float(column_data["summit_height"]), float(history["summit_height"].max())
     pair = MaterialPair.from_moduli(
         contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
     )
     # no other asperity has a part in what this one remembers
-    alone = Ensemble(pair, height, float(own["summit_radius"]), float(own["friction"]))
+    single = Ensemble(pair, height, float(column_data["summit_radius"]), float(column_data["friction"]))
     approach = height - history["separation"].isel(step=rows).values
     displacement = history["tangential_displacement"].isel(step=rows).values
-    recorded = np.stack([own[name].isel(step=rows).values for name in ("normal_load", "tangential_load")])
+    recorded = np.stack([column_data[name].isel(step=rows).values for name in ("normal_load", "tangential_load")])
     # before the first step the highest summit just touched
-    state = alone.advance(alone.initial_state(), normal_displacement=height - highest, tangential_displacement=0.0)
-    found: dict[int, Asperity] = {}
+    state = single.advance(single.initial_state(), normal_displacement=height - highest, tangential_displacement=0.0)
+    replayed: dict[int, Asperity] = {}
     loads = np.empty_like(recorded)
-    first = 0
-    for last in sorted({*positions, *range(STEPS_AT_ONCE, max(positions), STEPS_AT_ONCE)}):
-        part = slice(first, last + 1)
-        paths = paths_to(Goals(DISPLACED, approach[part]), Goals(DISPLACED, displacement[part]))
-        walked = blank_rows(last + 1 - first, 1)
-        state = alone.walk(state, paths, rows=walked, asperities=[0])
-        loads[:, part] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
-        if last in positions:
-            found[last] = Asperity.from_readout(Readout(alone, state, [0]), 0, int(own["asperity"]))
-        first = last + 1
+    start = 0
+    for stop in sorted({*positions, *range(STEPS_AT_ONCE, max(positions), STEPS_AT_ONCE)}):
+        block = slice(start, stop + 1)
+        paths = paths_to(Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block]))
+        walked = blank_rows(stop + 1 - start, 1)
+        state = single.walk(state, paths, rows=walked, asperities=[0])
+        loads[:, block] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
+        if stop in positions:
+            replayed[stop] = Asperity.from_readout(Readout(single, state, [0]), 0, int(column_data["asperity"]))
+        start = stop + 1
     off = np.abs(loads - recorded).max(axis=1)
-    return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]
+    return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [replayed[step] for step in positions]
 
 
 def _from_events(history: xr.Dataset, label: int, times: Sequence[float]) -> list[Asperity] | None:
@@ -254,35 +254,35 @@ class PointMaps(NamedTuple):
     contact_state: npt.NDArray[np.int8]  #: `SEPARATED`, `STICKS` or `SLIPS`
 
 
-def maps_of(origin: Origin, state: State) -> PointMaps:
+def compute_point_maps(origin: Origin, state: State) -> PointMaps:
     """Return the maps of a state of the contact that a history comes from."""
     arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
-    found, modulus = origin.job.ensemble.superposition(state), origin.job.ensemble.pair.contact_modulus
+    position, modulus = origin.job.ensemble.superposition(state), origin.job.ensemble.pair.contact_modulus
     first_touch, point = arrays["first_touch"], arrays["point"].astype(np.int64)
     maps = np.zeros((3, int(np.prod(shape))))
-    maps[0, point] = found.normal @ arrays[SOLVED] * modulus
-    maps[1, point] = found.tangential @ arrays[SOLVED] * modulus
-    zone = np.where(first_touch <= found.stick_approach, STICKS, SLIPS)
-    maps[2, point] = np.where(first_touch <= found.approach, zone, SEPARATED)
+    maps[0, point] = position.normal @ arrays[SOLVED] * modulus
+    maps[1, point] = position.tangential @ arrays[SOLVED] * modulus
+    zone = np.where(first_touch <= position.stick_approach, STICKS, SLIPS)
+    maps[2, point] = np.where(first_touch <= position.approach, zone, SEPARATED)
     pressure, traction, contact_state = maps.reshape(3, *shape)
     # a point begins to touch between two solutions, whose pressures are blended there
     return PointMaps(pressure, traction, contact_state.astype(np.int8))
 
 
-def sides_of(origin: Origin) -> tuple[float, float]:
+def map_sides(origin: Origin) -> tuple[float, float]:
     """Return the lengths of the map [m]: the last point is one step before the end."""
     x, y = (np.asarray(origin.surface[name]) for name in ("x", "y"))
     return float(x[-1] + x[1] - x[0]), float(y[-1] + y[1] - y[0])
 
 
-def answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
-    """Return what the origin of a history with maps answers; InputError where it has no origin, or no maps."""
-    found = ask_origin(history, lambda origin: (origin, question(origin) if SOLVED in origin.surface else None))
-    if found is None:
+def ask_map_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
+    """Evaluate a function of the origin of a history with maps; InputError without origin or maps."""
+    reply = ask_origin(history, lambda origin: (origin, question(origin) if SOLVED in origin.surface else None))
+    if reply is None:
         raise InputError(
             "contact maps need the event log: pass the file written by `historysim run`, or keep NAME.history beside it"
         )
-    origin, answer = found
+    origin, answer = reply
     if answer is None:
         raise InputError(
             f"{origin.settings.get('title') or 'the history'}: has no contact maps; expected a surface with "
@@ -302,9 +302,11 @@ def point_maps(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     InputError: a step that the history does not have, or a history that is not from a file with its events, or without
     maps.
     """
-    step = position_of(step, history)
+    step = resolve_step(step, history)
     at = float(history["time"].values[step])
-    maps, sides = answered(history, lambda origin: (maps_of(origin, origin.state(at)), sides_of(origin)))
+    maps, sides = ask_map_origin(
+        history, lambda origin: (compute_point_maps(origin, origin.state(at)), map_sides(origin))
+    )
     axes = {
         name: described(name, np.arange(size) * side / size, f"position along {name}", "m")
         for name, size, side in zip("xy", maps.pressure.shape, sides, strict=True)
@@ -358,39 +360,44 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         for step, depth in enumerate(approach[1:].tolist(), start=1):
             state = ensemble.advance(state, normal_displacement=depth)
             stiffness[step] = state.normal_stiffness
-        theory, beside = ("", {}) if ensemble.curves is not None else _theory(ensemble, approach)
-        own: dict[str, Any] = {"normal_load": rows["total_normal_load"], "contact_area": rows.get("real_contact_area")}
-        own["normal_stiffness"] = stiffness
-        known = [(name, *of) for name, of in CURVES.items() if own[name] is not None]
-        data = {name: described("approach", np.asarray(own[name]), text, unit) for name, text, unit in known}
-        for name, text, unit in known if beside else []:
-            data[f"theory_{name}"] = described("approach", beside[name], f"{text}, {theory}", unit)
+        theory, theory_values = ("", {}) if ensemble.curves is not None else _theory(ensemble, approach)
+        simulated: dict[str, Any] = {
+            "normal_load": rows["total_normal_load"],
+            "contact_area": rows.get("real_contact_area"),
+        }
+        simulated["normal_stiffness"] = stiffness
+        curves = [(name, *of) for name, of in CURVES.items() if simulated[name] is not None]
+        data = {name: described("approach", np.asarray(simulated[name]), text, unit) for name, text, unit in curves}
+        for name, text, unit in curves if theory_values else []:
+            data[f"theory_{name}"] = described("approach", theory_values[name], f"{text}, {theory}", unit)
         data["contact_count"] = described("approach", rows["contact_count"].values, "asperities in contact")
         along = described("approach", approach, "approach of the highest summit from first touch", "m")
         attributes = {"title": history.attrs.get("title", ""), "theory": theory}
         return xr.Dataset(data, {"approach": along}, attributes)
 
-    found = ask_origin(history, curve)
-    if found is None:
+    result = ask_origin(history, curve)
+    if result is None:
         raise InputError(
             "the load curve needs the contact itself: pass the file that historysim run has written, or what hs.run or "
             "hs.replay has returned"
         )
-    return found
+    return result
 
 
 def _theory(ensemble: Ensemble, approach: Floats) -> tuple[str, dict[str, Floats]]:
     """Return the name of a theory, and load, area and stiffness that it gives at approaches of the highest summit."""
     height, modulus = ensemble.summit_height, ensemble.pair.contact_modulus
     radius = np.broadcast_to(ensemble.summit_radius, height.shape)
-    whole = _greenwood_williamson(ensemble)
-    if whole is None:
+    greenwood_williamson = _greenwood_williamson(ensemble)
+    if greenwood_williamson is None:
         highest = height == height.max()
-        found = summit_contact(height[highest], radius[highest], height.max() - approach, contact_modulus=modulus)
+        hertz_contact = summit_contact(
+            height[highest], radius[highest], height.max() - approach, contact_modulus=modulus
+        )
         name = "the highest summit alone, after Hertz" if height.size > 1 else "Hertz"
-        return name, {key: getattr(found, key) for key in CURVES}
+        return name, {key: getattr(hertz_contact, key) for key in CURVES}
     separation = height.max() - approach
-    return "Greenwood and Williamson", {key: getattr(whole, key)(separation) for key in CURVES}
+    return "Greenwood and Williamson", {key: getattr(greenwood_williamson, key)(separation) for key in CURVES}
 
 
 @question(per_step=True, table="rank,displacement", earlier="sliding_order")
@@ -408,32 +415,32 @@ def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Datas
     The step is a position, where negative ones count from the end, or the name of a state. InputError: a step that the
     history does not have, a history without some or all of the asperities that touch, or of patches.
     """
-    at = position_of(step, history)
+    at = resolve_step(step, history)
     check_recorded(history, "summit_radius")
     check_all_recorded(history.isel(step=[at]))
-    own = reach_of(history, at)
-    touching = np.flatnonzero(shape_of(history, "summit_height", at) > float(history["separation"].values[at]))
-    order = touching[np.argsort(own[touching], kind="stable")]
+    reach = sliding_reach(history, at)
+    touching = np.flatnonzero(shape_in_step(history, "summit_height", at) > float(history["separation"].values[at]))
+    order = touching[np.argsort(reach[touching], kind="stable")]
     text = "tangential displacement at which it slides"
     data: dict[str, Any] = {
-        "displacement": described("rank", own[order], text, "m"),
+        "displacement": described("rank", reach[order], text, "m"),
         "asperity": described("rank", history["asperity"].values[order], "label of the asperity"),
     }
     attributes: dict[str, Any] = {"title": history.attrs.get("title", "")}
     load, count = float(history["total_normal_load"].values[at]), touching.size
     if count:
-        friction = np.broadcast_to(present_friction(history).of(at), own.shape)[touching]
+        friction = np.broadcast_to(present_friction(history).of(at), reach.shape)[touching]
         mean = displacement_ratio(history) * float(friction.mean())
-        radius = float(shape_of(history, "summit_radius", at)[touching].mean())
+        radius = float(shape_in_step(history, "summit_radius", at)[touching].mean())
         modulus = float(history.attrs["contact_modulus"])
         attributes["equal_asperities"] = mean * float(
             hertz.approach(load / count, summit_radius=radius, contact_modulus=modulus)
         )
         share = (np.arange(count) + 0.5) / count
-        found = ask_origin(history, lambda origin: _gaussian_approaches(origin.job.ensemble, load, share))
-        if found is not None:
+        approaches = ask_origin(history, lambda origin: _gaussian_approaches(origin.job.ensemble, load, share))
+        if approaches is not None:
             text = f"{text}, Greenwood and Williamson"
-            data["greenwood_williamson"] = described("rank", mean * found, text, "m")
+            data["greenwood_williamson"] = described("rank", mean * approaches, text, "m")
     rank = described("rank", np.arange(1, count + 1), "how many asperities slide there")
     return xr.Dataset(data, {"rank": rank}, attributes)
 
@@ -442,13 +449,13 @@ def _gaussian_approaches(ensemble: Ensemble, load: float, share: Floats) -> Floa
     """Return the approaches up to which shares of the contacts of a Gaussian surface have come [m]."""
     from scipy import stats
 
-    whole = _greenwood_williamson(ensemble)
-    if whole is None:
+    theory = _greenwood_williamson(ensemble)
+    if theory is None:
         return None
-    separation = float(whole.separation_at(load))
-    least = (separation - whole.mean_height) / whole.height_deviation
-    higher = stats.norm.isf((1 - share) * stats.norm.sf(least))
-    return np.asarray(whole.mean_height + whole.height_deviation * higher - separation)
+    separation = float(theory.separation_at(load))
+    lowest_height = (separation - theory.mean_height) / theory.height_deviation
+    higher = stats.norm.isf((1 - share) * stats.norm.sf(lowest_height))
+    return np.asarray(theory.mean_height + theory.height_deviation * higher - separation)
 
 
 def _greenwood_williamson(ensemble: Ensemble) -> GreenwoodWilliamson | None:

@@ -1,4 +1,4 @@
-"""Files of this program: what a file is, and results, sweeps and tables opened, checked before anything is asked."""
+"""File types, and opening of results, sweeps and tables with checks before use."""
 
 import abc
 import contextlib
@@ -76,7 +76,7 @@ FILES: Registry[type[FileKind]] = Registry(
 
 
 def kind_of(path: Path) -> str:
-    """Return what a file is, a key of `CALLED` or a name in `FILES`: a scenario by its ending, else by its content."""
+    """Return the type of a file, a key of `CALLED` or a name in `FILES`: by suffix, else by content."""
     if path.suffix == ".toml":
         return "scenario"
     if is_zarr(path):
@@ -109,7 +109,7 @@ def _kind_of_netcdf(path: Path) -> str:
     return "result"
 
 
-def open_history(path: Path, *, own: bool = False) -> "xr.Dataset":
+def open_history(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     """Open the result of a run, read lazily; its ``close()`` closes the file.
 
     The Dataset is that of xarray, which also closes files that nobody has closed. It must not be held open by a
@@ -129,7 +129,7 @@ def open_history(path: Path, *, own: bool = False) -> "xr.Dataset":
         The file does not exist, is not a finished result, or is damaged.
     """
     _check_netcdf(path)
-    history = _open_netcdf(path, own=own)
+    history = _open_netcdf(path, exclusive=exclusive)
     try:
         with damage_reported(path):
             _check_history(history, path)
@@ -163,28 +163,28 @@ def open_zarr_history(path: Path) -> "xr.Dataset":
 
 
 @contextlib.contextmanager
-def open_result(path: Path, *, own: bool = False) -> Iterator["xr.Dataset"]:
+def open_result(path: Path, *, exclusive: bool = False) -> Iterator["xr.Dataset"]:
     """Open the result of a run, and close it when the block ends; also damage found while reading is an InputError.
 
     Parameters and errors as for `open_history`. The result may be a zarr store, or a log, whose history is computed
     where it is read.
     """
-    with _opened(path, own=own) as history, damage_reported(path):
+    with _open_checked(path, exclusive=exclusive) as history, damage_reported(path):
         yield history
 
 
-def _opened(path: Path, *, own: bool) -> "xr.Dataset":
+def _open_checked(path: Path, *, exclusive: bool) -> "xr.Dataset":
     if is_zarr(path):
         return open_zarr_history(path)
     if is_log(path):
         from historysim.log.lazy_history import open_lazily
 
         return open_lazily(path)
-    return open_history(path, own=own)
+    return open_history(path, exclusive=exclusive)
 
 
 @contextlib.contextmanager
-def open_file_history(path: Path, *, own: bool = False) -> Iterator[History]:
+def open_file_history(path: Path, *, exclusive: bool = False) -> Iterator[History]:
     """Open the result of a run for a summary, a netCDF file without xarray, and close it when the block ends.
 
     Parameters and errors as for `open_history`; damage found while reading is an InputError as well.
@@ -194,7 +194,7 @@ def open_file_history(path: Path, *, own: bool = False) -> Iterator[History]:
             yield stored
         return
     _check_netcdf(path)
-    if not own:
+    if not exclusive:
         check_named(path)
     with contextlib.ExitStack() as files:
         try:
@@ -208,13 +208,13 @@ def open_file_history(path: Path, *, own: bool = False) -> Iterator[History]:
 
 def read_table(path: Path) -> "xr.Dataset":
     """Read a sweep, friction loops, a table of them, or friction over time or distance, as it was written."""
-    with _open_netcdf(path) as found, damage_reported(path):
-        return found.load()
+    with _open_netcdf(path) as dataset, damage_reported(path):
+        return dataset.load()
 
 
 def _check_exists(path: Path, expected: str) -> None:
-    if found := path_state(path):
-        raise InputError(f"{path}: {found}; {expected}")
+    if problem := path_state(path):
+        raise InputError(f"{path}: {problem}; {expected}")
 
 
 def _check_netcdf(path: Path) -> None:
@@ -227,10 +227,10 @@ def _damaged(path: Path, error: Exception) -> InputError:
     return InputError(f"{path}: is damaged ({error}); make it again")
 
 
-def _open_netcdf(path: Path, *, own: bool = False) -> "xr.Dataset":
+def _open_netcdf(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     import xarray as xr
 
-    if not own:
+    if not exclusive:
         check_named(path)
     try:
         # elapsed time in s is no date
@@ -270,7 +270,7 @@ def _check_history(history: History, path: Path) -> None:
 
 
 def _wrong(history: History) -> Iterator[str]:
-    """Yield what is wrong with the attributes and variables of a result."""
+    """Yield faults of the attributes and variables of a result."""
     for name in STRINGS:
         if not isinstance(history.attrs.get(name, ""), str):
             yield f"its attribute {name} is no string"
@@ -289,8 +289,8 @@ def _wrong(history: History) -> Iterator[str]:
         variable = history.variables[name]
         if variable.dtype.kind not in "iuf":
             yield f"its variable {name} holds no numbers"
-        own = tuple(each for each in variable.dims if each != DIRECTION)
-        if own != KNOWN[name].dimensions and name != "present_friction":
+        dimensions = tuple(name_ for name_ in variable.dims if name_ != DIRECTION)
+        if dimensions != KNOWN[name].dimensions and name != "present_friction":
             yield f"its variable {name} goes along {', '.join(map(str, variable.dims)) or 'nothing'}"
     if "asperity" in history.sizes and "asperity" not in history.variables:
         yield "it has no labels of its asperities"

@@ -15,7 +15,7 @@ NUMBER = re.compile(r"-?\d+")
 
 def named_states(history: History) -> dict[str, int]:
     """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
-    steps = {name: step_at(history, time) for name, time in _named_times(history).items()}
+    steps = {name: find_step(history, time) for name, time in _named_times(history).items()}
     return {name: step for name, step in steps.items() if step is not None}
 
 
@@ -25,26 +25,26 @@ def _named_times(history: History) -> dict[str, float]:
     return times
 
 
-def step_at(history: History, time: float) -> int | None:
+def find_step(history: History, time: float) -> int | None:
     """Return the last step recorded at a time [s]; None if there is none."""
     near = np.flatnonzero(np.isclose(np.asarray(history["time"].values), time, rtol=1e-9, atol=1e-12))
     return int(near[-1]) if near.size else None
 
 
-def position_of(step: object, history: History) -> int:
+def resolve_step(step: object, history: History) -> int:
     """Return a step of a history as a number from 0.
 
     The step is a number, where negative ones count from the end, also as a string, or the name of a state. InputError
     for another one.
     """
     if isinstance(step, str) and not NUMBER.fullmatch(step):
-        known = named_states(history)
-        if step in known:
-            return known[step]
+        states = named_states(history)
+        if step in states:
+            return states[step]
         times = _named_times(history)
         if step in times:
             raise InputError(f"step {step!r}: the history has no step at its time, {times[step]:g} s")
-        expected = f"{listed(known)}, or a number" if known else "a number, since no waypoint has a name"
+        expected = f"{listed(states)}, or a number" if states else "a number, since no waypoint has a name"
         raise InputError(f"step {step!r} is not a named state of the history; expected {expected}")
     steps = len(history["time"].values)
     is_number = isinstance(step, int | np.integer | str) and not isinstance(step, bool)
@@ -54,7 +54,7 @@ def position_of(step: object, history: History) -> int:
 
 
 def state_label(history: History, step: int) -> str:
-    """Return what a step is called: its name, or else its number and time."""
+    """Return the label of a step: its name, or else its number and time."""
     for name, position in named_states(history).items():
         if position == step:
             return name

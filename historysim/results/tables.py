@@ -81,21 +81,21 @@ def _rows(dataset: xr.Dataset) -> Iterator[Sequence[Any]]:
     header = [with_unit(label, attributes) for label, _, attributes in _columns(dataset.isel({along: slice(0)}), along)]
     yield header
     at_once = max(1, CELLS_AT_ONCE // len(header))
-    for first in range(0, dataset.sizes[along], at_once):
-        block = dataset.isel({along: slice(first, first + at_once)})
+    for start in range(0, dataset.sizes[along], at_once):
+        block = dataset.isel({along: slice(start, start + at_once)})
         yield from zip(*(map(_plain, values.tolist()) for _, values, _ in _columns(block, along)), strict=True)
 
 
 def _columns(dataset: xr.Dataset, along: Hashable) -> Iterator[tuple[str, np.ndarray, dict[Any, Any]]]:
     """Yield label, values and attributes of each column of a table with a row for each member of a dimension."""
-    names = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,)]
+    names = [name for name, variable in dataset.variables.items() if variable.dims[:1] == (along,)]
     # labels of the rows come first
     for name in sorted(names, key=lambda name: name not in dataset.coords):
         further = dict(list(dataset[name].sizes.items())[1:])
         members = (dataset[dim].values if dim in dataset.coords else range(size) for dim, size in further.items())
         values = dataset[name].values.reshape(-1, math.prod(further.values()))
-        for column, each in enumerate(itertools.product(*members)):
-            yield " ".join(map(str, (name, *each))), values[:, column], dataset[name].attrs
+        for column, variable in enumerate(itertools.product(*members)):
+            yield " ".join(map(str, (name, *variable))), values[:, column], dataset[name].attrs
 
 
 def with_unit(name: object, attributes: "dict[Any, Any]") -> str:
@@ -138,16 +138,16 @@ class WrittenTable:
                     "the header: write the table again"
                 )
         columns = {}
-        for place, cell in enumerate(heading):
-            parts = HEADING.fullmatch(cell)
-            name, unit = (parts["name"], parts["unit"]) if parts else (cell, None)
-            columns[name] = ("row", _values([row[place] for row in rows]), {"units": unit} if unit else {})
+        for column, cell in enumerate(heading):
+            match = HEADING.fullmatch(cell)
+            name, unit = (match["name"], match["unit"]) if match else (cell, None)
+            columns[name] = ("row", _values([row[column] for row in rows]), {"units": unit} if unit else {})
         return cls(path.name, xr.Dataset(columns))
 
     @classmethod
     def of(cls, dataset: xr.Dataset, name: str) -> Self:
         """Return a Dataset as the table that `write_csv` would write of it."""
-        (along, *_) = (dim for each in dataset.data_vars.values() for dim in each.dims)
+        (along, *_) = (dim for variable in dataset.data_vars.values() for dim in variable.dims)
         columns = {label: ("row", values, attributes) for label, values, attributes in _columns(dataset, along)}
         return cls(name, xr.Dataset(columns))
 
@@ -185,21 +185,23 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
     """
     dataset = _dataset(table)
     along = next((name for name in ALONG_THE_HISTORY if _is_first(name, dataset)), None)
-    written = _described(dataset, origin)
+    written = _with_metadata(dataset, origin)
     with replacing(path_of_numbers(path)) as unfinished:
         if along is None:
             written.to_netcdf(unfinished, engine="netcdf4", encoding=_encoding(written))
             return
         encoding = _encoding(written, along)
-        first = written.isel({along: slice(0, 0)})
-        first.to_netcdf(unfinished, engine="netcdf4", encoding=encoding, unlimited_dims=[along])
+        header = written.isel({along: slice(0, 0)})
+        header.to_netcdf(unfinished, engine="netcdf4", encoding=encoding, unlimited_dims=[along])
         _append_rows(unfinished, written, along)
 
 
 def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
     """Return whether a table has a dimension, in front of all others."""
-    places = [each.dims.index(dimension) for each in dataset.variables.values() if dimension in each.dims]
-    return bool(places) and not any(places)
+    positions = [
+        variable.dims.index(dimension) for variable in dataset.variables.values() if dimension in variable.dims
+    ]
+    return bool(positions) and not any(positions)
 
 
 def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
@@ -218,29 +220,29 @@ def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
 
 def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]:
     """Return how variables are stored: strings as characters, and nothing missing unless it is declared."""
-    found: dict[Any, dict[str, Any]] = {}
+    encodings: dict[Any, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
-        own = found[name] = {}
+        encoding = encodings[name] = {}
         if variable.dtype.kind in "UO":
-            own["dtype"] = "S1"
+            encoding["dtype"] = "S1"
         elif name in dataset.coords and variable.dtype == np.int64 and _is_small(variable):
             # ncview knows no labels of 8 bytes
-            own.update({"_FillValue": None, "dtype": "int32"})
+            encoding.update({"_FillValue": None, "dtype": "int32"})
         elif name in dataset.coords or variable.dtype.kind in "iub":
-            own["_FillValue"] = None
+            encoding["_FillValue"] = None
         if along in variable.dims and variable.ndim <= 2 and variable.size:
             rows, columns = chunk_shape(variable.sizes[along], variable.size // variable.sizes[along])
-            own["chunksizes"] = (rows, columns)[: variable.ndim]
-    return found
+            encoding["chunksizes"] = (rows, columns)[: variable.ndim]
+    return encodings
 
 
 def _is_small(variable: xr.Variable) -> bool:
     return not variable.size or bool(np.abs(variable.values).max() <= np.iinfo(np.int32).max)
 
 
-def _described(dataset: xr.Dataset, origin: str) -> xr.Dataset:
+def _with_metadata(dataset: xr.Dataset, origin: str) -> xr.Dataset:
     """Return a table with the attributes of a catalogue, in types that every tool knows."""
-    made = dataset.copy()
+    result = dataset.copy()
     title = dataset.attrs.get("title") or " and ".join(map(str, list(dataset.data_vars)[:2])).replace("_", " ")
     usual = {
         "Conventions": CONVENTIONS,
@@ -253,14 +255,14 @@ def _described(dataset: xr.Dataset, origin: str) -> xr.Dataset:
     # a history is a result
     if not {"complete", "historysim_version"} <= dataset.attrs.keys():
         usual["content"] = TABLE
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    made.attrs = _stored(usual | dataset.attrs | {"date_created": now})
-    for name, variable in made.variables.items():
+    timestamp = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    result.attrs = _stored(usual | dataset.attrs | {"date_created": timestamp})
+    for name, variable in result.variables.items():
         # a variable that was read from a file keeps how it was stored there
         variable.encoding = {key: value for key, value in variable.encoding.items() if key == "_FillValue"}
-        content = {"coverage_content_type": origin} if name in made.data_vars else {}
+        content = {"coverage_content_type": origin} if name in result.data_vars else {}
         variable.attrs = _stored(content | variable.attrs)
-    return made
+    return result
 
 
 def _stored(attributes: dict[Any, Any]) -> dict[Any, Any]:
@@ -295,86 +297,88 @@ def _range(values: xr.DataArray) -> str:
     """Return the range of a variable, with its unit and how many values are missing; of strings how many there are."""
     if values.dtype.kind not in "iuf":
         return counted(len(set(values.values.ravel().tolist())), "string", "different strings")
-    known = values.values[np.isfinite(values.values)]
-    if not known.size:
+    finite = values.values[np.isfinite(values.values)]
+    if not finite.size:
         return "no value"
-    text = range_text(float(known.min()), float(known.max()), str(values.attrs.get("units", "1")))
-    return text if known.size == values.size else f"{text}, {values.size - known.size:,} missing"
+    text = range_text(float(finite.min()), float(finite.max()), str(values.attrs.get("units", "1")))
+    return text if finite.size == values.size else f"{text}, {values.size - finite.size:,} missing"
 
 
-def sweep_summary(found: xr.Dataset) -> list[tuple[str, str]]:
+def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     """Return lines of (label, text) of a sweep.
 
     They are the number of cells, what was swept, the range of each number over all cells, cells that have failed, and a
     warning for each assumption of the model that does not hold in some.
     """
-    swept = _swept(found)
-    dims = {dim for name in swept for dim in found[name].dims}
-    lines = [("cells", f"{int(np.prod([found.sizes[dim] for dim in dims])):,}")]
+    swept = _swept(sweep)
+    dims = {dim for name in swept for dim in sweep[name].dims}
+    lines = [("cells", f"{int(np.prod([sweep.sizes[dim] for dim in dims])):,}")]
     for name in swept:
-        values = found[name]
-        given = ", ".join(dict.fromkeys(map(str, values.values.ravel())))
-        lines.append((str(values.attrs["long_name"]), _range(values) if values.dtype.kind in "fiu" else given))
+        values = sweep[name]
+        text = ", ".join(dict.fromkeys(map(str, values.values.ravel())))
+        lines.append((str(values.attrs["long_name"]), _range(values) if values.dtype.kind in "fiu" else text))
     lines += [
         (str(name), _range(values))
-        for name, values in found.data_vars.items()
+        for name, values in sweep.data_vars.items()
         if set(values.dims) <= dims and values.dtype.kind == "f"
     ]
-    if "failure" in found:
-        reasons = [str(reason) for reason in found["failure"].values.ravel() if reason]
+    if "failure" in sweep:
+        reasons = [str(reason) for reason in sweep["failure"].values.ravel() if reason]
         lines.append(("failed", f"{counted(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
-    warnings = read_findings(str(found.attrs.get("validity", "[]")))
+    warnings = read_findings(str(sweep.attrs.get("validity", "[]")))
     return [*lines, *(("warning", finding.text) for finding in warnings)]
 
 
-def sweep_rows(found: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[Any]]:
-    """Yield a sweep as a heading with units, and a row for each cell: what was swept, and its numbers.
+def sweep_rows(sweep: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[Any]]:
+    """Yield a sweep as a heading with units and one row per cell: swept values and results.
 
     Outputs along ``step`` and ``asperity`` have a row for each of these, with columns of their labels; steps that a
     cell does not have are left out, without ``steps`` all of these.
     """
     along = {"step", "asperity"}
     if not steps:
-        found = found.drop_vars([name for name, values in found.variables.items() if along & {*values.dims}])
-    swept = _swept(found)
-    dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in found[name].dims))
-    own = [dim for dim in ("step", "asperity") if any(dim in values.dims for values in found.data_vars.values())]
-    labels = [name for name in ("time", "summit_height", "summit_radius") if name in found.variables and own]
-    names = list(dict.fromkeys([*labels, *map(str, found.data_vars)]))
-    if not dims and not own:
+        sweep = sweep.drop_vars([name for name, values in sweep.variables.items() if along & {*values.dims}])
+    swept = _swept(sweep)
+    dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in sweep[name].dims))
+    row_dims = [dim for dim in ("step", "asperity") if any(dim in values.dims for values in sweep.data_vars.values())]
+    labels = [name for name in ("time", "summit_height", "summit_radius") if name in sweep.variables and row_dims]
+    names = list(dict.fromkeys([*labels, *map(str, sweep.data_vars)]))
+    if not dims and not row_dims:
         # a design at one point has no dimension to make rows of
-        found, dims = found.expand_dims("point"), ("point",)
-    frame = found.to_dataframe(dim_order=[*dims, *own]).reset_index()
+        sweep, dims = sweep.expand_dims("point"), ("point",)
+    frame = sweep.to_dataframe(dim_order=[*dims, *row_dims]).reset_index()
     # what goes along steps is NaN where a cell has fewer of them
     padded = [
         name
-        for name in (str(name) for name in found.data_vars)
-        if {*own} & {*found[name].dims} and found[name].dtype.kind == "f" and not {*found[name].dims} <= {*own}
+        for name in (str(name) for name in sweep.data_vars)
+        if {*row_dims} & {*sweep[name].dims}
+        and sweep[name].dtype.kind == "f"
+        and not {*sweep[name].dims} <= {*row_dims}
     ]
     # a copy: pandas lends its own arrays read-only
-    kept = frame[padded].notna().any(axis=1).to_numpy(copy=True) if padded else np.ones(len(frame), dtype=np.bool_)
+    valid = frame[padded].notna().any(axis=1).to_numpy(copy=True) if padded else np.ones(len(frame), dtype=np.bool_)
     # a cell without any number, which has failed, keeps a row
-    each = kept.reshape(*(found.sizes[dim] for dim in dims), -1)
-    each[..., 0] |= ~each.any(axis=-1)
-    units = {name: found[name].attrs for name in [*swept, *names]}
-    columns = [*swept, *own, *names]
+    per_cell = valid.reshape(*(sweep.sizes[dim] for dim in dims), -1)
+    per_cell[..., 0] |= ~per_cell.any(axis=-1)
+    units = {name: sweep[name].attrs for name in [*swept, *names]}
+    columns = [*swept, *row_dims, *names]
     yield [with_unit(name, units.get(name, {})) for name in columns]
-    yield from frame.loc[kept, columns].itertuples(index=False, name=None)
+    yield from frame.loc[valid, columns].itertuples(index=False, name=None)
 
 
-def write_sweep(found: xr.Dataset, path: Path) -> None:
+def write_sweep(sweep: xr.Dataset, path: Path) -> None:
     """Write a sweep as netCDF or, where the ending is .csv, as a table (`sweep_rows`)."""
     if path.suffix.lower() != ".csv":
-        write_netcdf(found, path)
+        write_netcdf(sweep, path)
         return
     with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream, lineterminator=LINE_END).writerows(map(_plain, row) for row in sweep_rows(found))
+        csv.writer(stream, lineterminator=LINE_END).writerows(map(_plain, row) for row in sweep_rows(sweep))
 
 
-def _swept(found: xr.Dataset) -> list[str]:
+def _swept(sweep: xr.Dataset) -> list[str]:
     """Return the names of the swept quantities, in their order."""
-    keys = str(found.attrs["swept_keys"]).split()
-    by_key = {str(values.attrs.get("long_name")): str(name) for name, values in found.coords.items()}
+    keys = str(sweep.attrs["swept_keys"]).split()
+    by_key = {str(values.attrs.get("long_name")): str(name) for name, values in sweep.coords.items()}
     return [by_key[f"{key} of the scenario"] for key in keys]
 
 
@@ -400,20 +404,20 @@ def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def of_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
-    """Return what a mean of a quantity is of (loop, …): large loops, and NaN where it is a lower bound."""
+    """Return the values that a mean of a loop quantity includes (loop, …): large loops; NaN for a lower bound."""
     values = loops[quantity]
     if quantity in OF_SLIP and "lower_bound" in loops:
         values = values.where(loops["lower_bound"] == 0)
-    kept: Floats = values.values[_large(loops)]
-    return kept
+    values_of_large: Floats = values.values[_large(loops)]
+    return values_of_large
 
 
 def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
     """Return a mean; where no branch reached sliding, it is a lower bound."""
     unit = loops[quantity].attrs["units"]
-    found = LoopStatistics.from_values(of_mean(loops, quantity))
-    if found.count or quantity not in OF_SLIP:
-        return found.text(unit, count)
+    statistics = LoopStatistics.from_values(of_mean(loops, quantity))
+    if statistics.count or quantity not in OF_SLIP:
+        return statistics.text(unit, count)
     bound = LoopStatistics.from_values(loops[quantity].values[_large(loops)])
     return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
@@ -428,11 +432,13 @@ def _levels(table: xr.Dataset) -> list[tuple[str, str]]:
     both = table.sel(direction="both")
     (along,) = both["loops"].dims
     lines = []
-    for place, value in enumerate(both[along].values):
-        at = both.isel({along: place})
+    for level, value in enumerate(both[along].values):
+        at = both.isel({along: level})
         lines.append((quantity_text(float(value), both[along].attrs["units"]), f"{int(at['loops']):,} loops"))
         for name, mean in at.data_vars.items():
             if f"{name}_count" in at:
-                found = LoopStatistics(float(mean), float(at[f"{name}_standard_deviation"]), int(at[f"{name}_count"]))
-                lines.append((f"  {mean.attrs['long_name']}", found.text(mean.attrs["units"], int(at["loops"]))))
+                statistics = LoopStatistics(
+                    float(mean), float(at[f"{name}_standard_deviation"]), int(at[f"{name}_count"])
+                )
+                lines.append((f"  {mean.attrs['long_name']}", statistics.text(mean.attrs["units"], int(at["loops"]))))
     return lines

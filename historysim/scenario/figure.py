@@ -33,11 +33,11 @@ def drawable(what: xr.Dataset | Scenario) -> Pictures:
 
 
 def draw_scenario_figure(
-    what: xr.Dataset | Scenario, pictures: Pictures, place: "Place | None" = None
+    what: xr.Dataset | Scenario, pictures: Pictures, target: "Place | None" = None
 ) -> "FigureOrAxes":
     """Return the pictures of a scenario, drawn of it or of its result, below its title."""
     title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
-    return draw_figure(what, pictures, title, place)
+    return draw_figure(what, pictures, title, target)
 
 
 @figure_of.register(Scenario)
@@ -45,14 +45,14 @@ def _of_scenario(
     scenario: Scenario,
     *,
     picture: str | None = None,
-    place: "Place | None" = None,
+    target: "Place | None" = None,
     name: str = "",  # noqa: ARG001 - a scenario knows its own path
     adhesion: bool = False,
     **options: Any,  # noqa: ANN401 - fields of pictures
 ) -> "FigureOrAxes":
     """Draw what its ``[picture]`` asks for, or else the surface with its summits; with `adhesion` the adhesion map."""
     if picture is None and not adhesion and not options and (pictures := drawable(scenario)):
-        return draw_scenario_figure(scenario, pictures, place)
+        return draw_scenario_figure(scenario, pictures, target)
     kind = picture or ("adhesion-map" if adhesion else "surface")
     if kind in PICTURES and HISTORY in PICTURES[kind].of and SCENARIO not in PICTURES[kind].of:
         if scenario.sections.sweep is not None:
@@ -62,7 +62,7 @@ def _of_scenario(
             tempfile.TemporaryDirectory() as folder,
             run(scenario, Path(folder) / "result.nc", progress=True, notify=silent) as history,
         ):
-            return draw(history, kind, place, **options)
+            return draw(history, kind, target, **options)
     if kind in {"surface", "record"}:
         options.setdefault("title", scenario.title or scenario.path.stem)
-    return draw(scenario, kind, place, of=SCENARIO, **options)
+    return draw(scenario, kind, target, of=SCENARIO, **options)

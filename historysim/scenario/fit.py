@@ -365,8 +365,8 @@ def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> N
 
 
 @figure_of.register(Fit)
-def _figure(fit: Fit, *, place: "Place", **_: object) -> "FigureOrAxes":
-    return figure_of(fit.comparison, title=fit.scenario.title, place=place)
+def _figure(fit: Fit, *, target: "Place", **_: object) -> "FigureOrAxes":
+    return figure_of(fit.comparison, title=fit.scenario.title, target=target)
 
 
 @page_of.register(Fit)

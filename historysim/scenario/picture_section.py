@@ -35,7 +35,7 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     structured = partial(_picture_from_toml, converter)
     pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
     for index, each in enumerate(pictures):
-        if len(pictures) > 1 and each.alone:
+        if len(pictures) > 1 and each.own_figure:
             raise misfit(f"{each.kind!r} fills a figure of its own; expected it alone", index, "kind")
     return pictures
 

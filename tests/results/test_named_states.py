@@ -7,7 +7,7 @@ import xarray as xr
 import historysim as hs
 from historysim.errors import InputError
 from historysim.recording.provenance import named_states_attribute
-from historysim.results.steps import named_states, position_of, state_label
+from historysim.results.steps import named_states, resolve_step, state_label
 
 
 def history(**times):
@@ -17,7 +17,7 @@ def history(**times):
 def test_the_last_step_at_a_time_is_the_state():
     found = history(O=0.0, K=1.0, never=5.0)
     assert named_states(found) == {"O": 0, "K": 2}
-    assert [position_of(state, found) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
+    assert [resolve_step(state, found) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
     assert [state_label(found, step) for step in (2, 3)] == ["K", "step 3, 2 s"]
     assert named_states_attribute({}) == named_states(history()) == {}
 
@@ -35,9 +35,9 @@ def test_the_last_step_at_a_time_is_the_state():
 )
 def test_unknown_states_are_refused(state, message):
     with pytest.raises(InputError, match=message):
-        position_of(state, history(K=1.0, M=7.0))
+        resolve_step(state, history(K=1.0, M=7.0))
     with pytest.raises(InputError, match="no waypoint has a name"):
-        position_of("K", history())
+        resolve_step("K", history())
 
 
 ENSEMBLE = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), [0.0, -1e-8], 1e-5, 0.2)

@@ -296,8 +296,8 @@ class ReducedFile(FileKind):
 
 
 @figure_of.register(ReducedModel)
-def _figure(model: ReducedModel, *, place: "Place", **_: object) -> "FigureOrAxes":
-    return ReducedPicture().figure(model, place)
+def _figure(model: ReducedModel, *, target: "Place", **_: object) -> "FigureOrAxes":
+    return ReducedPicture().figure(model, target)
 
 
 SPRINGS = STATE_COLOURS[2]
@@ -317,7 +317,7 @@ class ReducedPicture(Picture):
     slip displacement.
     """
 
-    kind, of, size, alone = "reduced", (ReducedModel,), (COLUMN, 120.0), True
+    kind, of, size, own_figure = "reduced", (ReducedModel,), (COLUMN, 120.0), True
 
     def draw(self, canvas: Canvas, data: ReducedModel) -> None:
         """Draw both, or the loop alone."""

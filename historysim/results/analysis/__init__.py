@@ -14,8 +14,8 @@ def __getattr__(name: str) -> Any:
         return __dir__()
     if not name.startswith("__") and name not in _MODULES:
         present = earlier_names().get(name, name)
-        if present in (known := questions()):
-            return known[present].function
+        if present in (queries := questions()):
+            return queries[present].function
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 from historysim.errors import InputError
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.loops import Loops, loops_of_history
-from historysim.results.analysis.recorded import check_any, check_recorded, column_of, described
+from historysim.results.analysis.recorded import check_any, check_recorded, described, find_column
 from historysim.results.asking import question
 
 FORMS = ("wide", "long", "totals")
@@ -62,17 +62,17 @@ def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, ski
     for name, (source, of) in sources.items():
         if source in history:
             # only the steps at which loops begin and end are read
-            first, last = (history[source].isel(step=column).values for column in ends.T)
+            start_energy, end_energy = (history[source].isel(step=column).values for column in ends.T)
             along = ("loop", *history[source].dims[1:])
-            variables[name] = described(along, last - first, f"energy per cycle{of}", "J")
-    beside: dict[str, Any] = {
+            variables[name] = described(along, end_energy - start_energy, f"energy per cycle{of}", "J")
+    coordinates: dict[str, Any] = {
         "loop": described("loop", loops.number, "loop of the history, from 0"),
         "start_time": described("loop", time[:, 0], "start of the loop", "s"),
         "end_time": described("loop", time[:, 1], "end of the loop", "s"),
     }
     if "energy" in variables:
-        beside["asperity"] = history["asperity"]
-    return xr.Dataset(variables, beside)
+        coordinates["asperity"] = history["asperity"]
+    return xr.Dataset(variables, coordinates)
 
 
 @question(per_step=True, table="elapsed_time,total_normal_load", planar=True)
@@ -95,7 +95,7 @@ def time_series(history: xr.Dataset, asperity: int | None = None, form: str = "w
     if asperity is not None:
         check_recorded(history, "slip_state")
         check_any(history)
-        chosen = history.isel(asperity=column_of(asperity, history))
+        chosen = history.isel(asperity=find_column(asperity, history))
     without = "asperity" if form == "totals" and "asperity" in chosen.dims else None
     chosen = chosen if without is None else chosen.drop_dims(without)
     along = [name for name, values in chosen.data_vars.items() if "step" in values.dims]

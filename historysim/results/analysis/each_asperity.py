@@ -34,7 +34,7 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
         return _ratio(stick, contact, math.nan)
 
     text = "stick radius over contact radius"
-    return _derived(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
+    return _derive(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
 
 
 @question(per_step=True)
@@ -47,8 +47,8 @@ def slope_load(history: xr.Dataset) -> xr.DataArray:
     if SLOPE not in history or not is_complete(history):
         raise InputError('the history is not of all asperities of an inclined contact; expected slopes, record = "all"')
     sine = history[SLOPE] / np.hypot(1.0, history[SLOPE])
-    found = (history["normal_load"] * sine).sum("asperity").rename("slope_load")
-    return found.assign_attrs(units="N", long_name="tangential load that needs no friction")
+    load = (history["normal_load"] * sine).sum("asperity").rename("slope_load")
+    return load.assign_attrs(units="N", long_name="tangential load that needs no friction")
 
 
 @question(per_step=True, planar=True)
@@ -84,15 +84,15 @@ def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
 
 @question(per_step=True, planar=True)
 def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> xr.DataArray:
-    """Return the normal load over the nominal area [Pa]; of an area [m²], by default that of the surface.
+    """Return the normal load over the nominal area [Pa]; the area [m²] defaults to the area of the surface.
 
     Along ``step``. InputError: an area that is not positive, or none where the history has none.
     """
     check_recorded(history)
     if nominal_area is None and "nominal_area" not in history.attrs:
         raise InputError("the history has no nominal area; expected nominal_area = … [m²]")
-    given = history.attrs["nominal_area"] if nominal_area is None else nominal_area
-    area = scalar("nominal_area", given, above=0)
+    total_area = history.attrs["nominal_area"] if nominal_area is None else nominal_area
+    area = scalar("nominal_area", total_area, above=0)
     pressure = (history["total_normal_load"] / area).rename("nominal_pressure")
     return pressure.assign_attrs(units="Pa", long_name="normal load over the nominal area")
 
@@ -118,7 +118,7 @@ def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.D
         return factor * radius
 
     text = f"tangential stiffness of the asperity, displacement {direction}"
-    return _derived(history, "tangential_stiffness", stiffness, [RADIUS[direction]], units="N m-1", long_name=text)
+    return _derive(history, "tangential_stiffness", stiffness, [RADIUS[direction]], units="N m-1", long_name=text)
 
 
 @question(planar=True)
@@ -131,16 +131,16 @@ def dissipated_power(history: xr.Dataset) -> xr.DataArray:
     """
     check_recorded(history, "dissipated_energy")
     energy = history["dissipated_energy"]
-    before = energy.isel(step=np.maximum(np.arange(energy.sizes["step"]) - 1, 0))
+    previous = energy.isel(step=np.maximum(np.arange(energy.sizes["step"]) - 1, 0))
     duration = np.diff(history["time"].values, prepend=history["time"].values[:1])
     # broadcast, not copied: one duration for all asperities of a step
     durations = xr.DataArray(duration, dims="step").broadcast_like(energy)
 
-    def power(energy: Floats, before: Floats, duration: Floats) -> Floats:
-        return _ratio(np.asarray(energy) - np.asarray(before), duration, 0.0)
+    def power(energy: Floats, previous: Floats, duration: Floats) -> Floats:
+        return _ratio(np.asarray(energy) - np.asarray(previous), duration, 0.0)
 
     text = "power that the asperity dissipates, mean since the step before"
-    return _derived(history, "dissipated_power", power, [energy, before, durations], units="W", long_name=text)
+    return _derive(history, "dissipated_power", power, [energy, previous, durations], units="W", long_name=text)
 
 
 def _pressure(history: xr.Dataset, name: str, text: str, factor: float = 1.0) -> xr.DataArray:
@@ -151,7 +151,7 @@ def _pressure(history: xr.Dataset, name: str, text: str, factor: float = 1.0) ->
     def pressure(load: Floats, size: Floats) -> Floats:
         return factor * _ratio(load, math.pi * size**2 if of_radius else size, 0.0)
 
-    return _derived(history, name, pressure, ["normal_load", size], units="Pa", long_name=text)
+    return _derive(history, name, pressure, ["normal_load", size], units="Pa", long_name=text)
 
 
 def _ratio(values: Floats, sizes: Floats, without: float) -> Floats:
@@ -176,7 +176,7 @@ class _Derived(BackendArray):
         return self._compute(*(source.isel(where).values for source in self._sources))
 
 
-def _derived(
+def _derive(
     history: xr.Dataset,
     name: str,
     compute: Callable[..., Floats],
@@ -197,7 +197,7 @@ def _derived(
         ).rename(name)
         answer.attrs = dict(attributes)
         return answer
-    array = _Derived(compute, [each.variable for each in arrays])
+    array = _Derived(compute, [array_source.variable for array_source in arrays])
     coordinates = {key: value for key, value in history.coords.items() if set(value.dims) <= set(array.dims)}
     lazy = xr.Variable(array.dims, indexing.LazilyIndexedArray(array), attributes)
     return xr.DataArray(lazy, coordinates, name=name)

@@ -1,4 +1,4 @@
-"""A history in a few lines, and what the model assumes that did not hold."""
+"""Summary of a history in a few lines, and model assumptions that it violates."""
 
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -13,8 +13,8 @@ from historysim.results.analysis.preliminary import Capacity, capacity
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     SLOPE,
+    has_patches,
     is_complete,
-    of_patches,
     parts,
     present_friction,
     sizes,
@@ -45,7 +45,7 @@ def _findings(history: History) -> tuple[Finding, ...]:
 
 @question(table="label,text", planar=True)
 def summary(history: "xr.Dataset") -> list[tuple[str, str]]:
-    """Return in a few lines what happened.
+    """Return a summary of the history in a few lines.
 
     Parameters
     ----------
@@ -69,29 +69,29 @@ def summary_lines(history: History) -> list[tuple[str, str]]:
     time = history["time"].values
     lines = [
         ("steps", f"{time.size:,} over {duration_text(time[-1] - time[0])}"),
-        ("asperities touched", _touched(history)),
+        ("asperities touched", _contact_text(history)),
         ("peak normal load", quantity_text(normal[peak], "N")),
         ("peak tangential load", quantity_text(sizes(history, "total_tangential_load").max(), "N")),
     ]
     try:
-        last = capacity(history)
+        limit = capacity(history)
     except InputError:
-        why = "the asperities are inclined" if SLOPE in history else "not all asperities that touch are recorded"
-        lines.append(("preliminary displacement", f"not available: {why}"))
+        reason = "the asperities are inclined" if SLOPE in history else "not all asperities that touch are recorded"
+        lines.append(("preliminary displacement", f"not available: {reason}"))
     else:
         lines += [
-            ("preliminary displacement", _preliminary(normal, last, changes=present_friction(history).changes)),
-            ("critical asperity", f"{last.asperity[peak]}, the last to slide" if last.displacement[peak] else "none"),
+            ("preliminary displacement", _preliminary(normal, limit, changes=present_friction(history).changes)),
+            ("critical asperity", f"{limit.asperity[peak]}, the last to slide" if limit.displacement[peak] else "none"),
         ]
     with suppress(InputError):
         lines.append(("first to slide", _first_to_slide(history)))
     lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
-    lines += _evolved(history)
+    lines += _evolution_lines(history)
     if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     if "largest_traction_ratio" in history:
         largest = history["largest_traction_ratio"].values.max()
-        condition = ", if the contact were round" if of_patches(history) else ""
+        condition = ", if the contact were round" if has_patches(history) else ""
         far = f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{condition}"
         lines += [("traction", far)] if largest > NOTABLE_TRACTION_RATIO else []
     lines += [("warning", finding.text) for finding in _findings(history)]
@@ -99,15 +99,15 @@ def summary_lines(history: History) -> list[tuple[str, str]]:
     return [*lines, ("note", note)] if note else lines
 
 
-def _preliminary(normal: Floats, last: Capacity, *, changes: bool) -> str:
+def _preliminary(normal: Floats, limit: Capacity, *, changes: bool) -> str:
     """Return at which displacement a virgin contact slides as a whole; where friction changes, at each coefficient."""
-    touches = last.displacement > 0
+    touches = limit.displacement > 0
     if not touches.any():
         return "none, nothing touches"
-    normal, displacement = normal[touches], last.displacement[touches]
-    friction = np.round(last.friction[touches], 6) if changes else np.zeros(normal.size)
-    _, first = np.unique(friction, return_index=True)
-    coefficients = friction[np.sort(first)]
+    normal, displacement = normal[touches], limit.displacement[touches]
+    friction = np.round(limit.friction[touches], 6) if changes else np.zeros(normal.size)
+    _, indices = np.unique(friction, return_index=True)
+    coefficients = friction[np.sort(indices)]
     if coefficients.size > MOST_COEFFICIENTS:
         coefficients = coefficients[[0, -1]]
     lines = []
@@ -120,8 +120,8 @@ def _preliminary(normal: Floats, last: Capacity, *, changes: bool) -> str:
     return f"{', '.join(lines)}, loaded from rest"
 
 
-def _evolved(history: History) -> list[tuple[str, str]]:
-    """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
+def _evolution_lines(history: History) -> list[tuple[str, str]]:
+    """Return lines on slid distance, wear, yielding and forgotten reversals."""
     lines = []
     if "total_slid_distance" in history:
         lines.append(("summed sliding distance", quantity_text(history["total_slid_distance"].values[-1], "m")))
@@ -132,8 +132,8 @@ def _evolved(history: History) -> list[tuple[str, str]]:
         share = float(history["yielded_load_share"].values[int(history["total_normal_load"].values.argmax())])
         text = f"{100 * share:.0f} % of the peak normal load on asperities that have yielded"
         if "yielded_depth" in history:
-            most = float(history["yielded_depth"].isel(step=-1).values.max())
-            text += f", flattened by up to {quantity_text(most, 'm', 3)}"
+            depth = float(history["yielded_depth"].isel(step=-1).values.max())
+            text += f", flattened by up to {quantity_text(depth, 'm', 3)}"
         energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
         lines.append(("yielding", f"{text}; took {energy}"))
     if "erased_memories" in history and (erased := int(history["erased_memories"].values[-1])):
@@ -142,11 +142,11 @@ def _evolved(history: History) -> list[tuple[str, str]]:
     return lines
 
 
-def _touched(history: History) -> str:
-    most = int(history["contact_count"].values.max())
+def _contact_text(history: History) -> str:
+    count = int(history["contact_count"].values.max())
     total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
     if not is_complete(history) or SLOPE in history:
-        return f"{most:,}{total} at one time"
+        return f"{count:,}{total} at one time"
     separation = history["separation"].values
     if CHANGING_HEIGHT in history:
         touches = np.zeros(history.sizes["asperity"], dtype=bool)
@@ -156,7 +156,7 @@ def _touched(history: History) -> str:
     else:
         touches = history["summit_height"].values > separation.min()
     touched = int(touches.sum())
-    return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
+    return f"{touched:,}{total}" + (f", {count:,} at one time" if count < touched else "")
 
 
 def _first_to_slide(history: History) -> str:
@@ -164,11 +164,11 @@ def _first_to_slide(history: History) -> str:
     order = order_of_sliding(history, times)
     if not order.size:
         return "none" if is_complete(history) else "none of those recorded"
-    first, end = np.nanmin(times), np.nanmax(times)
-    last = f"; asperity {order[-1]} last at {end:.6g} s" if order.size > 1 else ""
+    start, stop = np.nanmin(times), np.nanmax(times)
+    last_text = f"; asperity {order[-1]} last at {stop:.6g} s" if order.size > 1 else ""
     some = f"; {order.size:,} of {times.size:,} slide" if order.size < times.size else ""
     of_recorded = "" if is_complete(history) else " (of those recorded)"
-    return f"asperity {order[0]} at {first:.6g} s{last}{some}{of_recorded}"
+    return f"asperity {order[0]} at {start:.6g} s{last_text}{some}{of_recorded}"
 
 
 # Of the attributes that are quantities.

@@ -20,11 +20,11 @@ from historysim.results.analysis.recorded import (
     displacement_ratio,
     parts,
     present_friction,
-    shape_of,
+    shape_in_step,
 )
 from historysim.results.asking import question
 from historysim.results.history_view import History
-from historysim.results.steps import position_of
+from historysim.results.steps import resolve_step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,8 +55,8 @@ def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
 
     InputError: as for `preliminary_displacement`.
     """
-    last = capacity(history)
-    labels = np.where(last.displacement > 0, last.asperity, -1)
+    limit = capacity(history)
+    labels = np.where(limit.displacement > 0, limit.asperity, -1)
     return _along_steps(history, labels, "critical_asperity", "asperity that is the last to slide")
 
 
@@ -67,9 +67,9 @@ def drift(history: "xr.Dataset", first: int | str, second: int | str) -> float:
     Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
     does not have, or as for `preliminary_displacement`.
     """
-    before, after = (position_of(step, history) for step in (first, second))
+    first_position, second_position = (resolve_step(step, history) for step in (first, second))
     greatest = capacity(history).displacement
-    return float(abs(greatest[after] - greatest[before]))
+    return float(abs(greatest[second_position] - greatest[first_position]))
 
 
 @question(per_step=True, table="time,virgin", planar=True, earlier="preliminary_displacements")
@@ -93,7 +93,7 @@ def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
         half = virgin.displacement(0.5 * float(virgin.limit.sum()))
         return reach, 2 * reach, 2 * (reach - half), reach - 2 * half
 
-    values = _of_each_load(history, displacements, len(DISPLACEMENTS))
+    values = _evaluate_each_load(history, displacements, len(DISPLACEMENTS))
     columns = zip(DISPLACEMENTS.items(), values.T, strict=True)
     variables = {name: described("step", column, text, "m") for (name, text), column in columns}
     return xr.Dataset(variables, {"time": history["time"]})
@@ -111,7 +111,7 @@ def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     def work(virgin: _Virgin) -> tuple[float]:
         return (float((virgin.limit * (4 * virgin.reach.max() - 3.2 * virgin.reach)).sum()),)
 
-    values = _of_each_load(history, work, 1)[:, 0]
+    values = _evaluate_each_load(history, work, 1)[:, 0]
     text = "mechanical work of pre-sliding, closed loop between ±δ"
     return _along_steps(history, values, "presliding_work", text, "J")
 
@@ -137,20 +137,20 @@ def capacity(history: History) -> Capacity:
     check_all_recorded(history)
     friction, ratio = present_friction(history), displacement_ratio(history)
     separation, labels = history["separation"].values, history["asperity"].values
-    found = Capacity(np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size))
+    result = Capacity(np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size))
     steady = not friction.changes and CHANGING_HEIGHT not in history
     columns = _leading(history, friction.of(0)) if steady else np.arange(labels.size)
     if not columns.size:
-        return found
+        return result
     for rows in parts(history, columns.size):
-        height = shape_of(history, "summit_height", rows)[..., columns]
+        height = shape_in_step(history, "summit_height", rows)[..., columns]
         coefficient = np.broadcast_to(friction.of(rows), (separation[rows].size, labels.size))[:, columns]
-        own = ratio * coefficient * (height - separation[rows, np.newaxis])
-        last = own.argmax(axis=1)
-        found.asperity[rows] = labels[columns[last]]
-        found.friction[rows] = coefficient[np.arange(last.size), last]
-        found.displacement[rows] = np.maximum(own.max(axis=1), 0.0)
-    return found
+        reach = ratio * coefficient * (height - separation[rows, np.newaxis])
+        critical = reach.argmax(axis=1)
+        result.asperity[rows] = labels[columns[critical]]
+        result.friction[rows] = coefficient[np.arange(critical.size), critical]
+        result.displacement[rows] = np.maximum(reach.max(axis=1), 0.0)
+    return result
 
 
 def _leading(history: History, friction: Floats) -> Integers:
@@ -173,9 +173,9 @@ class _Virgin:
         """Return u at which F(u) is a load [N] of no more than half the limit: Newton, which comes from below."""
         u = 0.0
         for _ in range(100):
-            left = np.sqrt(np.clip(1 - u / self.reach, 0.0, None))
-            missing = load - float((self.limit * (1 - left**3)).sum())
-            step = missing / float((1.5 * self.limit / self.reach * left).sum())
+            stuck = np.sqrt(np.clip(1 - u / self.reach, 0.0, None))
+            missing = load - float((self.limit * (1 - stuck**3)).sum())
+            step = missing / float((1.5 * self.limit / self.reach * stuck).sum())
             # F is concave, so that its tangents lie above it and no step leads beyond
             if u + step <= u:
                 break
@@ -184,14 +184,14 @@ class _Virgin:
 
     @classmethod
     def of(cls, history: History, step: int, separation: float) -> Self:
-        """Return that of the asperities of a step, with the friction that they have there."""
-        height, radius = (shape_of(history, f"summit_{name}", step) for name in ("height", "radius"))
+        """Return the virgin curve for the asperities of a step, with their friction at the step."""
+        height, radius = (shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius"))
         coefficient = np.broadcast_to(present_friction(history).of(step), height.shape)
         holds = (height > separation) & (coefficient > 0)
-        approach, own = height[holds] - separation, coefficient[holds]
+        approach, friction = height[holds] - separation, coefficient[holds]
         modulus = float(history.attrs["contact_modulus"])
         load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
-        return cls(own * load, displacement_ratio(history) * own * approach)
+        return cls(friction * load, displacement_ratio(history) * friction * approach)
 
 
 def first_loading(history: History, normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
@@ -202,38 +202,38 @@ def first_loading(history: History, normal_load: float, points: int = 101) -> tu
     """
     from scipy import optimize
 
-    wanted = scalar("normal_load", normal_load, above=0)
+    target_load = scalar("normal_load", normal_load, above=0)
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
-    height, radius = (shape_of(history, f"summit_{name}", 0) for name in ("height", "radius"))
+    height, radius = (shape_in_step(history, f"summit_{name}", 0) for name in ("height", "radius"))
     modulus, highest = float(history.attrs["contact_modulus"]), int(height.argmax())
 
     def missing(depth: float) -> float:
         loads = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height[highest] + depth, 0) ** 1.5
-        return float(loads.sum()) - wanted
+        return float(loads.sum()) - target_load
 
     # alone the highest one would be pressed most
-    alone = float(hertz.approach(2 * wanted, summit_radius=radius[highest], contact_modulus=modulus))
-    depth = optimize.brentq(missing, 0.0, alone, xtol=1e-300, rtol=1e-15)
+    upper_approach = float(hertz.approach(2 * target_load, summit_radius=radius[highest], contact_modulus=modulus))
+    depth = optimize.brentq(missing, 0.0, upper_approach, xtol=1e-300, rtol=1e-15)
     virgin = _Virgin.of(history, 0, height[highest] - depth)
     # dense where the curve bends most, at its end
     u = float(virgin.reach.max(initial=0.0)) * (1 - np.linspace(1, 0, points) ** 2)
-    left = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach, 0.0, None))
-    return u, (virgin.limit * (1 - left**3)).sum(axis=1)
+    stuck = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach, 0.0, None))
+    return u, (virgin.limit * (1 - stuck**3)).sum(axis=1)
 
 
-def _of_each_load(history: History, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
-    """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
+def _evaluate_each_load(history: History, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+    """Evaluate a function of the virgin curve at each step (step, count); 0 without frictional contact."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
     separation, changes = history["separation"].values, present_friction(history).changes
     # steps of one separation have one curve, where neither friction nor shape changes
     steady = not changes and CHANGING_HEIGHT not in history
-    _, first, place = np.unique(separation, return_index=True, return_inverse=True)
-    chosen = first if steady else np.arange(separation.size)
+    _, indices, inverse = np.unique(separation, return_index=True, return_inverse=True)
+    chosen = indices if steady else np.arange(separation.size)
     values = np.zeros((chosen.size, count))
     for row, step in enumerate(chosen):
         virgin = _Virgin.of(history, int(step), separation[step])
         if virgin.limit.size:
             values[row] = of_curve(virgin)
-    return values[place] if steady else values
+    return values[inverse] if steady else values

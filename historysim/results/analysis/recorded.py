@@ -1,4 +1,4 @@
-"""What a history must hold for a question, the messages where it does not, and how it is read in blocks of steps."""
+"""Checks that a history holds the variables of a query, and its reading in blocks of steps."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -16,11 +16,11 @@ STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in 
 
 
 def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, Any, dict[str, Any]]:
-    """Return a variable of an answer, with what it is and its unit."""
+    """Return a variable of an answer, with long name and unit."""
     return dims, values, {**({"units": unit} if unit else {}), "long_name": text}
 
 
-def of_patches(history: History) -> bool:
+def has_patches(history: History) -> bool:
     """Return whether the recorded asperities are patches, of normal curves or of full interaction."""
     return bool(history.sizes.get("asperity")) and not {"summit_radius", "contact_radius"} & history.variables.keys()
 
@@ -34,7 +34,7 @@ def check_recorded(history: History, *names: str) -> None:
     missing = [name for name in names if name not in history]
     if not missing:
         return
-    if of_patches(history):
+    if has_patches(history):
         raise InputError(
             f"the history is of patches of an interacting contact, which have no {missing[0]}; expected one of "
             "asperities, each with a radius"
@@ -73,8 +73,8 @@ def is_complete(history: History) -> bool:
         return all(((state != SEPARATED).sum(axis=1) == count[rows]).all() for rows, state in states)
     if "summit_height" not in history or "friction" not in history:
         return False
-    most = int(history["contact_count"].values.max())
-    if most == 0:
+    largest_count = int(history["contact_count"].values.max())
+    if largest_count == 0:
         return True
     # a separation that was rounded must not make an asperity at the verge of contact look left out
     scale = np.abs(history["summit_height"].values).max(initial=0.0)
@@ -86,14 +86,14 @@ def is_complete(history: History) -> bool:
         heights = ((rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in parts(history))
         return all(((height > lowest[rows]).sum(axis=1) >= count[rows]).all() for rows, height in heights)
     room = rounding * max(scale, abs(float(separation.min())))
-    return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
+    return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= largest_count
 
 
 SLOPE = "slope"  # coordinate of a history of inclined asperities
 CHANGING_HEIGHT = "present_summit_height"  # variable of a history in which the geometry of asperities changes
 
 
-def shape_of(history: History, name: str, steps: object) -> Floats:
+def shape_in_step(history: History, name: str, steps: object) -> Floats:
     """Return ``summit_height`` or ``summit_radius`` [m] at a step (asperity), or where they change at steps, too."""
     changing = f"present_{name}"
     values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
@@ -102,22 +102,22 @@ def shape_of(history: History, name: str, steps: object) -> Floats:
 
 def sizes(history: History, name: str, steps: object = ...) -> Floats:
     """Return the sizes of a load or displacement at steps, of numbers or of vectors in two directions."""
-    found = history[name]
-    values = (found if steps is ... else found.isel(step=steps)).values
-    size: Floats = np.linalg.norm(values, axis=-1) if DIRECTION in found.dims else np.abs(values)
+    variable = history[name]
+    values = (variable if steps is ... else variable.isel(step=steps)).values
+    size: Floats = np.linalg.norm(values, axis=-1) if DIRECTION in variable.dims else np.abs(values)
     return size
 
 
-def column_of(asperity: int, history: History) -> int:
+def find_column(asperity: int, history: History) -> int:
     """Return the position of an asperity among the recorded ones; InputError where it is not one of them."""
-    there = np.flatnonzero(history["asperity"].values == asperity)
-    if isinstance(asperity, bool) or there.size != 1:
+    matches = np.flatnonzero(history["asperity"].values == asperity)
+    if isinstance(asperity, bool) or matches.size != 1:
         labels = history["asperity"].values
         expected = (
             f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
         )
         raise InputError(f"asperity {asperity}: is not recorded in the history; expected {expected}")
-    return int(there[0])
+    return int(matches[0])
 
 
 def displacement_ratio(history: History) -> float:
@@ -133,7 +133,7 @@ class Friction:
     source: Any  #: variable along ``asperity``, ``step`` or both
 
     def of(self, steps: object) -> Floats:
-        """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
+        """Return the friction of a step (asperity) or of steps (step, asperity); size 1 stands for all asperities."""
         coefficients: Floats = (self.source.isel(step=steps) if self.changes else self.source).values
         return coefficients[..., np.newaxis] if self.source.dims == ("step",) else coefficients
 
@@ -145,9 +145,9 @@ def present_friction(history: History) -> Friction:
     return Friction(changes=False, source=history["friction"])
 
 
-def reach_of(history: History, step: int) -> Floats:
+def sliding_reach(history: History, step: int) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m], 0 where it does not touch."""
-    approach = shape_of(history, "summit_height", step) - float(history["separation"].values[step])
+    approach = shape_in_step(history, "summit_height", step) - float(history["separation"].values[step])
     return displacement_ratio(history) * present_friction(history).of(step) * np.maximum(approach, 0.0)
 
 
@@ -158,5 +158,5 @@ def parts(history: History, asperities: int | None = None) -> Iterator[slice]:
     """Yield the steps of a history in blocks, so that memory holds a variable of all asperities, or of some."""
     steps = history.sizes["step"]
     at_once = max(1, CELLS_AT_ONCE // max(asperities or history.sizes.get("asperity", 1), 1))
-    for first in range(0, steps, at_once):
-        yield slice(first, min(first + at_once, steps))
+    for start in range(0, steps, at_once):
+        yield slice(start, min(start + at_once, steps))

@@ -1,4 +1,4 @@
-"""When each asperity first slips and first slides, in which order, and how much of the contact slips at each step."""
+"""Onset of slip and sliding of each asperity, their order, and slipping fractions at each step."""
 
 import math
 from itertools import pairwise
@@ -57,15 +57,15 @@ def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
         variables[f"{name}_time"] = described("asperity", moment, f"when the asperity {label}", "s")
         text = f"how many asperities have begun before the asperity {label}; -1: never"
         variables[f"{name}_rank"] = described("asperity", _ranks(moment), text)
-    beside = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
-    return xr.Dataset(variables, beside)
+    coordinates = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
+    return xr.Dataset(variables, coordinates)
 
 
 def slide_times(history: History) -> Floats:
     """Return when asperities first slide as a whole, up to the last step (asperity) [s]; NaN for never."""
     check_recorded(history, "slip_state", "slide_time")
-    found, last = history["slide_time"].values, history["time"].values[-1]
-    return np.where(found <= last, found, np.nan)
+    times, end_time = history["slide_time"].values, history["time"].values[-1]
+    return np.where(times <= end_time, times, np.nan)
 
 
 @question(table="rank,asperity", planar=True)
@@ -87,16 +87,16 @@ def order_of_sliding(history: History, times: Floats) -> Integers:
 
 def _first_rows(history: History) -> Floats:
     """Return the times of the steps at which asperities first slip (asperity) [s]; NaN for never."""
-    found = np.full(history.sizes["asperity"], np.nan)
+    onset_rows = np.full(history.sizes["asperity"], np.nan)
     for rows in parts(history):
         # only asperities that have not slipped yet are looked at
-        waiting = np.flatnonzero(np.isnan(found))
+        waiting = np.flatnonzero(np.isnan(onset_rows))
         if not waiting.size:
             break
         slips = history["slip_state"].isel(step=rows).values[:, waiting] >= PARTIAL_SLIP
-        there = slips.any(axis=0)
-        found[waiting[there]] = history["time"].values[rows][slips[:, there].argmax(axis=0)]
-    return found
+        any_slip = slips.any(axis=0)
+        onset_rows[waiting[any_slip]] = history["time"].values[rows][slips[:, any_slip].argmax(axis=0)]
+    return onset_rows
 
 
 def _ranks(moment: Floats) -> Integers:
@@ -152,8 +152,8 @@ def slipping_area(history: History) -> Floats:
         if not patches:
             # π cancels in a fraction
             area, stick = area**2, stick**2
-        whole = area.sum(axis=1)
-        np.divide(whole - stick.sum(axis=1), whole, out=slipping[rows], where=whole > 0)
+        total = area.sum(axis=1)
+        np.divide(total - stick.sum(axis=1), total, out=slipping[rows], where=total > 0)
     return slipping
 
 
@@ -202,13 +202,13 @@ def _coarse(moved: Floats, load: Floats, limit: Floats) -> list[tuple[int, float
     """Return, of swings that slide after few steps, where, the displacement per step, and T over the limit before."""
     if not np.ptp(moved) > 0:
         return []
-    found = []
-    for first, last in pairwise(turning_points(moved, SWING * float(np.ptp(moved))).tolist()):
-        sense = math.copysign(1.0, moved[last] - moved[first])
-        start = first + int(np.argmax(moved[first : last + 1] != moved[first])) - 1
-        share = sense * load[start : last + 1] / np.where(limit[start : last + 1] > 0, limit[start : last + 1], np.inf)
+    points = []
+    for begin_row, stop in pairwise(turning_points(moved, SWING * float(np.ptp(moved))).tolist()):
+        sense = math.copysign(1.0, moved[stop] - moved[begin_row])
+        start = begin_row + int(np.argmax(moved[begin_row : stop + 1] != moved[begin_row])) - 1
+        share = sense * load[start : stop + 1] / np.where(limit[start : stop + 1] > 0, limit[start : stop + 1], np.inf)
         slid = int(np.argmax(share >= SLIDES))
         if limit[start] > 0 and 0 < slid <= FEWEST:
             spacing = abs(float(moved[start + slid] - moved[start])) / slid
-            found.append((start + slid, spacing, max(float(share[0]), -1.0)))
-    return found
+            points.append((start + slid, spacing, max(float(share[0]), -1.0)))
+    return points

@@ -13,7 +13,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(name)
     from historysim.results.plots.pictures import PICTURES, as_function
 
-    kinds = {each.replace("-", "_"): each for each in PICTURES}
+    kinds = {kind.replace("-", "_"): kind for kind in PICTURES}
     if name not in kinds:
         raise AttributeError(f"there is no picture {name!r}; {nearest(name, dir())}")
     return as_function(PICTURES[kinds[name]])

@@ -115,9 +115,9 @@ def _limits(usual: tuple[float, float], values: Iterable[float]) -> tuple[float,
 
 
 def _draw_zones(axes: "Axes") -> None:
-    left, right = axes.get_xlim()
+    left_edge, right_edge = axes.get_xlim()
     bottom, top = axes.get_ylim()
-    x = np.union1d(np.geomspace(left, right, FINE), [DMT_BELOW, JKR_ABOVE])
+    x = np.union1d(np.geomspace(left_edge, right_edge, FINE), [DMT_BELOW, JKR_ABOVE])
     hertz, below_rigid = hertz_boundary(x), rigid_boundary(x)
     rigid = np.clip(below_rigid, bottom, hertz)
     dmt, jkr = x <= DMT_BELOW, x >= JKR_ABOVE
@@ -134,7 +134,7 @@ def _draw_zones(axes: "Axes") -> None:
     axes.plot(x, hertz, **line)
     between = dmt & (below_rigid < hertz)
     # on a logarithmic axis the line ends at the lower edge of the picture, not above it
-    shown = between & (np.maximum(below_rigid, np.roll(below_rigid, 1)) > bottom)
-    axes.plot(x[shown], np.maximum(below_rigid, bottom)[shown], **line)
+    visible = between & (np.maximum(below_rigid, np.roll(below_rigid, 1)) > bottom)
+    axes.plot(x[visible], np.maximum(below_rigid, bottom)[visible], **line)
     for limit in (DMT_BELOW, JKR_ABOVE):
         axes.plot([limit, limit], [bottom, float(hertz_boundary(limit))], **line)

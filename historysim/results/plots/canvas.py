@@ -1,4 +1,4 @@
-"""What a picture is drawn on: a new figure of a size in millimetres, or a figure or axes of the caller."""
+"""Drawing target of a picture: a new figure of a size in millimetres, or a figure or axes of the caller."""
 
 import itertools
 import re
@@ -42,7 +42,7 @@ HYPHEN, MINUS = re.compile(r"(?<![\w.-])-(?=\.?\d)"), "\N{MINUS SIGN}"
 
 
 class Place(TypedDict, total=False):
-    """Where a picture is drawn: a new figure of a size [mm], a figure or a part of one, or axes for one panel."""
+    """Drawing target: a new figure of a size [mm], a figure or a part of one, or axes for one panel."""
 
     size: Size | None
     figure: Any
@@ -60,7 +60,7 @@ AROUND = [
 
 @attrs.define(eq=False)
 class Canvas:
-    """What a picture is drawn on: a figure, or the axes of the caller, and its sides [mm]."""
+    """Drawing target of a picture: a figure, or the axes of the caller, and its sides [mm]."""
 
     figure: "Figure | SubFigure"
     given: "Axes | None"
@@ -94,13 +94,13 @@ class Canvas:
     def fitting(self, panels: Sequence[str], room: int | None = None) -> list[str]:
         """Return the first of some panels, as many as there is room for, one at least; a notice names the others."""
         count = max(min(len(panels) if room is None else room, self.most), 1)
-        if left := [name for name in panels[count:] if name]:
-            self.notices.append(f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {listed(left)}")
+        if omitted := [name for name in panels[count:] if name]:
+            self.notices.append(f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {listed(omitted)}")
         self.panels = min(count, len(panels))
         return list(panels[:count])
 
     def two(self, panels: tuple[str, str], ratio: float, *, stacked: float = 1.0) -> "tuple[Axes, Axes | None]":
-        """Return two axes: side by side, or below one another, or those of the first panel alone.
+        """Return two axes, side by side or one below the other, or the axes of the first panel alone.
 
         `ratio` is the width over that of the second side by side, `stacked` the height over it below one another.
         """
@@ -130,28 +130,30 @@ class Canvas:
         if self.given is not None:
             room = self.given.get_window_extent().width / self.given.figure.dpi * MILLIMETRES_PER_INCH
             if text or caption:
-                self.given.set_title(plain(broken(text or caption, room, size, 3)))
+                self.given.set_title(plain(break_text(text or caption, room, size, 3)))
             return
         # beside a caption, a low picture has room for one line
-        most = {text: 1 if caption and self.height < 90.0 else 2, caption: 4}
-        if lines := [broken(each, self.width * 0.97, size, most[each]) for each in (text, caption) if each]:
+        max_lines = {text: 1 if caption and self.height < 90.0 else 2, caption: 4}
+        if lines := [break_text(line, self.width * 0.97, size, max_lines[line]) for line in (text, caption) if line]:
             weight = "bold" if self.beside_others else "normal"
             self.figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontsize=size, fontweight=weight)
 
     def legend(
         self, *axes: "Axes", extra: str = "", handles: "Sequence[Artist]" = (), title: str | None = None
     ) -> None:
-        """Name what is drawn, in all axes or in some, below the picture, each name once, where no data can lie.
+        """Draw the legend of all axes, or of some, below the picture: each label once, clear of the data.
 
         There are as many columns as fit the width. In axes that were given names stand where most room is. A picture
         has one legend: once it is made, this does nothing.
         """
         from matplotlib.lines import Line2D
 
-        every = [one for one in self.figure.axes if one not in self.before] if self.given is None else [self.given]
+        every = (
+            [axes_ for axes_ in self.figure.axes if axes_ not in self.before] if self.given is None else [self.given]
+        )
         named: dict[str, Any] = {}
-        for each in axes or every:
-            for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
+        for panel in axes or every:
+            for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
                 named.setdefault(label, handle)
         named |= {str(handle.get_label()): handle for handle in handles}
         if extra:
@@ -167,15 +169,15 @@ class Canvas:
         for size, columns in itertools.product((large, large - 1), range(min(len(named), 6), 0, -1)):
             looks |= {"fontsize": size, "title_fontsize": size, "ncols": columns}
             legend = self.figure.legend(named.values(), named.keys(), **looks)
-            box, whole = legend.get_window_extent(), self.figure.bbox
-            if box.width <= 0.95 * whole.width and box.height <= HIGHEST_LEGEND * whole.height:
+            box, figure_box = legend.get_window_extent(), self.figure.bbox
+            if box.width <= 0.95 * figure_box.width and box.height <= HIGHEST_LEGEND * figure_box.height:
                 for line in legend.legend_handles:
                     # samples are small, and their colour is to be seen
                     if isinstance(line, Line2D) and line.get_marker() == ".":
                         line.set_markersize(6.0)
                 return
             legend.remove()
-        names = [name if "$" in name else broken(name, self.width * 0.8, 6.0, 4) for name in named]
+        names = [name if "$" in name else break_text(name, self.width * 0.8, 6.0, 4) for name in named]
         self.figure.legend(named.values(), names, **looks)
 
     def label(self, axes: "Axes", text: str, at: tuple[float, float], **looks: Any) -> None:
@@ -190,35 +192,35 @@ class Canvas:
 
     def part(self, figure: "SubFigure") -> "Canvas":
         """Return the canvas of a part of the figure, with the notices and labels of the whole."""
-        part = Canvas.of(figure)
-        part.notices, part.labels, part.beside_others = self.notices, self.labels, True
-        return part
+        canvas = Canvas.of(figure)
+        canvas.notices, canvas.labels, canvas.beside_others = self.notices, self.labels, True
+        return canvas
 
     def finish(self) -> bool:
         """Name prefixes and fit labels to the size, once all else is there; return whether all panels can be read."""
         from matplotlib.text import Text
 
-        whole: Any = self.given or self.figure
-        name_prefixes(whole, self.before)
-        for text in whole.findobj(Text):
+        target: Any = self.given or self.figure
+        name_prefixes(target, self.before)
+        for text in target.findobj(Text):
             if HYPHEN.search(text.get_text()):
                 text.set_text(HYPHEN.sub(MINUS, text.get_text()))
-        own: Any = self.figure
+        figure: Any = self.figure
         # what was given is laid out by whoever gave it
-        fits = own.figure is not own or self.given is not None or bool(self.before) or _fit(own)
+        fits = figure.figure is not figure or self.given is not None or bool(self.before) or _fit(figure)
         _place(self.labels)
         return fits
 
 
-def name_prefixes(whole: "Figure | SubFigure | Axes", without: "Sequence[Axes]" = ()) -> None:
-    """Give what is drawn in SI units readable prefixes."""
+def name_prefixes(target: "Figure | SubFigure | Axes", without: "Sequence[Axes]" = ()) -> None:
+    """Use readable unit prefixes on axes labelled in SI units."""
     from matplotlib.axes import Axes
 
-    for axes in whole.findobj(Axes):
+    for axes in target.findobj(Axes):
         if axes not in without:
             # the two lengths of a map have one unit
             ends = (
-                max(axes.get_xlim(), axes.get_ylim(), key=lambda each: abs(each[1] - each[0]))
+                max(axes.get_xlim(), axes.get_ylim(), key=lambda limits: abs(limits[1] - limits[0]))
                 if axes.get_aspect() == 1
                 else None
             )
@@ -226,43 +228,43 @@ def name_prefixes(whole: "Figure | SubFigure | Axes", without: "Sequence[Axes]" 
             name_prefix(axes.yaxis, ends)
 
 
-def drawn(place: Place, default: Size, draw: Callable[[Canvas], None]) -> FigureOrAxes:
-    """Return what is drawn at a place, in the style of all pictures; where panels are too small, with fewer of them.
+def draw_on_target(place: Place, default: Size, draw: Callable[[Canvas], None]) -> FigureOrAxes:
+    """Draw on a target in the common style; with fewer panels if they are too small.
 
     Raises InputError: two places, what is no width and height from 20 to 2000 mm, or too small a size for one panel.
     """
     size, figure, ax = (place.get(name) for name in Place.__annotations__)
-    if sum(each is not None for each in (size, figure, ax)) > 1:
+    if sum(item is not None for item in (size, figure, ax)) > 1:
         raise InputError("size, figure, ax: expected one of them: a figure and axes have a size of their own")
-    for name, given, method, kind in (("figure", figure, "add_subplot", "figure"), ("ax", ax, "get_xaxis", "axes")):
-        if given is not None and not hasattr(given, method):
+    for name, value, method, kind in (("figure", figure, "add_subplot", "figure"), ("ax", ax, "get_xaxis", "axes")):
+        if value is not None and not hasattr(value, method):
             raise InputError(
-                f"{name} is a {type(given).__name__}; expected {kind} of matplotlib, such as plt.subplots() gives"
+                f"{name} is a {type(value).__name__}; expected {kind} of matplotlib, such as plt.subplots() gives"
             )
     if figure is None and ax is None:
-        return _drawn_anew(size, default, draw)  # type: ignore[arg-type] # checked there
+        return _draw_new_figure(size, default, draw)  # type: ignore[arg-type] # checked there
     target: Any = ax.figure if ax is not None else figure  # type: ignore[attr-defined] # axes, as checked above
     if ax is None and not target.figure.axes and target.figure.get_layout_engine() is None:
         target.figure.set_layout_engine("constrained")
-    with in_style():
+    with plot_style():
         canvas = Canvas.of(target, ax)  # type: ignore[arg-type] # likewise
         draw(canvas)
         canvas.finish()
     return canvas.given or canvas.figure
 
 
-def _drawn_anew(size: Size | None, default: Size, draw: Callable[[Canvas], None]) -> "Figure":
+def _draw_new_figure(size: Size | None, default: Size, draw: Callable[[Canvas], None]) -> "Figure":
     """Return a new figure with all panels, or as many as can be read."""
-    most = MOST_PANELS
+    max_panels = MOST_PANELS
     while True:
         with new_figure(size, default) as figure:
             canvas = Canvas.of(figure)
-            canvas.most = most
+            canvas.most = max_panels
             draw(canvas)
             fits = canvas.finish()
         if fits or canvas.panels == 1:
             break
-        most = canvas.panels - 1
+        max_panels = canvas.panels - 1
     if not fits and size is not None:
         raise InputError(
             f"size is {size[0]:g} × {size[1]:g} mm, in which a panel of this picture would be too small to be read; "
@@ -274,7 +276,7 @@ def _drawn_anew(size: Size | None, default: Size, draw: Callable[[Canvas], None]
 
 @contextmanager
 def new_figure(size: Size | None, default: Size) -> "Iterator[PrintedFigure]":
-    """Yield an empty figure, to be drawn in the style of all pictures; InputError for what is no size."""
+    """Yield an empty figure in the common style; InputError if the size is invalid."""
     from historysim.basics.arguments import checked
     from historysim.results.plots.printed import PrintedFigure
 
@@ -283,38 +285,40 @@ def new_figure(size: Size | None, default: Size) -> "Iterator[PrintedFigure]":
         raise InputError(
             f"size is {size!r}; expected width and height from {LEAST_SIDE:.0f} to {MOST_SIDE:.0f} mm, as (90, 70)"
         )
-    with in_style():
+    with plot_style():
         yield PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
 
 
-def in_style() -> AbstractContextManager[None]:
-    """Return a context in which what is drawn has the style of all pictures."""
+def plot_style() -> AbstractContextManager[None]:
+    """Return a context that applies the common style of pictures."""
     import matplotlib as mpl
 
     return mpl.rc_context(STYLE)
 
 
-def broken(text: str, width: float, size: float, lines: int) -> str:
+def break_text(text: str, width: float, size: float, lines: int) -> str:
     """Return a string on so many lines at most that fit a width [mm] in letters of a size [pt]."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    def width_of(line: str) -> float:
+    def text_width(line: str) -> float:
         points = text_to_path.get_text_width_height_descent(line, FontProperties(size=size), ismath=False)[0]
         return float(points) / 72 * MILLIMETRES_PER_INCH
 
-    whole = " ".join(text.split())
-    found, columns = [whole], len(whole)
-    while columns > 8 and max(map(width_of, found)) > width:
-        columns = min(columns - 1, int(1.5 * len(whole) * width / width_of(whole)))
-        found = _wrapped(whole, columns, max_lines=lines, placeholder=" …")
-    return "\n".join(found)
+    joined = " ".join(text.split())
+    broken_lines, columns = [joined], len(joined)
+    while columns > 8 and max(map(text_width, broken_lines)) > width:
+        columns = min(columns - 1, int(1.5 * len(joined) * width / text_width(joined)))
+        broken_lines = _wrap(joined, columns, max_lines=lines, placeholder=" …")
+    return "\n".join(broken_lines)
 
 
-def _wrapped(text: str, columns: int, **options: Any) -> list[str]:
+def _wrap(text: str, columns: int, **options: Any) -> list[str]:
     """Return the lines of a string, none broken in a formula, before a unit, or at a hyphen."""
-    whole = re.sub(r"\$[^$]*\$", lambda formula: formula[0].replace(" ", NO_BREAK), re.sub(UNBROKEN, NO_BREAK, text))
-    lines = textwrap.wrap(whole, columns, break_on_hyphens=False, **options)
+    protected = re.sub(
+        r"\$[^$]*\$", lambda formula: formula[0].replace(" ", NO_BREAK), re.sub(UNBROKEN, NO_BREAK, text)
+    )
+    lines = textwrap.wrap(protected, columns, break_on_hyphens=False, **options)
     return [line.replace(NO_BREAK, " ") for line in lines]
 
 
@@ -322,7 +326,7 @@ def _fit(figure: "Figure") -> bool:
     """Break and shorten labels and titles that are longer than their axes; return whether all panels can be read."""
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>" and axes.get_visible()]
     for _ in range(ROUNDS):
-        if not _laid_out(figure):
+        if not _lay_out(figure):
             return False
         # every panel is asked, also where one before it has changed
         if not sum([_fit_panel(axes) for axes in panels]):
@@ -337,21 +341,21 @@ def _place(labels: "Sequence[Annotation]") -> None:
         axes: Any = label.axes
         paths = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
 
-        def boxed(side: tuple[float, float, str, str], label: Any = label) -> Any:
+        def place_box(side: tuple[float, float, str, str], label: Any = label) -> Any:
             label.xyann = side[:2]
             label.set(ha=side[2], va=side[3])
             return label.get_window_extent().padded(1.0)
 
-        def crossed(side: tuple[float, float, str, str], axes: Any = axes, paths: Any = paths) -> int:
-            box = boxed(side)
+        def count_crossings(side: tuple[float, float, str, str], axes: Any = axes, paths: Any = paths) -> int:
+            box = place_box(side)
             lines = sum(bool(path.intersects_bbox(box, filled=False)) for path in paths)
             inside = axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max)
-            return lines + sum(bool(box.overlaps(other)) for other in taken) + (0 if inside else 2)
+            return lines + sum(bool(box.overlaps(box_taken)) for box_taken in taken) + (0 if inside else 2)
 
-        taken.append(boxed(min(AROUND, key=crossed)))
+        taken.append(place_box(min(AROUND, key=count_crossings)))
 
 
-def _laid_out(figure: "Figure") -> bool:
+def _lay_out(figure: "Figure") -> bool:
     """Lay out a figure, and return whether there is room for its panels."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -359,12 +363,12 @@ def _laid_out(figure: "Figure") -> bool:
             engine.execute(figure)
             for axes in figure.axes:
                 axes.apply_aspect()
-    return not any("not applied" in str(each.message) for each in caught)
+    return not any("not applied" in str(warning.message) for warning in caught)
 
 
 def _readable(axes: "Axes") -> bool:
     box, inch = axes.get_window_extent(), axes.figure.dpi / MILLIMETRES_PER_INCH
-    fits = [side / inch >= least for side, least in zip((box.width, box.height), LEAST_PANEL, strict=True)]
+    fits = [side / inch >= minimum for side, minimum in zip((box.width, box.height), LEAST_PANEL, strict=True)]
     # what has the shape of a map is as small as its room in one direction alone
     return all(fits) if axes.get_aspect() == "auto" else any(fits)
 
@@ -375,15 +379,15 @@ def _fit_panel(axes: "Axes") -> bool:
 
     box, apart = axes.get_window_extent(), axes.figure.dpi / 12
     # a title may reach over the room beside a map, which is narrower than its room
-    whole = axes.figure.bbox
-    right = whole.x0 + axes.get_position(original=True).x1 * whole.width
+    figure_box = axes.figure.bbox
+    right = figure_box.x0 + axes.get_position(original=True).x1 * figure_box.width
     rooms = [
         (axes.xaxis.label, axes.xaxis.label.get_window_extent().width, box.width + 2 * apart),
         (axes.yaxis.label, axes.yaxis.label.get_window_extent().height, box.height + 2 * apart),
     ]
-    title_room = min(max(right - box.x0, box.width) + apart, whole.x1 - box.x0)
+    title_room = min(max(right - box.x0, box.width) + apart, figure_box.x1 - box.x0)
     named = {axes.get_title(), axes.get_title(loc="left")}
-    titles = [each for each in axes.get_children() if isinstance(each, Text) and each.get_text() in named]
+    titles = [child for child in axes.get_children() if isinstance(child, Text) and child.get_text() in named]
     rooms += [(title, title.get_window_extent().width, title_room) for title in titles]
     short = [_shorten(text, room / length) for text, length, room in rooms if text.get_text() and length > room]
     return any(short)
@@ -391,17 +395,17 @@ def _fit_panel(axes: "Axes") -> bool:
 
 def _shorten(text: "Text", room: float) -> bool:
     """Take the next shorter form of a string: on two lines, its symbol and unit alone, in smaller letters."""
-    whole = text.get_text()
-    symbol = re.search(r"\$[^$]*\$ \([^()]*\)$", whole)
-    columns = max(int(0.95 * max(map(len, whole.split("\n"))) * room), 8)
-    lines = [part for line in whole.split("\n") for part in _wrapped(line, columns, break_long_words=False)]
-    if len(lines) == 2 and "\n" not in whole:
+    original = text.get_text()
+    symbol = re.search(r"\$[^$]*\$ \([^()]*\)$", original)
+    columns = max(int(0.95 * max(map(len, original.split("\n"))) * room), 8)
+    lines = [piece for line in original.split("\n") for piece in _wrap(line, columns, break_long_words=False)]
+    if len(lines) == 2 and "\n" not in original:
         text.set_text("\n".join(lines))
-    elif symbol and symbol[0] != whole:
+    elif symbol and symbol[0] != original:
         text.set_text(symbol[0])
     elif float(text.get_fontsize()) > SMALL:
         text.set_fontsize(SMALL)
-    elif "\n".join(lines) != whole:
+    elif "\n".join(lines) != original:
         text.set_text("\n".join(lines))
     else:
         return False

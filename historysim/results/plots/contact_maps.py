@@ -18,12 +18,12 @@ from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import DIVERGING, INK, STATE_COLOURS, Extent, draw_image
 from historysim.results.plots.surfaces import (
-    contact_at,
     draw_surface,
+    load_surface,
+    read_contact,
     step_number,
-    surface_of,
 )
-from historysim.results.rebuilt import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
+from historysim.results.rebuilt import SLIPS, SOLVED, STICKS, ask_map_origin, compute_point_maps, map_sides
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -50,69 +50,69 @@ class ContactMapPicture(Picture):
 
     step: int | str = "partial"
 
-    kind, alone, headed = "contact-map", True, True
+    kind, own_figure, headed = "contact-map", True, True
     caption = "The contact at the step where nearest to half of its area slips"
     order = 2
 
     @classmethod
-    def caption_of(cls, history: xr.Dataset) -> str:
+    def report_caption(cls, history: xr.Dataset) -> str:
         """Return the caption with the share that slips there."""
         share = float(slipping_area(history)[representative_step(history)])
         if 0 < share < 1:
             return f"{cls.caption}: {100 * share:.0f} %."
-        what = "no step shows partial slip; all of it slips" if share == 1 else "nothing of it slips"
-        return f"The contact at the step of the greatest normal load: {what}."
+        description = "no step shows partial slip; all of it slips" if share == 1 else "nothing of it slips"
+        return f"The contact at the step of the greatest normal load: {description}."
 
     @classmethod
     def reported(cls, history: xr.Dataset) -> bool:
         """Return whether a report shows it: a map of one point shows nothing."""
         return super().reported(history) and history.sizes["asperity"] != 1
 
-    def size_of(self, data: xr.Dataset) -> Size:
+    def default_size(self, data: xr.Dataset) -> Size:
         """Return the size of four maps, or of a map beside its distribution."""
-        return TWO_COLUMNS, 163.0 if SOLVED in surface_of(data) else 97.0
+        return TWO_COLUMNS, 163.0 if SOLVED in load_surface(data) else 97.0
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the zones of a map that was solved as a whole, else the summits."""
-        surface, step = surface_of(data), step_number(self.step, data)
+        surface, step = load_surface(data), step_number(self.step, data)
         if SOLVED in surface:
             at = float(data["time"].values[step])
-            _draw_solved(canvas, *answered(data, lambda origin: (origin, origin.state(at))), at)
+            _draw_solved(canvas, *ask_map_origin(data, lambda origin: (origin, origin.state(at))), at)
             return
-        draw_surface(canvas, surface, contact_at(surface, data, step))
+        draw_surface(canvas, surface, read_contact(surface, data, step))
 
 
-def zones_at(history: xr.Dataset, steps: Sequence[int]) -> tuple[list[Floats], Extent]:
+def compute_zones(history: xr.Dataset, steps: Sequence[int]) -> tuple[list[Floats], Extent]:
     """Return maps of `STICKS`, `SLIPS` and NaN at steps, and their extent [m]; of a history from its file."""
     times = [float(history["time"].values[step]) for step in steps]
-    return answered(history, lambda origin: ([_zone(origin, origin.state(at)) for at in times], _extent(origin)))
+    return ask_map_origin(history, lambda origin: ([_zone(origin, origin.state(at)) for at in times], _extent(origin)))
 
 
 def _zone(origin: Origin, state: State) -> Floats:
-    """Return what sticks and what slips, point by point; NaN where nothing touches."""
-    states = maps_of(origin, state).contact_state
+    """Return the stick and slip zones, point by point; NaN out of contact."""
+    states = compute_point_maps(origin, state).contact_state
     return np.where(states == 0, np.nan, states)
 
 
 def _extent(origin: Origin) -> Extent:
-    x, y = sides_of(origin)
+    x, y = map_sides(origin)
     return 0.0, x, 0.0, y
 
 
 def _draw_solved(canvas: Canvas, origin: Origin, state: State, at: float) -> None:
     shape = origin.settings["surface_attributes"]["shape"]
-    pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
-    maps, extent = maps_of(origin, state), _extent(origin)
+    pixel = tuple(float(side / count) for side, count in zip(map_sides(origin), shape, strict=True))
+    maps, extent = compute_point_maps(origin, state), _extent(origin)
     high = canvas.height >= max(TWO_ROWS, 0.75 * canvas.width) and canvas.most >= len(FIELDS)
-    shown = canvas.fitting(FIELDS, len(FIELDS) if high else 2)
-    grid = canvas.maps(len(shown), 2 if len(shown) == len(FIELDS) else 1)
+    panels = canvas.fitting(FIELDS, len(FIELDS) if high else 2)
+    grid = canvas.maps(len(panels), 2 if len(panels) == len(FIELDS) else 1)
     for axes, zone, name in zip(
         grid[0], (_zone(origin, state), _independent(origin, at, shape, pixel)), FIELDS, strict=False
     ):
         draw_zones(axes, zone, extent)
         axes.set_title(f"{name}\n{zone_shares(zone)}", **SMALL_TITLE)
-    if len(shown) == len(FIELDS):
-        pressure, traction = (np.where(maps.pressure == 0, np.nan, each) for each in (maps.pressure, maps.traction))
+    if len(panels) == len(FIELDS):
+        pressure, traction = (np.where(maps.pressure == 0, np.nan, values) for values in (maps.pressure, maps.traction))
         _draw_field(grid[1, 0], pressure, extent, "pressure", signed=False)
         _draw_field(grid[1, 1], traction, extent, "traction", signed=True)
     loads = f"N = {quantity_text(state.normal_load, 'N')},  T = {quantity_text(state.tangential_load, 'N')}"
@@ -121,9 +121,9 @@ def _draw_solved(canvas: Canvas, origin: Origin, state: State, at: float) -> Non
 
 def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
     """Stick and slip of the summits of the map, each a circle, where they carry the same loads by themselves."""
-    arrays, found = origin.surface, np.full(shape, np.nan)
+    arrays, zones = origin.surface, np.full(shape, np.nan)
     if arrays["height"].shape != tuple(shape):
-        return found
+        return zones
     periodic = bool(origin.settings["surface_attributes"]["periodic"])
     summits = Surface(arrays["height"], pixel, periodic=periodic).summits(9)
     ensemble = Ensemble.from_summits(origin.job.ensemble.pair, summits, float(origin.job.ensemble.friction[0]))
@@ -131,18 +131,21 @@ def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple
     row = job.dataset(until=at).isel(step=-1)
     x, y = (np.arange(count) * size for count, size in zip(shape, pixel, strict=True))
     for index in np.flatnonzero(row["contact_radius"].values > 0):
-        beside = [np.abs(each - ensemble.coordinates[name][index]) for name, each in (("x", x), ("y", y))]
+        distances = [np.abs(distance - ensemble.coordinates[name][index]) for name, distance in (("x", x), ("y", y))]
         if periodic:
-            beside = [np.minimum(each, side - each) for each, side in zip(beside, sides_of(origin), strict=True)]
-        far = np.hypot(beside[0][:, None], beside[1])
+            distances = [
+                np.minimum(distance, side - distance)
+                for distance, side in zip(distances, map_sides(origin), strict=True)
+            ]
+        far = np.hypot(distances[0][:, None], distances[1])
         # one smaller than a point is drawn as one
-        found[far <= max(float(row["contact_radius"][index]), 0.5 * max(pixel))] = SLIPS
-        found[far <= float(row["stick_radius"][index])] = STICKS
-    return found
+        zones[far <= max(float(row["contact_radius"][index]), 0.5 * max(pixel))] = SLIPS
+        zones[far <= float(row["stick_radius"][index])] = STICKS
+    return zones
 
 
 def draw_zones(axes: "Axes", zone: Floats, extent: Extent) -> None:
-    """Draw what sticks and what slips."""
+    """Draw the stick and slip zones."""
     from matplotlib.colors import ListedColormap
 
     shades = (STATE_COLOURS[1], STATE_COLOURS[3])
@@ -158,7 +161,7 @@ def zone_shares(zone: Floats) -> str:
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
-    """Draw a quantity point by point; of one with a sign zero is white, and what does not touch is grey."""
+    """Draw a field point by point: white at zero if it has a sign, grey out of contact."""
     import matplotlib as mpl
 
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0

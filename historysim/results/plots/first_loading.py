@@ -11,9 +11,9 @@ from historysim.basics.units import range_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.interaction.areas import area_laws
-from historysim.results.analysis.recorded import shape_of
+from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas
-from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, Panel, Picture, Titled, several_of
+from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, Panel, Picture, Titled, as_history_list
 from historysim.results.plots.style import (
     FAINT,
     INK,
@@ -21,8 +21,8 @@ from historysim.results.plots.style import (
     MARK,
     STATE_COLOURS,
     by_factors,
+    format_unit,
     line_style,
-    printed,
     shown_steps,
 )
 from historysim.results.plots.surfaces import step_number
@@ -50,21 +50,21 @@ THEORY: dict[str, Any] = {"color": LINES[1][0], "linestyle": "--"}
 class LoadCurvePicture(Picture):
     """Normal load, contact area and normal stiffness over the approach, beside Hertz or Greenwood and Williamson."""
 
-    kind, size, alone, headed = "load-curve", (COLUMN, 140.0), True, True
+    kind, size, own_figure, headed = "load-curve", (COLUMN, 140.0), True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw a panel for each, below one another."""
         curve = load_curve(data)
         names = [name for name in CURVES if name in curve]
         called = [str(curve[name].attrs["long_name"]) for name in names]
-        shown = canvas.fitting(called, int((canvas.height - AROUND) / PANEL_HEIGHT))
+        fitting = canvas.fitting(called, int((canvas.height - AROUND) / PANEL_HEIGHT))
         figure = canvas.several()
-        panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        panels = figure.subplots(len(fitting), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=False):
             axes.plot(curve["approach"], curve[name], color=LINES[0][0], label="this contact")
             if f"theory_{name}" in curve:
                 axes.plot(curve["approach"], curve[f"theory_{name}"], label=curve.attrs["theory"], **THEORY)
-            axes.set(ylabel=f"{CURVES[name]} ({printed(curve[name].attrs['units'])})", ylim=(0, None))
+            axes.set(ylabel=f"{CURVES[name]} ({format_unit(curve[name].attrs['units'])})", ylim=(0, None))
         panels[-1].set(xlabel=r"approach $\delta$ of the highest summit (m)", xlim=(0, curve["approach"][-1]))
 
 
@@ -84,11 +84,11 @@ class SlidingOrderPicture(Panel):
 
     step: int | str = "peak"
 
-    kind, of, several = "sliding-order", (HISTORY,), True
+    kind, of, accepts_several = "sliding-order", (HISTORY,), True
 
     def draw(self, canvas: Canvas, data: Any) -> None:
         """Draw a step for each asperity, Greenwood and Williamson's curve, and the line of equal asperities."""
-        orders = [sliding_displacements(each, step_number(self.step, each)) for each in several_of(data)]
+        orders = [sliding_displacements(history, step_number(self.step, history)) for history in as_history_list(data)]
         if not all(order.sizes["rank"] for order in orders):
             raise InputError("nothing touches at that step; expected one at which asperities are in contact")
         axes, (colour, _, marker) = canvas.axes(), LINES[0]
@@ -123,45 +123,45 @@ def _of_share(displacement: Any) -> Any:
 class WearPicture(Picture):
     """The volume that asperities lose, and their summits before and after."""
 
-    kind, size, alone, headed = "wear", (TWO_COLUMNS, 75.0), True, True
+    kind, size, own_figure, headed = "wear", (TWO_COLUMNS, 75.0), True, True
     caption = "The volume that the asperities lose, and their summits before and after."
-    order, needs, found = 8, "worn_volume", ("worn volume",)
+    order, needs, caption_lines = 8, "worn_volume", ("worn volume",)
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the volume over time, and the summits."""
         check_worn(data)
-        left, right = canvas.two(("wear", "summits"), 1.5)
-        draw_wear(left, data)
-        if right is not None:
-            _draw_summits(right, data, slice(None), (MARK, STATE_COLOURS[2]))
+        wear_axes, summit_axes = canvas.two(("wear", "summits"), 1.5)
+        draw_wear(wear_axes, data)
+        if summit_axes is not None:
+            _draw_summits(summit_axes, data, slice(None), (MARK, STATE_COLOURS[2]))
 
 
 def check_worn(history: xr.Dataset) -> None:
-    """Check that a history holds what its asperities lose."""
+    """Check that a history records the wear of its asperities."""
     if "worn_volume" not in history:
         raise InputError("the history has no worn_volume; expected one of a scenario with [wear], with its asperities")
 
 
 def draw_wear(axes: "Axes", history: xr.Dataset) -> None:
     """Draw the worn volume of all asperities, and of those that lose most, over time."""
-    kept = shown_steps(history)
-    time, worn = history["time"].values[kept], history["worn_volume"].isel(step=kept).values
+    steps = shown_steps(history)
+    time, worn = history["time"].values[steps], history["worn_volume"].isel(step=steps).values
     axes.plot(time, worn.sum(axis=1), color=INK, linewidth=1.3, label="all")
     if worn.shape[1] > 1:
-        most = np.argsort(-worn[-1], kind="stable")[:MOST_WORN]
-        most = most[worn[-1, most] > 0]
-        for number, column in enumerate(most):
+        selected = np.argsort(-worn[-1], kind="stable")[:MOST_WORN]
+        selected = selected[worn[-1, selected] > 0]
+        for number, column in enumerate(selected):
             name = f"asperity {int(history['asperity'][column])}"
-            axes.plot(time, worn[:, column], label=name, **line_style(number, most.size))
+            axes.plot(time, worn[:, column], label=name, **line_style(number, selected.size))
     axes.set(title="Wear", xlabel="time (s)", ylabel="worn volume (m³)", ylim=(0, None))
     axes.margins(x=0.01)
 
 
 def _draw_summits(axes: "Axes", history: xr.Dataset, which: Any, colours: tuple[str, str]) -> None:
     """Draw radii over heights of some summits, at the start and at the end."""
-    before = [history[f"summit_{name}"].values[which] for name in ("height", "radius")]
-    after = [shape_of(history, f"summit_{name}", -1)[which] for name in ("height", "radius")]
-    heights, radii = np.stack([before, after], axis=1)
+    virgin = [history[f"summit_{name}"].values[which] for name in ("height", "radius")]
+    worn = [shape_in_step(history, f"summit_{name}", -1)[which] for name in ("height", "radius")]
+    heights, radii = np.stack([virgin, worn], axis=1)
     if colours[0] == colours[1]:
         axes.plot(heights, radii, "-", color="0.75", linewidth=0.6)
     for row, (marker, colour, name) in enumerate(zip("os", colours, ("before", "after"), strict=True)):
@@ -176,12 +176,12 @@ def _draw_summits(axes: "Axes", history: xr.Dataset, which: Any, colours: tuple[
 class YieldingPicture(Picture):
     """The curve of first loading and unloading, and the summits that yielded, before and after."""
 
-    kind, size, alone, headed = "yielding", (TWO_COLUMNS, 75.0), True, True
+    kind, size, own_figure, headed = "yielding", (TWO_COLUMNS, 75.0), True, True
     caption = "First loading and unloading, and the summits that yielded, before and after."
     order, needs = 7, "yielded_depth"
 
     @classmethod
-    def caption_of(cls, history: xr.Dataset) -> str:
+    def report_caption(cls, history: xr.Dataset) -> str:
         """Return the caption with how many summits yielded."""
         yielded = history["yielding_load"].isel(step=-1).values > 0
         return f"{cls.caption.removesuffix('.')}: {np.count_nonzero(yielded)} of {yielded.size} asperities."
@@ -193,24 +193,24 @@ class YieldingPicture(Picture):
                 "the history has no yielded_depth; expected one of a scenario with surface.yielding, "
                 "with its asperities"
             )
-        kept = shown_steps(data)
-        approach = data["summit_height"].values.max() - data["separation"].values[kept]
-        load = data["total_normal_load"].values[kept]
-        yields = np.diff(data["total_yielding_energy"].values[kept]) > 0
-        left, right = canvas.two(("first loading", "summits that yielded"), 1.3)
+        steps = shown_steps(data)
+        approach = data["summit_height"].values.max() - data["separation"].values[steps]
+        load = data["total_normal_load"].values[steps]
+        yields = np.diff(data["total_yielding_energy"].values[steps]) > 0
+        load_axes, summit_axes = canvas.two(("first loading", "summits that yielded"), 1.3)
         thick: dict[str, Any] = {"linewidth": 1.8, "color": INK, "label": "summits yield"}
         thin: dict[str, Any] = {"linewidth": 0.9, "color": "0.45", "linestyle": (0, (4, 2)), "label": "elastic"}
         for chosen, looks in ((yields, thick), (~yields, thin)):
             if chosen.any():
                 # a piece from each step to the next, and a gap behind it
-                x, y = (np.where(chosen, [each[:-1], each[1:]], np.nan) for each in (approach, load))
-                x, y = (np.pad(each, ((0, 1), (0, 0)), constant_values=np.nan) for each in (x, y))
-                left.plot(x.T.ravel(), y.T.ravel(), **looks)
-        left.set(xlabel="approach of the highest summit (m)", ylabel="normal load $N$ (N)")
-        left.set_title("First loading, unloading")
-        if right is not None:
-            _draw_summits(right, data, data["yielding_load"].isel(step=-1).values > 0, (INK, INK))
-            right.set_title("Summits that yielded")
+                x, y = (np.where(chosen, [values[:-1], values[1:]], np.nan) for values in (approach, load))
+                x, y = (np.pad(values, ((0, 1), (0, 0)), constant_values=np.nan) for values in (x, y))
+                load_axes.plot(x.T.ravel(), y.T.ravel(), **looks)
+        load_axes.set(xlabel="approach of the highest summit (m)", ylabel="normal load $N$ (N)")
+        load_axes.set_title("First loading, unloading")
+        if summit_axes is not None:
+            _draw_summits(summit_axes, data, data["yielding_load"].isel(step=-1).values > 0, (INK, INK))
+            summit_axes.set_title("Summits that yielded")
 
 
 @attrs.frozen(eq=False)
@@ -239,20 +239,20 @@ class AreaLawsPicture(Titled):
 
     whole_map: bool = True
 
-    kind, of, size, alone = "area-laws", (PressedMap, SCENARIO), (1.4 * COLUMN, 105.0), True
+    kind, of, size, own_figure = "area-laws", (PressedMap, SCENARIO), (1.4 * COLUMN, 105.0), True
 
     def draw(self, canvas: Canvas, data: PressedMap) -> None:
         """Draw a line for each law."""
-        found = area_laws(data.surface, data.pair, data.normal_load, hardness=data.hardness, whole_map=self.whole_map)
-        load, area = found["normal_load"].values, found["real_contact_area"].values
+        laws = area_laws(data.surface, data.pair, data.normal_load, hardness=data.hardness, whole_map=self.whole_map)
+        load, area = laws["normal_load"].values, laws["real_contact_area"].values
         axes = canvas.axes()
-        for number, law in enumerate(str(each) for each in found["law"].values):
-            looks = line_style(number, found.sizes["law"])
+        for number, law in enumerate(str(name) for name in laws["law"].values):
+            looks = line_style(number, laws.sizes["law"])
             if law == "whole map":
                 looks |= {"color": INK, "linestyle": "-", "linewidth": 2.0}
-            holds = found["holds"].values[number] if "holds" in found else np.ones(load.size, dtype=bool)
+            holds = laws["holds"].values[number] if "holds" in laws else np.ones(load.size, dtype=bool)
             label = law
-            if "holds" in found and law != "whole map":
+            if "holds" in laws and law != "whole map":
                 label += f": {_ranges(load, holds)}"
             axes.plot(load, area[number], **looks | {"alpha": 0.45, "linewidth": 0.8})
             axes.plot(load, np.where(holds, area[number], np.nan), label=label, **looks)
@@ -260,10 +260,10 @@ class AreaLawsPicture(Titled):
         by_factors(axes.xaxis)
         by_factors(axes.yaxis)
         caption = "Bold and named: where within 20 % of the whole map; Bowden–Tabor: pressures beyond hardness."
-        canvas.caption = caption if "holds" in found else ""
+        canvas.caption = caption if "holds" in laws else ""
 
 
 def _ranges(load: Floats, holds: Booleans) -> str:
     """Return the loads between which a law holds."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]))).reshape(-1, 2)
-    return " and ".join(range_text(float(load[first]), float(load[end - 1]), "N") for first, end in ends) or "nowhere"
+    return " and ".join(range_text(float(load[start]), float(load[stop - 1]), "N") for start, stop in ends) or "nowhere"

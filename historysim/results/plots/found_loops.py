@@ -27,11 +27,11 @@ from historysim.results.plots.style import (
     MOVED,
     SPAN,
     STATE_COLOURS,
+    format_unit,
     label_loop,
     plain,
-    printed,
     scale_of,
-    set_beside,
+    set_side_by_side,
 )
 from historysim.results.tables import of_mean
 
@@ -66,7 +66,7 @@ class MeasuredLoopsPicture(Titled):
     model: Loops | None = None
     labels: tuple[str, ...] = ("measured", "model")
 
-    kind, of, size, alone = "measured-loops", (Loops,), (TWO_COLUMNS, 117.0), True
+    kind, of, size, own_figure = "measured-loops", (Loops,), (TWO_COLUMNS, 117.0), True
 
     def draw(self, canvas: Canvas, data: Loops) -> None:
         """Draw the loops, and the trends beside or below them."""
@@ -78,7 +78,7 @@ class MeasuredLoopsPicture(Titled):
         else:
             _draw_loops(canvas, axes, sets, self.labels)
         if trends:
-            _draw_trends(trends, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
+            _draw_trends(trends, [loops.to_dataset() for loops in sets], 2 if canvas.width < WIDE else 1)
         canvas.legend(axes, handles=_direction_handles() if trends else (), extra=MOVED if trends else "")
 
 
@@ -94,25 +94,25 @@ def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
         rows, ratios = [["loops", name] for name in TRENDS], {"width_ratios": (1.75, 1)}
     else:
         rows, ratios = [["loops", "loops"], TRENDS[:2], TRENDS[2:]], {"height_ratios": (2.4, 1, 1)}
-    found = canvas.figure.subplot_mosaic(rows, **ratios)
-    return [found[name] for name in ("loops", *TRENDS) if name in found]
+    axes = canvas.figure.subplot_mosaic(rows, **ratios)
+    return [axes[name] for name in ("loops", *TRENDS) if name in axes]
 
 
 def _draw_loops(canvas: Canvas, axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
     """Draw the loops of one normal load, each set in its colour."""
     _frame(axes)
-    for each, colour, label in zip(sets, COLOURS, labels, strict=False):
-        draw = functools.partial(_draw_part, axes, each)
-        for start, end in each.left_out:
-            draw(start, end, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
-        if each.left_out_branches.any() or np.any(np.diff(each.number) > 1):
-            draw(each.ends[0, 0], each.ends[-1, 2], color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
-        for start, end in _branches(each):
-            draw(start, end, color=colour, linewidth=0.6, alpha=0.4, zorder=2)
-        start, _, end = each.ends[_typical(each)]
-        count = counted(len(each), "loop", "loops")
+    for loops, colour, label in zip(sets, COLOURS, labels, strict=False):
+        draw = functools.partial(_draw_part, axes, loops)
+        for start, stop in loops.left_out:
+            draw(start, stop, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
+        if loops.left_out_branches.any() or np.any(np.diff(loops.number) > 1):
+            draw(loops.ends[0, 0], loops.ends[-1, 2], color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
+        for start, stop in _branches(loops):
+            draw(start, stop, color=colour, linewidth=0.6, alpha=0.4, zorder=2)
+        start, _, stop = loops.ends[_typical(loops)]
+        count = counted(len(loops), "loop", "loops")
         name = f"{plain(label)}, {count}" if len(sets) > 1 else count
-        draw(start, end, color=colour, linewidth=1.3, zorder=3, label=name)
+        draw(start, stop, color=colour, linewidth=1.3, zorder=3, label=name)
     _mark_means(canvas, axes, sets[0])
 
 
@@ -124,21 +124,21 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str], *, tren
     loads = sets[0].by_load()
     # the light end is left out: it is lost on white
     colours = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(loads)))
-    for order, (each, label) in enumerate(zip(sets, labels, strict=False)):
-        draw = functools.partial(_draw_part, axes, each)
+    for order, (loops, label) in enumerate(zip(sets, labels, strict=False)):
+        draw = functools.partial(_draw_part, axes, loops)
         if order == 0:
-            draw(0, each.trace.time.size - 1, color=FAINT, linewidth=0.5, alpha=0.6, zorder=1)
+            draw(0, loops.trace.time.size - 1, color=FAINT, linewidth=0.5, alpha=0.6, zorder=1)
         for value, colour in zip(loads.value, colours, strict=True):
-            load = np.nanmean(each.normal_load, axis=1)
-            here = np.flatnonzero(np.abs(load - value) <= each.definitions.load_share * value)
-            name = f"{quantity_text(float(value), 'N', 3)}, {counted(here.size, 'loop', 'loops')}"
+            load = np.nanmean(loops.normal_load, axis=1)
+            selected = np.flatnonzero(np.abs(load - value) <= loops.definitions.load_share * value)
+            name = f"{quantity_text(float(value), 'N', 3)}, {counted(selected.size, 'loop', 'loops')}"
             line: dict[str, Any] = {"color": colour, "linewidth": 1.0, "zorder": 2}
             if order:
                 name = plain(label)
                 line = {"color": INK, "linewidth": 0.8, "zorder": 3, "linestyle": (0, (3, 1.5))}
-            for number, (start, end) in enumerate(_branches(each, here)):
+            for number, (start, stop) in enumerate(_branches(loops, selected)):
                 named = number == 0 and not (order and value > loads.value[0])
-                draw(start, end, label=name if named else None, **line)
+                draw(start, stop, label=name if named else None, **line)
     if trends and len(sets) > 1:
         for colour, label in zip(COLOURS, labels, strict=True):
             axes.plot([], [], "o", color=colour, ms=3.5, label=f"{plain(label)}, on the right")
@@ -150,9 +150,9 @@ def _frame(axes: "Axes") -> None:
     axes.set_title("Friction loops")
 
 
-def _draw_part(axes: "Axes", loops: Loops, start: int, end: int, **line: Any) -> None:
+def _draw_part(axes: "Axes", loops: Loops, start: int, stop: int, **line: Any) -> None:
     """Draw a record from one sample to another."""
-    x, y = (values[start : end + 1] for values in (loops.trace.displacement, loops.trace.tangential_load))
+    x, y = (values[start : stop + 1] for values in (loops.trace.displacement, loops.trace.tangential_load))
     axes.plot(x, y, rasterized=True, solid_joinstyle="round", **line)
 
 
@@ -161,41 +161,41 @@ def _branches(loops: Loops, which: Integers | None = None) -> list[list[int]]:
     pieces: list[list[int]] = []
     for loop in range(len(loops)) if which is None else which:
         ends = loops.ends[loop]
-        for first, last in ((ends[0], ends[1]), (ends[1], ends[2])):
-            backward = int(loops.trace.displacement[last] < loops.trace.displacement[first])
-            if loops.left_out_branches[loop, backward] or first == last:
+        for start, stop in ((ends[0], ends[1]), (ends[1], ends[2])):
+            backward = int(loops.trace.displacement[stop] < loops.trace.displacement[start])
+            if loops.left_out_branches[loop, backward] or start == stop:
                 continue
-            if pieces and pieces[-1][1] == first:
-                pieces[-1][1] = int(last)
+            if pieces and pieces[-1][1] == start:
+                pieces[-1][1] = int(stop)
             else:
-                pieces.append([int(first), int(last)])
+                pieces.append([int(start), int(stop)])
     return pieces
 
 
 def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
     """Mark the means of the first set, at the forward branch of its typical loop and at both of its plateaus."""
-    start, turn, end = loops.ends[_typical(loops)]
+    start, turn, stop = loops.ends[_typical(loops)]
     u, f = loops.trace.displacement, loops.trace.tangential_load
-    low, high = (start, turn) if u[start] < u[turn] else (turn, end)
-    left, right, bottom = u[low], u[high], f[low]
+    low, high = (start, turn) if u[start] < u[turn] else (turn, stop)
+    lower, upper, bottom = u[low], u[high], f[low]
     line: dict[str, Any] = {"color": INK, "linewidth": 0.9, "zorder": 4}
 
     top, backward = (loops.statistics("friction_force", direction).mean for direction in DIRECTIONS)
     if not np.isfinite([top, backward]).all():
         # without sliding there is no friction force to mark
         return
-    axes.plot([left, right], [top, top], linestyle=(0, (4, 2)), label="means", **line)
-    axes.plot([left, right], [-backward, -backward], linestyle=(0, (4, 2)), **line)
-    canvas.label(axes, quantity_text(top, "N", 3), (right, top))
-    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward))
+    axes.plot([lower, upper], [top, top], linestyle=(0, (4, 2)), label="means", **line)
+    axes.plot([lower, upper], [-backward, -backward], linestyle=(0, (4, 2)), **line)
+    canvas.label(axes, quantity_text(top, "N", 3), (upper, top))
+    canvas.label(axes, quantity_text(backward, "N", 3), (lower, -backward))
 
-    way = loops.statistics("preliminary_displacement", "forward").mean
-    if np.isfinite(way):
-        middle, reached = bottom + 0.3 * (top - bottom), left + way
-        axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
-        axes.plot([left, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
+    displacement = loops.statistics("preliminary_displacement", "forward").mean
+    if np.isfinite(displacement):
+        middle, reached = bottom + 0.3 * (top - bottom), lower + displacement
+        axes.annotate("", xy=(lower, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
+        axes.plot([lower, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
         axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
-        canvas.label(axes, quantity_text(way, "m", 3), (reached, middle))
+        canvas.label(axes, quantity_text(displacement, "m", 3), (reached, middle))
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
     if np.isfinite(stiffness):
         rise = loops.definitions.initial_part * (top - bottom)
@@ -210,8 +210,8 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
 def _typical(loops: Loops) -> int:
     """Return the loop of median energy among those that the means are of."""
     energy = np.where(loops.large, loops.dissipated_energy, np.nan)
-    known = int(np.isfinite(energy).sum()) or len(loops)
-    return int(np.argsort(energy, kind="stable")[(known - 1) // 2])
+    evaluated = int(np.isfinite(energy).sum()) or len(loops)
+    return int(np.argsort(energy, kind="stable")[(evaluated - 1) // 2])
 
 
 @PICTURES.register
@@ -219,10 +219,10 @@ def _typical(loops: Loops) -> int:
 class LoopTrendsPicture(Titled):
     """Friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load."""
 
-    kind, of, size, alone, headed = "loop-trends", (), (TWO_COLUMNS, 97.0), True, True
+    kind, of, size, own_figure, headed = "loop-trends", (), (TWO_COLUMNS, 97.0), True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
-        """Draw what `Loops.to_dataset` gives."""
+        """Draw the Dataset of `Loops.to_dataset`."""
         grid = canvas.several(len(TRENDS)).subplots(2, 2)
         _draw_trends(grid.ravel(), [data], 2)
         canvas.legend(handles=_direction_handles(), extra=MOVED)
@@ -253,10 +253,10 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
     from matplotlib.ticker import MaxNLocator
 
     values = [loops[quantity].values.reshape(loops.sizes["loop"], -1) for loops in sets]
-    finite = np.concatenate([each[np.isfinite(each)] for each in values])
+    finite = np.concatenate([array[np.isfinite(array)] for array in values])
     label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
     factor, symbol = scale_of(unit, finite)
-    place = -1
+    position = -1
     for loops, value, colour in zip(sets, values, COLOURS, strict=False):
         # one marker for each direction, or a dot for the whole loop
         markers = MARKERS if value.shape[1] == len(MARKERS) else ("o",)
@@ -265,7 +265,7 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
             if len(value) > MOST_EDGED:
                 line |= {"ms": 1.8, "mew": 0, "rasterized": True}
             marks = axes.plot(loops["loop"].values, column * factor, marker, **line)
-            set_beside(marks, place := place + 1, len(sets) * value.shape[1])
+            set_side_by_side(marks, position := position + 1, len(sets) * value.shape[1])
         # a mean over several loads says nothing
         if "load_level" not in loops or np.unique(loops["load_level"].values).size == 1:
             axes.axhline(
@@ -302,7 +302,7 @@ class FrettingPicture(Titled):
     Lines are the transition from partial slip to gross slip.
     """
 
-    kind, of, size, alone, headed = "fretting", (Fretting,), (TWO_COLUMNS, 97.0), True, True
+    kind, of, size, own_figure, headed = "fretting", (Fretting,), (TWO_COLUMNS, 97.0), True, True
 
     def draw(self, canvas: Canvas, data: Fretting | xr.Dataset) -> None:
         """Draw a fretting report, or a Dataset of loops or a report."""
@@ -340,10 +340,10 @@ class LoopLevelsPicture(Titled):
     Error bars are the standard deviation of one loop; lines are the laws that were fitted to the means at the loads.
     """
 
-    kind, of, size, alone, headed = "loop-levels", (LoopTable,), (TWO_COLUMNS, 122.0), True, True
+    kind, of, size, own_figure, headed = "loop-levels", (LoopTable,), (TWO_COLUMNS, 122.0), True, True
 
     def draw(self, canvas: Canvas, data: LoopTable | xr.Dataset) -> None:
-        """Draw a table of loops, or what its `to_dataset` gives."""
+        """Draw a table of loops, or the Dataset of its `to_dataset`."""
         table = data.to_dataset() if isinstance(data, LoopTable) else data
         # side by side they are flat, and there is room for one row
         rows = 1 if canvas.height < HIGH or canvas.most < len(LEVELS) else 2
@@ -354,7 +354,7 @@ class LoopLevelsPicture(Titled):
             _draw_level(axes, table, quantity)
         along = table[next(name for name in ("level", "amplitude_class") if name in table.coords)]
         for axes in grid[-1]:
-            axes.set_xlabel(f"{along.attrs['long_name']} ({printed(along.attrs['units'])})")
+            axes.set_xlabel(f"{along.attrs['long_name']} ({format_unit(along.attrs['units'])})")
         canvas.legend(extra=f"bars: standard deviation of one loop; {MOVED}")
         if not self.title:
             canvas.heading(str(table.attrs.get("title", "")))
@@ -365,14 +365,14 @@ def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
     factor, unit = scale_of(values.attrs["units"], values.values)
     by_direction = "direction" in values.dims
     for number, (direction, marker, colour) in enumerate(BESIDE if by_direction else BESIDE[-1:]):
-        own = table.sel(direction=direction) if by_direction else table
-        mean, scatter = (own[name].values * factor for name in (quantity, f"{quantity}_standard_deviation"))
+        level_table = table.sel(direction=direction) if by_direction else table
+        mean, scatter = (level_table[name].values * factor for name in (quantity, f"{quantity}_standard_deviation"))
         style: dict[str, Any] = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "elinewidth": 0.8, "capsize": 2}
         # one loop has a mean and no scatter
         at = table[values.dims[0]].values
         bars = axes.errorbar(at, mean, np.nan_to_num(scatter), fmt=marker, label=direction, **style)
         if by_direction:
-            set_beside(bars.get_children(), number, len(BESIDE))
+            set_side_by_side(bars.get_children(), number, len(BESIDE))
     law = _draw_law(axes, table, quantity, factor)
     title = f"{values.attrs['long_name']} ({unit})" if unit else values.attrs["long_name"]
     axes.set_title("\n".join(filter(None, [title, law])), fontsize=7.5, fontweight="normal")
@@ -384,16 +384,16 @@ def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
 
 def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, factor: float) -> str:
     """Draw the law of a quantity, if it has one, and return it."""
-    found = table.attrs
+    attributes = table.attrs
     along = table[quantity].dims[0]
     load = np.linspace(float(table[along].min()), float(table[along].max()), 60)
-    if quantity == "friction_force" and "friction_line_slope" in found:
-        slope, offset = found["friction_line_slope"], found["friction_line_intercept"]
+    if quantity == "friction_force" and "friction_line_slope" in attributes:
+        slope, offset = attributes["friction_line_slope"], attributes["friction_line_intercept"]
         law = slope * load + offset
         text = f"$F$ = {slope:.3g} $N$ {'−' if offset < 0 else '+'} {quantity_text(abs(offset), 'N', 3)}"
-    elif f"{quantity}_exponent" in found:
-        exponent = found[f"{quantity}_exponent"]
-        law = found[f"{quantity}_factor"] * load**exponent
+    elif f"{quantity}_exponent" in attributes:
+        exponent = attributes[f"{quantity}_exponent"]
+        law = attributes[f"{quantity}_factor"] * load**exponent
         text = f"∝ $N^{{{exponent:.2f}}}$"
     else:
         return ""

@@ -1,4 +1,4 @@
-"""Friction loops of several histories, or of the cells of a sweep, in one picture, with what is marked on them."""
+"""Friction loops of several histories, or of the cells of a sweep, in one picture, with marks."""
 
 import itertools
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from historysim.results.analysis.preliminary import first_loading
 from historysim.results.analysis.recorded import SLOPE, is_complete
 from historysim.results.origin import dense
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
-from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of
+from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, as_history_list
 from historysim.results.plots.style import (
     FAINT,
     INK,
@@ -30,7 +30,7 @@ from historysim.results.plots.style import (
     zero_lines,
 )
 from historysim.results.plots.swept import cell_label, selected
-from historysim.results.steps import named_states, position_of, state_label
+from historysim.results.steps import named_states, resolve_step, state_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,30 +86,30 @@ class LoopsPicture(Panel):
     by_load: bool = False
     loads: bool = False
 
-    kind, of, several, headed = "loops", (HISTORY, SWEEP), True, True
+    kind, of, accepts_several, headed = "loops", (HISTORY, SWEEP), True, True
 
     @property
     def beside(self) -> float:
         """Width of the loads [mm]."""
         return BESIDE if self.loads else 0.0
 
-    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
+    def default_size(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
         """Return a column, with room for the loads."""
         return COLUMN + (BESIDE_ALONE if self.loads else 0.0), 85.0
 
     def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
-        """Draw the loops, and what is marked on them."""
+        """Draw the loops and their marks."""
         loops = self._cells(data)
-        axes, beside = _panels(canvas) if self.loads else (canvas.axes(), None)
+        axes, load_axes = _panels(canvas) if self.loads else (canvas.axes(), None)
         label_loop(axes)
         smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
         for number, load in enumerate(self.first_loading):
             dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
             name = f"first loading, {quantity_text(load, 'N')}"
             axes.plot(*first_loading(loops[0].rows, load), color=FAINT, label=name, zorder=1, **dashes)
-        parts = [part for loop in smooth for part in (_by_load(loop) if self.by_load else [loop])]
-        for number, loop in enumerate(parts):
-            looks = line_style(number, len(parts))
+        panels = [panel for loop in smooth for panel in (_by_load(loop) if self.by_load else [loop])]
+        for number, loop in enumerate(panels):
+            looks = line_style(number, len(panels))
             # of a load loops repeat, and lie on one another
             self._draw_loop(axes, loop, looks | ({"linestyle": "-"} if self.by_load else {}))
         # of more than two marks of δ the legend alone names them
@@ -125,48 +125,50 @@ class LoopsPicture(Panel):
             for loop in loops:
                 _mark_states(canvas, axes, loop.rows, self.steps)
         axes.margins(0.07, 0.14)
-        if beside is not None:
-            _draw_loads(*beside, loops[0].rows)
+        if load_axes is not None:
+            _draw_loads(*load_axes, loops[0].rows)
 
-    def _cells(self, what: "xr.Dataset | Sequence[xr.Dataset]") -> "list[Cell]":
+    def _cells(self, subject: "xr.Dataset | Sequence[xr.Dataset]") -> "list[Cell]":
         """Return histories, or the cells of a sweep, as lines."""
-        several = several_of(what)
-        found: list[Cell] = []
-        for each in several:
+        results = as_history_list(subject)
+        cells: list[Cell] = []
+        for result in results:
             for name in LOOP:
-                if name not in each or "step" not in each[name].dims:
+                if name not in result or "step" not in result[name].dims:
                     raise InputError(
                         f"there is no {name} along step; expected histories, or a sweep with {' and '.join(LOOP)} "
                         "among its outputs"
                     )
-            found += [_of_history(each)] if each[LOOP[0]].ndim == 1 else _of_sweep(selected(each, self.where))
-        if not 1 <= len(found) <= MOST_LINES:
-            raise InputError(
-                f"{len(found)} lines in one picture; expected 1 to {MOST_LINES}: choose some (where), or sweep fewer"
+            cells += (
+                [_history_cell(result)] if result[LOOP[0]].ndim == 1 else _sweep_cells(selected(result, self.where))
             )
-        names = [cell.label for cell in found]
-        if len(several) > 1 and len({*names}) < len(names):
+        if not 1 <= len(cells) <= MOST_LINES:
+            raise InputError(
+                f"{len(cells)} lines in one picture; expected 1 to {MOST_LINES}: choose some (where), or sweep fewer"
+            )
+        names = [cell.label for cell in cells]
+        if len(results) > 1 and len({*names}) < len(names):
             # results of one title are named by their files
-            files = [Path(str(each.encoding.get("source", ""))).name for each in several]
+            files = [Path(str(result.encoding.get("source", ""))).name for result in results]
             names = [name or f"result {number + 1}" for number, name in enumerate(files)]
-        elif len(several) == len(found) == 1:
+        elif len(results) == len(cells) == 1:
             # one line alone needs no name
             names = [""]
         names = self.called_as(names, "lines")
-        return [attrs.evolve(cell, label=name) for cell, name in zip(found, names, strict=False)]
+        return [attrs.evolve(cell, label=name) for cell, name in zip(cells, names, strict=False)]
 
     def _draw_loop(self, axes: "Axes", loop: "Cell", style: dict[str, Any]) -> None:
         work = _shade(axes, loop, style["color"]) if self.work else ""
         load = loop.rows[LOOP[0]].values
-        for row, own in enumerate(self._displacements(loop.rows)):
+        for row, displacement in enumerate(self._displacements(loop.rows)):
             looks = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
             if row and not loop.label:
                 looks["color"] = LINES[1][0]
-            way = "displacement of the drive" if row else "contact" if self.drive else ""
-            reach = _reach(loop, own, row) if self.delta else None
+            description = "displacement of the drive" if row else "contact" if self.drive else ""
+            reach = _reach(loop, displacement, row) if self.delta else None
             far = "" if reach is None else rf"$\delta$ = {quantity_text(reach, 'm', 3)}"
-            name = ", ".join(filter(None, (loop.label, work, way, far)))
-            axes.plot(own, load, label=name or None, **looks)
+            name = ", ".join(filter(None, (loop.label, work, description, far)))
+            axes.plot(displacement, load, label=name or None, **looks)
             if reach is not None:
                 axes.plot([reach], [load.max()], gid=END, color=style["color"], **MARK)
 
@@ -194,16 +196,16 @@ def _by_load(loop: "Cell") -> "list[Cell]":
     ]
 
 
-def _reach(loop: "Cell", own: Floats, row: int) -> float:
-    """Return the displacement at which a line first slides: δ, and of the drive what the spring takes, too [m]."""
+def _reach(loop: "Cell", displacement: Floats, row: int) -> float:
+    """Return the displacement at which a line first slides: δ, for the drive plus the spring deflection [m]."""
     if loop.reach is None:
         raise InputError("delta: expected preliminary_displacement among the outputs")
     top = int(np.argmax(loop.rows[LOOP[0]].values))
-    return loop.reach + (float(own[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
+    return loop.reach + (float(displacement[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
 
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
-    """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
+    """Return the axes of the loop, and axes of normal and tangential load next to or below it if they fit."""
     figure = canvas.several(3)
     if len(canvas.fitting(("loop", "loads"), 2 if max(canvas.width, canvas.height) >= 110.0 else 1)) == 1:
         return figure.add_subplot(), None
@@ -217,7 +219,7 @@ def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
 
 @attrs.frozen(eq=False)
 class Cell:
-    """One line: its rows along ``step``, what it is called, and δ [m] and W [J] where they are known."""
+    """One line: its rows along ``step``, its label, and δ [m] and W [J] if they are known."""
 
     rows: xr.Dataset
     label: str = ""
@@ -225,7 +227,7 @@ class Cell:
     work: float | None = None
 
 
-def _of_history(history: xr.Dataset) -> Cell:
+def _history_cell(history: xr.Dataset) -> Cell:
     label = str(history.attrs.get("title", ""))
     if not is_complete(history) or SLOPE in history:
         return Cell(history, label)
@@ -234,30 +236,30 @@ def _of_history(history: xr.Dataset) -> Cell:
     return Cell(history, label, float(reach[0]), float(work[0]))
 
 
-def _of_sweep(sweep: xr.Dataset) -> list[Cell]:
+def _sweep_cells(sweep: xr.Dataset) -> list[Cell]:
     dims = [str(dim) for dim in sweep[LOOP[0]].dims if dim != "step"]
-    several = [dim for dim in dims if sweep.sizes[dim] > 1]
-    found = []
+    varied = [dim for dim in dims if sweep.sizes[dim] > 1]
+    cells = []
     for members in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
         at = dict(zip(dims, members, strict=True))
         rows = sweep.isel(at)
-        own = rows[[each for each in rows.data_vars if rows[each].dims == ("step",)]]
+        row_data = rows[[key for key in rows.data_vars if rows[key].dims == ("step",)]]
         # cells of fewer steps end with NaN, and those that have failed are nothing else
-        there = np.isfinite(own[LOOP[0]].values)
-        if not there.any():
+        valid = np.isfinite(row_data[LOOP[0]].values)
+        if not valid.any():
             continue
-        own = own.isel(step=there)
+        row_data = row_data.isel(step=valid)
         reach, work = (
-            float(rows[each]) if each in rows else None for each in ("preliminary_displacement", "presliding_work")
+            float(rows[key]) if key in rows else None for key in ("preliminary_displacement", "presliding_work")
         )
-        found.append(Cell(own, ", ".join(cell_label(sweep, dim, at[dim]) for dim in several), reach, work))
-    return found
+        cells.append(Cell(row_data, ", ".join(cell_label(sweep, dim, at[dim]) for dim in varied), reach, work))
+    return cells
 
 
 def _mark_states(canvas: Canvas, axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None) -> None:
     """Mark states on a loop, each with its name."""
     for state in named_states(rows) if steps is None else steps:
-        step = position_of(state, rows)
+        step = resolve_step(state, rows)
         at = float(rows[LOOP[1]][step]), float(rows[LOOP[0]][step])
         axes.plot(*at, color=INK, **MARK)
         label = state_label(rows, step) if isinstance(state, str) else str(state)
@@ -275,22 +277,22 @@ def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
     if not starts.size:
         raise InputError("no loop turns round out of sliding; expected a larger amplitude of the displacement")
     # the first reversal: at it the contact slides forward
-    first = int(starts[0])
-    ends = np.flatnonzero(slides[first + 1 :])
-    last = first + 1 + int(ends[0]) if ends.size else t.size - 1
-    way, sign = np.abs(u[first : last + 1] - u[first]), np.sign(t[first])
-    load = t[first : last + 1] * sign
-    inside = way < 2 * loop.reach
-    return np.append(way[inside], 2 * loop.reach), np.append(load[inside], -top), loop.reach
+    start = int(starts[0])
+    ends = np.flatnonzero(slides[start + 1 :])
+    stop = start + 1 + int(ends[0]) if ends.size else t.size - 1
+    distance, sign = np.abs(u[start : stop + 1] - u[start]), np.sign(t[start])
+    load = t[start : stop + 1] * sign
+    inside = distance < 2 * loop.reach
+    return np.append(distance[inside], 2 * loop.reach), np.append(load[inside], -top), loop.reach
 
 
 def _shade(axes: "Axes", loop: Cell, colour: Any) -> str:
     """Fill the closed loop between ±δ, which turns where sliding begins, and return its area, the work, as a text."""
-    way, load, reach = _branch(loop)
-    u, t = np.concatenate([reach - way, way - reach]), np.concatenate([load, -load])
+    distance, load, reach = _branch(loop)
+    u, t = np.concatenate([reach - distance, distance - reach]), np.concatenate([load, -load])
     axes.fill(u, t, color=colour, alpha=0.22, linewidth=0, zorder=0.5)
     # what is drawn has corners: the exact work is written where it is known
-    work = loop.work or abs(2 * float(np.trapezoid(load, way)))
+    work = loop.work or abs(2 * float(np.trapezoid(load, distance)))
     return f"$W$ = {quantity_text(work, 'J', 3)}"
 
 
@@ -304,9 +306,9 @@ def _mark_drift(canvas: Canvas, axes: "Axes", loops: Sequence[Cell]) -> None:
         axes.plot([reach] * 2, [top, low], color=INK, linewidth=0.6, linestyle=":")
         axes.plot([reach], [top], color=INK, **MARK)
         canvas.label(axes, rf"$\delta_{number + 1}$", (reach, top))
-    (first, _), (second, _) = ends
-    axes.annotate("", xy=(first, low), xytext=(second, low), arrowprops=SPAN)
-    canvas.label(axes, f"drift {quantity_text(abs(second - first), 'm', 3)}", ((first + second) / 2, low))
+    (reach_1, _), (reach_2, _) = ends
+    axes.annotate("", xy=(reach_1, low), xytext=(reach_2, low), arrowprops=SPAN)
+    canvas.label(axes, f"drift {quantity_text(abs(reach_2 - reach_1), 'm', 3)}", ((reach_1 + reach_2) / 2, low))
 
 
 def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:

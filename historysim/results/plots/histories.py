@@ -59,18 +59,22 @@ class HistoryPicture(Picture):
 
     panels: tuple[str, ...] | None = None
 
-    kind, alone, planar, headed = "history", True, True, True
+    kind, own_figure, planar, headed = "history", True, True, True
     caption = "The friction loop, the loads over time, and the slip state of each asperity."
-    order, needs, found = 1, "total_normal_load", ("peak normal load", "peak tangential load", "dissipated energy")
+    order, needs, caption_lines = (
+        1,
+        "total_normal_load",
+        ("peak normal load", "peak tangential load", "dissipated energy"),
+    )
 
     @classmethod
-    def caption_of(cls, history: xr.Dataset) -> str:
+    def report_caption(cls, history: xr.Dataset) -> str:
         """Return the caption; a history of totals alone has no slip states, and its energy is drawn."""
-        first = "path in the plane" if DIRECTION in history.sizes else "friction loop"
-        last = "slip state of each asperity" if "slip_state" in history else "dissipated energy"
-        return f"The {first}, the loads over time, and the {last}."
+        first_panel = "path in the plane" if DIRECTION in history.sizes else "friction loop"
+        last_panel = "slip state of each asperity" if "slip_state" in history else "dissipated energy"
+        return f"The {first_panel}, the loads over time, and the {last_panel}."
 
-    def size_of(self, data: xr.Dataset) -> Size:
+    def default_size(self, data: xr.Dataset) -> Size:
         """Return the size of its panels."""
         check_recorded(data)
         if self.panels is not None:
@@ -84,16 +88,16 @@ class HistoryPicture(Picture):
             _draw_panels(canvas, data, list(self.panels))
             return
         asperities = data.sizes.get("asperity", 0) if "slip_state" in data else 0
-        shown = ["loop", "loads", "states" if asperities else "energy", *(["wear"] if "worn_volume" in data else [])]
+        panels = ["loop", "loads", "states" if asperities else "energy", *(["wear"] if "worn_volume" in data else [])]
         if data.sizes["step"] == 1:
             # one point is no course
-            shown = ["states"] if asperities else ["loop"]
-        wide = canvas.width >= WIDE and canvas.height >= HIGH and len(shown) > 1
+            panels = ["states"] if asperities else ["loop"]
+        wide = canvas.width >= WIDE and canvas.height >= HIGH and len(panels) > 1
         if wide:
-            room = len(shown) if canvas.height >= HIGH_WITH_WEAR else 3
+            room = len(panels) if canvas.height >= HIGH_WITH_WEAR else 3
         else:
-            room = sum(24.0 + top <= canvas.height for top in itertools.accumulate(PANELS[name][1] for name in shown))
-        fitting = shown[: len(canvas.fitting([PANELS[name][0] for name in shown], room))]
+            room = sum(24.0 + top <= canvas.height for top in itertools.accumulate(PANELS[name][1] for name in panels))
+        fitting = panels[: len(canvas.fitting([PANELS[name][0] for name in panels], room))]
         _draw_panels(canvas, data, fitting, wide=wide and len(fitting) > 1)
         if "loop" in fitting:
             canvas.notice(slip_note(data))
@@ -109,28 +113,28 @@ class HistoryPicture(Picture):
 
 
 def _lower_heights(history: xr.Dataset) -> list[float]:
-    """Return the heights of what stands below the loop, over that of the normal load."""
+    """Return the heights of the panels below the loop, over the height of the normal-load panel."""
     rows = history.sizes.get("asperity", 0) if "slip_state" in history else 0
     return [1.5 if rows == 0 else 0.45 + 1.65 * min(rows / 12, 1), *([1.3] if "worn_volume" in history else [])]
 
 
 def _draw_panels(canvas: Canvas, history: xr.Dataset, panels: list[str], *, wide: bool = False) -> None:
-    """Draw panels one below the other, or the loads beside the loop and the others below, and name what is in them."""
+    """Draw panels one below the other, or loads next to the loop and the rest below, with their legends."""
     if wide:
         rows = [["loop", "normal"], ["loop", "tangential"], *([name, name] for name in panels[2:])]
         heights = [1.1, 1.9, *_lower_heights(history)[: len(panels) - 2]]
     else:
-        parts = {name: ("normal", "tangential") if name == "loads" else (name,) for name in panels}
-        rows = [[part] for name in panels for part in parts[name]]
-        heights = [PANELS[name][1] / len(parts[name]) for name in panels for _ in parts[name]]
+        subpanels = {name: ("normal", "tangential") if name == "loads" else (name,) for name in panels}
+        rows = [[subpanel] for name in panels for subpanel in subpanels[name]]
+        heights = [PANELS[name][1] / len(subpanels[name]) for name in panels for _ in subpanels[name]]
     if len(rows) == 1:
         axes = {rows[0][0]: canvas.axes()}
     else:
         figure = canvas.several(len(rows))
         axes = figure.subplot_mosaic(rows, height_ratios=heights)
     thin = thinned(history)
-    for name, each in axes.items():
-        DRAWS[name](each, history if name in {"states", "wear"} else thin)
+    for name, panel in axes.items():
+        DRAWS[name](panel, history if name in {"states", "wear"} else thin)
     if "normal" in axes:
         axes["normal"].sharex(axes["tangential"])
     canvas.legend(
@@ -150,8 +154,8 @@ def _draw_tangential_load(axes: "Axes", thin: xr.Dataset) -> None:
     axes.plot(time, limit, label="friction limit", rasterized=True, **DASHED)
     axes.plot(time, -limit, rasterized=True, **DASHED)
     if load.ndim > 1:
-        for each, label, dashes in zip(load.T, ("$T_x$", "$T_y$"), ("-", (0, (2, 1))), strict=True):
-            axes.plot(time, each, color=INK, linestyle=dashes, linewidth=1.0, label=label, rasterized=True)
+        for component, label, dashes in zip(load.T, ("$T_x$", "$T_y$"), ("-", (0, (2, 1))), strict=True):
+            axes.plot(time, component, color=INK, linestyle=dashes, linewidth=1.0, label=label, rasterized=True)
     else:
         draw_coloured(axes, time, load, time)
     axes.margins(x=0.02)
@@ -217,7 +221,7 @@ class HodographPicture(Picture):
 
     drive: bool = False
 
-    kind, size, alone, order, only_planar, headed = "hodograph", (TWO_COLUMNS, 80.0), True, 2, True, True
+    kind, size, own_figure, order, only_planar, headed = "hodograph", (TWO_COLUMNS, 80.0), True, 2, True, True
     caption = "The path in the plane, and the tangential load along it; the colour is time."
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
@@ -227,12 +231,12 @@ class HodographPicture(Picture):
         if path not in data:
             raise InputError("the history has no drive; expected one with an instrument, or drive = false")
         thin = thinned(data)
-        left, right = canvas.two(("the path", "the tangential load"), 1.0)
-        _draw_path(left, thin, path)
-        if right is not None:
-            _draw_path(right, thin, "total_tangential_load")
+        path_axes, load_axes = canvas.two(("the path", "the tangential load"), 1.0)
+        _draw_path(path_axes, thin, path)
+        if load_axes is not None:
+            _draw_path(load_axes, thin, "total_tangential_load")
             limit, angle = float(thin["friction_limit"][-1]), np.linspace(0, 2 * np.pi, 200)
-            right.plot(limit * np.cos(angle), limit * np.sin(angle), **DASHED)
+            load_axes.plot(limit * np.cos(angle), limit * np.sin(angle), **DASHED)
 
 
 COLOURS = {"time": "time (s)", "slip": "slipping share of the contact area"}  # what the colour of a loop may show
@@ -252,8 +256,8 @@ class LoopPicture(Picture):
 
     colour: str = "slip"
 
-    kind, size, alone, order = "loop", (COLUMN, 75.0), True, 3
-    found = ("preliminary displacement", "first to slide")
+    kind, size, own_figure, order = "loop", (COLUMN, 75.0), True, 3
+    caption_lines = ("preliminary displacement", "first to slide")
     caption = "The friction loop, coloured by the share of the contact area that slips."
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
@@ -284,7 +288,7 @@ MOST_COLUMNS, MOST_ROWS = 2_000, 1_000  # steps and asperities that a map of sli
 class SlipMapPicture(Picture):
     """The slip state of each asperity at each step, the highest asperity on top."""
 
-    kind, size, alone, planar, headed = "slip-map", (TWO_COLUMNS, 75.0), True, True, True
+    kind, size, own_figure, planar, headed = "slip-map", (TWO_COLUMNS, 75.0), True, True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the map; of a large history every so many-th step and asperity."""
@@ -301,10 +305,10 @@ def _draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
     steps, count = history.sizes["step"], history.sizes["asperity"]
     step_stride, row_stride = -(-steps // MOST_COLUMNS), -(-count // MOST_ROWS)
     by_height = np.argsort(-history["summit_height"].values, kind="stable")[::row_stride]
-    shown = history["slip_state"].isel(step=slice(None, None, step_stride))
+    drawn_states = history["slip_state"].isel(step=slice(None, None, step_stride))
     # of a file whole rows are read faster than scattered columns
-    from_file = "source" in shown.encoding
-    states = (shown.values[:, by_height] if from_file else shown.isel(asperity=by_height).values).T
+    from_file = "source" in drawn_states.encoding
+    states = (drawn_states.values[:, by_height] if from_file else drawn_states.isel(asperity=by_height).values).T
     looks: dict[str, Any] = {"cmap": ListedColormap(list(STATE_COLOURS)), "vmin": -0.5, "vmax": 3.5}
     extent = (-0.5, steps - 0.5, count + 0.5, 0.5)
     axes.imshow(states, aspect="auto", interpolation="nearest", extent=extent, **looks)
@@ -330,12 +334,12 @@ def _draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
 class StiffnessPicture(Picture):
     """The tangential load over the displacement, and the tangential stiffness below it; the colour is time."""
 
-    kind, size, alone = "stiffness", (COLUMN, 110.0), True
+    kind, size, own_figure = "stiffness", (COLUMN, 110.0), True
     caption = "The tangential load over the displacement, and the tangential stiffness."
     order, needs = 4, "total_normal_load"
 
     @classmethod
-    def caption_of(cls, history: xr.Dataset) -> str:
+    def report_caption(cls, history: xr.Dataset) -> str:
         """Return the caption with the greatest stiffness."""
         greatest = float(np.nanmax(history["tangential_stiffness"].values, initial=0.0))
         return f"{cls.caption.removesuffix('.')}, up to {quantity_text(greatest, 'N/m', 3)}."

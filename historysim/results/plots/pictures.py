@@ -1,4 +1,4 @@
-"""What a picture is, pictures by their names, and which picture is drawn of what."""
+"""Pictures: base class, registry by name, and choice of the picture for an object."""
 
 import functools
 import inspect
@@ -19,7 +19,7 @@ from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.asking import check_direction
 from historysim.results.layout import is_history, missing_variables_reported, standard_layout
-from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, drawn
+from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, draw_on_target
 
 # The pictures by their names in ``[picture]`` and ``--picture``.
 PICTURES: Registry[type["Picture"]] = Registry(
@@ -43,20 +43,20 @@ class Picture:
     #: What it is drawn of: ``"history"``, ``"sweep"``, ``"scenario"``, and types.
     of: ClassVar[tuple[str | type, ...]] = (HISTORY,)
     size: ClassVar[Size] = (90.0, 78.0)  #: width and height [mm] where no other is asked for
-    #: What stands below it in the report of a history, which leaves out what has none; see `caption_of`.
+    #: What stands below it in the report of a history, which leaves out what has none; see `report_caption`.
     caption: ClassVar[str] = ""
-    found: ClassVar[tuple[str, ...]] = ()  #: lines of the summary of a history that the caption ends with
+    caption_lines: ClassVar[tuple[str, ...]] = ()  #: lines of the summary of a history that the caption ends with
     needs: ClassVar[str] = "slip_state"  #: the variable of a history without which the report leaves it out
     order: ClassVar[int] = 100  #: it stands in the report before those of a greater number
     #: Whether several histories can be in it: `draw` then takes a sequence of them, too.
-    several: ClassVar[bool] = False
-    alone: ClassVar[bool] = False  #: whether it fills a figure of its own, and cannot stand beside others
+    accepts_several: ClassVar[bool] = False
+    own_figure: ClassVar[bool] = False  #: whether it fills a figure of its own, and cannot stand beside others
     headed: ClassVar[bool] = False  #: whether the title of what is drawn stands above it, if it has no other
     planar: ClassVar[bool] = False  #: whether it can be drawn of a history with two tangential directions, too
     only_planar: ClassVar[bool] = False  #: whether it is of a history with two tangential directions alone
 
     def draw(self, canvas: Canvas, data: Any) -> None:
-        """Draw a Dataset, or what else it is of, on a canvas, which is a figure, a part of one, or axes.
+        """Draw a Dataset, or another supported object, on a canvas: a figure, a part of a figure, or axes.
 
         ``canvas.axes()`` are those of a picture with one panel, ``canvas.several(count)`` is the figure of one with
         more. What is drawn is in SI units, with them in the labels of axes, "load (N)", which get readable prefixes.
@@ -64,14 +64,14 @@ class Picture:
         """
         raise NotImplementedError(f"{type(self).__name__} has no draw")
 
-    def figure(self, what: Any, place: Place | None = None) -> FigureOrAxes:
-        """Return a figure of it alone, or what was given to draw into."""
-        data = data_for(what, self)
+    def figure(self, subject: Any, target: Place | None = None) -> FigureOrAxes:
+        """Return a figure with this picture only, or the figure or axes that were passed."""
+        data = prepare_data(subject, self)
         with missing_variables_reported(*(data if isinstance(data, list) else [data])):
-            return drawn(place or {}, self.size_of(data), lambda canvas: self.draw_named(canvas, data))
+            return draw_on_target(target or {}, self.default_size(data), lambda canvas: self.draw_named(canvas, data))
 
     def draw_named(self, canvas: Canvas, data: Any) -> None:
-        """Draw it, with its title and a legend of what has a label."""
+        """Draw the picture with its title and a legend of labelled artists."""
         self.draw(canvas, data)
         canvas.legend()
         title = str(getattr(self, "title", ""))
@@ -79,23 +79,23 @@ class Picture:
             title = title or str(getattr(data, "attrs", {}).get("title", ""))
         canvas.heading(title, canvas.caption)
 
-    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
+    def default_size(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
         """Return width and height [mm] where no other is asked for."""
         return self.size
 
     @property
     def beside(self) -> float:
-        """Width that it needs in ``[picture]`` beside that of every picture [mm]."""
+        """Extra width in ``[picture]`` over the default width [mm]."""
         return 0.0
 
     @property
     def called(self) -> str:
-        """What it is called beside others."""
+        """Name of the picture in a figure with several pictures."""
         return str(getattr(self, "title", "") or self.kind)
 
     @classmethod
-    def caption_of(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - what others go by
-        """Return the caption of the picture of a history, where that depends on what is in it."""
+    def report_caption(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - what others go by
+        """Return the caption for the report of a history; it may depend on the contents of the history."""
         return cls.caption
 
     @classmethod
@@ -120,7 +120,7 @@ class Titled(Picture):
 
 @attrs.frozen(kw_only=True)
 class Panel(Titled):
-    """What pictures in the figure of a scenario have.
+    """Options of pictures in the figure of a scenario.
 
     Attributes
     ----------
@@ -135,48 +135,50 @@ class Panel(Titled):
     labels: tuple[str, ...] = ()
     where: dict[str, Any] | None = None
 
-    def called_as(self, names: Sequence[str], what: str) -> list[str]:
+    def called_as(self, names: Sequence[str], noun: str) -> list[str]:
         """Return the labels of some lines, or else their own names."""
         if self.labels and len(self.labels) != len(names):
-            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(names)} {what}")
+            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(names)} {noun}")
         return list(self.labels or names)
 
 
-def data_for(what: Any, picture: Picture) -> Any:
-    """Return what a picture draws of a thing: the thing itself; of a scenario its surface, summits or record."""
-    made = getattr(what, "picture_data", None)
-    if isinstance(what, list | tuple):
-        what = [standard_layout(each) if is_history(each) else each for each in what]
-    elif is_history(what):
-        what = standard_layout(what)
-    for each in what if isinstance(what, list | tuple) else (what,):
-        if picture.only_planar and DIRECTION not in getattr(each, "sizes", ()):
+def prepare_data(subject: Any, picture: Picture) -> Any:
+    """Return the data of a picture: the object itself, or the surface, summits or record of a scenario."""
+    prepare = getattr(subject, "picture_data", None)
+    if isinstance(subject, list | tuple):
+        subject = [standard_layout(item) if is_history(item) else item for item in subject]
+    elif is_history(subject):
+        subject = standard_layout(subject)
+    for item in subject if isinstance(subject, list | tuple) else (subject,):
+        if picture.only_planar and DIRECTION not in getattr(item, "sizes", ()):
             raise InputError(
                 "the history has one tangential direction; expected loads or displacements in x and y, such as "
                 'tangential_displacement = ["10 nm", "5 nm"]'
             )
         if not (picture.planar or picture.only_planar):
-            check_direction(each, f"the picture {picture.kind}")
-    return what if made is None else made(picture.kind)
+            check_direction(item, f"the picture {picture.kind}")
+    return subject if prepare is None else prepare(picture.kind)
 
 
-def draw(what: Any, name: str, place: Place | None = None, *, of: str | type = HISTORY, **options: Any) -> FigureOrAxes:
+def draw(
+    subject: Any, name: str, target: Place | None = None, *, of: str | type = HISTORY, **options: Any
+) -> FigureOrAxes:
     """Return a picture by its name, of a history or several, of a sweep or a scenario; options are its fields."""
-    one = not isinstance(what, list | tuple)
-    known = {each: kind for each, kind in PICTURES.items() if of in kind.of and (one or kind.several)}
-    if name not in known:
+    single = not isinstance(subject, list | tuple)
+    available = {key: kind for key, kind in PICTURES.items() if of in kind.of and (single or kind.accepts_several)}
+    if name not in available:
         raise InputError(
-            f"picture is {name!r}; {'' if one else 'of several results '}expected one of {', '.join(known)}"
+            f"picture is {name!r}; {'' if single else 'of several results '}expected one of {', '.join(available)}"
         )
-    return made(known[name], options, known).figure(what, place)
+    return made(available[name], options, available).figure(subject, target)
 
 
-def made(kind: type[Picture], options: Mapping[str, Any], others: Mapping[str, type[Picture]]) -> Picture:
+def made(kind: type[Picture], options: Mapping[str, Any], available: Mapping[str, type[Picture]]) -> Picture:
     """Return a picture with options; errors name which other pictures take an option."""
-    own = [field.name for field in list_fields(kind)]
-    for option in (each for each in options if each not in own):
-        takers = [name for name, other in others.items() if option in attrs.fields_dict(other)]
-        mend = f"it applies to {', '.join(takers)}" if takers else nearest(option, [*own, "picture", *PLACES])
+    field_names = [field.name for field in list_fields(kind)]
+    for option in (name_ for name_ in options if name_ not in field_names):
+        takers = [name for name, candidate in available.items() if option in attrs.fields_dict(candidate)]
+        mend = f"it applies to {', '.join(takers)}" if takers else nearest(option, [*field_names, "picture", *PLACES])
         raise InputError(f"{option} does not apply to the picture {kind.kind}; {mend}")
     if needed := [field.name for field in list_fields(kind) if field.needed and field.name not in options]:
         raise InputError(f"the picture {kind.kind} needs {', '.join(needed)}")
@@ -188,12 +190,12 @@ def made(kind: type[Picture], options: Mapping[str, Any], others: Mapping[str, t
 def _value(name: str, kind: Any, value: Any) -> Any:
     """Return an option as its field has it: a list as a tuple, and a string, as the shell gives it, as its value."""
     members = {*get_args(kind)} if isinstance(kind, UnionType) else {kind}
-    if any(get_origin(each) is Annotated for each in members):
-        members = {get_args(each)[0] for each in members}
+    if any(get_origin(member) is Annotated for member in members):
+        members = {get_args(member)[0] for member in members}
     members.discard(NoneType)
-    arrays = [each for each in members if get_origin(each) is tuple]
+    arrays = [member for member in members if get_origin(member) is tuple]
     if arrays and isinstance(value, str):
-        value = [_value(name, get_args(arrays[0])[0], part.strip()) for part in value.split(",")]
+        value = [_value(name, get_args(arrays[0])[0], item.strip()) for item in value.split(",")]
         if "" in value:
             raise InputError(f"{name}: expected values with one comma between each two")
     elif isinstance(value, str) and members != {str}:
@@ -206,97 +208,101 @@ def _value(name: str, kind: Any, value: Any) -> Any:
 
 @functools.singledispatch
 def figure_of(
-    what: Any, *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
+    subject: Any, *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
 ) -> FigureOrAxes:
     """Return the picture of an object, by default the first of its type; InputError without one, or without this one.
 
     A type for which there is more to choose or to prepare registers its own with ``@figure_of.register(type)``. `name`
     is the path that it was read from, if any; `options` are fields of the picture.
     """
-    called = name or f"this {type(what).__name__}"
-    known = {
-        each: kind
-        for each, kind in PICTURES.items()
-        if any(isinstance(of, type) and isinstance(what, of) for of in kind.of)
+    called = name or f"this {type(subject).__name__}"
+    available = {
+        key: kind
+        for key, kind in PICTURES.items()
+        if any(isinstance(of, type) and isinstance(subject, of) for of in kind.of)
     }
-    if not known:
+    if not available:
         raise InputError(
             f"{called} has no picture; expected a history, a scenario, a surface, loops, a comparison or an asperity"
         )
     # the one that is of this type first of all goes before those of other things, too
-    first = picture or min(known, key=lambda each: [isinstance(of, str) for of in known[each].of])
-    return _of_one(what, first, known, called, place, options, name)
+    chosen = picture or min(available, key=lambda key: [isinstance(of, str) for of in available[key].of])
+    return _draw_picture(subject, chosen, available, called, target, options, name)
 
 
-def _of_one(
-    what: Any,
+def _draw_picture(
+    subject: Any,
     picture: str,
-    known: Mapping[str, type[Picture]],
+    available: Mapping[str, type[Picture]],
     called: str,
-    place: Place | None,
+    target: Place | None,
     options: Mapping[str, Any],
     name: str,
 ) -> FigureOrAxes:
     """Draw one of the pictures of a thing, below the name of its file, if it has one."""
-    if picture not in known:
-        raise InputError(f"picture {picture}: {called} has no such picture; expected {', '.join(known)}")
-    titled = {"title": Path(name).name} if name and "title" in attrs.fields_dict(known[picture]) else {}
-    return made(known[picture], titled | dict(options), known).figure(what, place)
+    if picture not in available:
+        raise InputError(f"picture {picture}: {called} has no such picture; expected {', '.join(available)}")
+    titled = {"title": Path(name).name} if name and "title" in attrs.fields_dict(available[picture]) else {}
+    return made(available[picture], titled | dict(options), available).figure(subject, target)
 
 
 @figure_of.register(list)
 @figure_of.register(tuple)
-def _of_several(
-    what: Sequence[Any], *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
+def _draw_histories(
+    histories: Sequence[Any], *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
 ) -> FigureOrAxes:
     """Draw several histories over one another."""
-    for each in what:
-        if not _is_history(each):
+    for history in histories:
+        if not _is_history(history):
             raise InputError(
-                f"{name or f'this {type(each).__name__}'} is no history; expected results of historysim run alone, or "
-                "one other file"
+                f"{name or f'this {type(history).__name__}'} is no history; expected results of historysim run alone, "
+                "or one other file"
             )
-    return draw(what, picture or "loops", place, **options)
+    return draw(histories, picture or "loops", target, **options)
 
 
 @figure_of.register(xr.Dataset)
-def _of_dataset(
-    what: xr.Dataset, *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
+def _draw_dataset(
+    dataset: xr.Dataset, *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
 ) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
-    content, called = what.attrs.get("content"), name or "this Dataset"
+    content, called = dataset.attrs.get("content"), name or "this Dataset"
     # the rows of a sweep may be loads, too
     if content == SWEEP:
-        return _of_sweep(what, picture, place, options)
-    if _is_history(what) and content not in TABLES:
-        return draw(what, picture or ("contact-map" if "step" in options else "history"), place, **options)
-    kinds = {"fretting": content == "fretting report", "table": content in TABLES, "surface": "summit_height" in what}
-    kinds |= {"loop-trends": "loop" in what.dims, "loop-levels": "loops" in what.coords}
-    for kind, found in kinds.items():
-        if found:
+        return _draw_sweep(dataset, picture, target, options)
+    if _is_history(dataset) and content not in TABLES:
+        return draw(dataset, picture or ("contact-map" if "step" in options else "history"), target, **options)
+    kinds = {
+        "fretting": content == "fretting report",
+        "table": content in TABLES,
+        "surface": "summit_height" in dataset,
+    }
+    kinds |= {"loop-trends": "loop" in dataset.dims, "loop-levels": "loops" in dataset.coords}
+    for kind, matches in kinds.items():
+        if matches:
             titled = name if kind == "table" else ""
-            return _of_one(what, picture or kind, {kind: PICTURES[kind]}, called, place, options, titled)
+            return _draw_picture(dataset, picture or kind, {kind: PICTURES[kind]}, called, target, options, titled)
     raise InputError(f"{called} is no history; expected a Dataset from historysim, with its variables")
 
 
 TABLES = ("table", "history over time")  # contents of files that are tables
 
 
-def _is_history(what: Any) -> bool:
-    return isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != SWEEP
+def _is_history(subject: Any) -> bool:
+    return isinstance(subject, xr.Dataset) and "total_normal_load" in subject and subject.attrs.get("content") != SWEEP
 
 
-def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, options: dict[str, Any]) -> FigureOrAxes:
+def _draw_sweep(sweep: xr.Dataset, picture: str | None, target: Place | None, options: dict[str, Any]) -> FigureOrAxes:
     """Draw loops of the cells where these have rows and no numbers; else a number, by its name or the first one."""
-    numbers = [str(each) for each in what.data_vars if not {"step", "asperity"} & set(what[each].dims)]
+    numbers = [str(key) for key in sweep.data_vars if not {"step", "asperity"} & set(sweep[key].dims)]
     if picture is None and not numbers:
         picture = "loops"
-    if picture is not None and picture not in what.data_vars and picture in PICTURES:
-        return draw(what, picture, place, of=SWEEP, **options)
+    if picture is not None and picture not in sweep.data_vars and picture in PICTURES:
+        return draw(sweep, picture, target, of=SWEEP, **options)
     # what was asked for first, else what a sweep is mostly about; of others, such as a design, the first number
-    asked = [*str(what.attrs.get("outputs", "")).split(), "preliminary_displacement"]
-    known = [each for name in asked for each in (name, f"{name}_mean") if each in numbers]
-    return draw(what, "curve", place, of=SWEEP, quantity=picture or [*known, *numbers][0], **options)
+    preferred = [*str(sweep.attrs.get("outputs", "")).split(), "preliminary_displacement"]
+    candidates = [key for name in preferred for key in (name, f"{name}_mean") if key in numbers]
+    return draw(sweep, "curve", target, of=SWEEP, quantity=picture or [*candidates, *numbers][0], **options)
 
 
 ACROSS, NARROWEST = 3, 55.0  # panels in a row, and the width that each has at least [mm]
@@ -314,29 +320,31 @@ BEYOND = {
 }
 
 
-def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: Place | None = None) -> FigureOrAxes:
+def draw_figure(
+    subject: Any, pictures: Sequence[Picture], title: str = "", target: Place | None = None
+) -> FigureOrAxes:
     """Return pictures of a result, a sweep or a scenario side by side, in a narrow figure below one another."""
-    place = place or {}
-    if len(pictures) == 1 and (pictures[0].alone or place.get("ax") is not None):
-        return pictures[0].figure(what, place)
+    target = target or {}
+    if len(pictures) == 1 and (pictures[0].own_figure or target.get("ax") is not None):
+        return pictures[0].figure(subject, target)
     across = min(len(pictures), ACROSS)
-    width = PANEL * across + max(each.beside for each in pictures)
+    width = PANEL * across + max(item.beside for item in pictures)
 
     def draw(canvas: Canvas) -> None:
         figure = canvas.several(len(pictures))
-        fitting = pictures[: len(canvas.fitting([each.called for each in pictures]))]
+        fitting = pictures[: len(canvas.fitting([item.called for item in pictures]))]
         across = min(len(fitting), ACROSS, max(int(canvas.width / NARROWEST), 1))
         # also of one picture: what stands below it, and the line above all, then differ
-        parts = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
-        for part, picture in zip(parts, fitting, strict=False):
-            picture.draw_named(canvas.part(part), data_for(what, picture))
+        panels = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
+        for panel, picture in zip(panels, fitting, strict=False):
+            picture.draw_named(canvas.part(panel), prepare_data(subject, picture))
         canvas.heading(title)
-        if isinstance(what, xr.Dataset):
-            found = [each.name for each in read_findings(str(what.attrs.get("validity", "[]")))]
-            if names := [BEYOND[name] for name in found if name in BEYOND]:
+        if isinstance(subject, xr.Dataset):
+            findings = [item.name for item in read_findings(str(subject.attrs.get("validity", "[]")))]
+            if names := [BEYOND[name] for name in findings if name in BEYOND]:
                 canvas.notice(f"beyond the model's assumptions: {', '.join(names)}")
 
-    return drawn(place, (width, HEIGHT * -(-len(pictures) // across) + TITLE), draw)
+    return draw_on_target(target, (width, HEIGHT * -(-len(pictures) // across) + TITLE), draw)
 
 
 DRAWN_IN = """size : (float, float), optional
@@ -346,25 +354,25 @@ figure, ax : optional
 
 
 def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
-    """Return a picture as a function of what it is drawn of, its fields, and where it is drawn."""
+    """Return a picture as a function of its data, its fields and the drawing target."""
 
     def function(
         data: Any, *, size: Size | None = None, figure: Any = None, ax: Any = None, **options: Any
     ) -> FigureOrAxes:
         return made(kind, options, {}).figure(data, {"size": size, "figure": figure, "ax": ax})
 
-    first, *where, _ = inspect.signature(function).parameters.values()
-    own = []
+    data_parameter, *where, _ = inspect.signature(function).parameters.values()
+    option_parameters = []
     for field in list_fields(kind):
         default = inspect.Parameter.empty if field.needed else field.default
-        own.append(inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default))
+        option_parameters.append(inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default))
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
-    function.__signature__ = inspect.Signature([first, *own, *where])  # type: ignore[attr-defined] # as help() reads it
-    about, examples, shown = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")
-    function.__doc__ = f"{about}\n\n{DRAWN_IN}{examples}{shown}"
+    function.__signature__ = inspect.Signature([data_parameter, *option_parameters, *where])  # type: ignore[attr-defined] # as help() reads it
+    about, examples, example_text = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")
+    function.__doc__ = f"{about}\n\n{DRAWN_IN}{examples}{example_text}"
     return function
 
 
-def several_of(histories: Any) -> list[xr.Dataset]:
+def as_history_list(histories: Any) -> list[xr.Dataset]:
     """Return one history, or several, as a list."""
     return [histories] if isinstance(histories, xr.Dataset) else list(histories)

@@ -1,4 +1,4 @@
-"""Figures that are saved in one way, whoever saves them."""
+"""Figures with one output format, whoever saves them."""
 
 import io
 import re
@@ -38,18 +38,18 @@ class PrintedFigure(Figure):
         """Save the figure; parameters as for matplotlib's figures."""
         named = isinstance(fname, str | PathLike)
         kind = (options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")).lower()
-        given = {"dpi": DOTS_PER_INCH, **options}
+        arguments = {"dpi": DOTS_PER_INCH, **options}
         if kind in MAKER:
             # by which the program recognises its own pictures, and replaces no others
-            given["metadata"] = {MAKER[kind]: MADE_BY} | (options.get("metadata") or {})
+            arguments["metadata"] = {MAKER[kind]: MADE_BY} | (options.get("metadata") or {})
         with mpl.rc_context(PRINT), warnings.catch_warnings():
             # a sign that the font does not have is drawn as a box
             warnings.filterwarnings("ignore", message="Glyph .* missing from")
             if kind != "svg":
-                super().savefig(fname, **given)
+                super().savefig(fname, **arguments)
                 return
             stream = io.StringIO()
-            super().savefig(stream, **given | {"format": "svg"})
+            super().savefig(stream, **arguments | {"format": "svg"})
         # comments hold the strings as they are, with what no XML may hold
         text = NO_XML.sub("\ufffd", stream.getvalue())
         if named:

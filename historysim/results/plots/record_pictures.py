@@ -25,11 +25,11 @@ from historysim.results.plots.style import (
     MOST_EDGED,
     MOST_TICKS,
     STATE_COLOURS,
+    format_unit,
     kept_samples,
     label_loop,
     line_style,
     note_instead,
-    printed,
 )
 from historysim.results.tables import WrittenTable
 
@@ -49,7 +49,7 @@ AS_USED: dict[str, Any] = {"color": MARK, "linewidth": 0.8, "label": "as used"}
 class ComparisonPicture(Titled):
     """Loops and loads of measurement and model over each other, energies, and residuals."""
 
-    kind, of, size, alone = "comparison", (Comparison,), (TWO_COLUMNS, 137.0), True
+    kind, of, size, own_figure = "comparison", (Comparison,), (TWO_COLUMNS, 137.0), True
 
     def draw(self, canvas: Canvas, data: Comparison) -> None:
         """Draw as many panels as fit."""
@@ -66,19 +66,19 @@ class ComparisonPicture(Titled):
 
 def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     observation, response = comparison.observation, comparison.response
-    shown = kept_samples(observation.time.size, [observation.tangential_load], MOST_POINTS)
+    indices = kept_samples(observation.time.size, [observation.tangential_load], MOST_POINTS)
     label_loop(axes)
     dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "markeredgewidth": 0}
     dots |= {"rasterized": True, "zorder": 2}
     load, modelled = observation.tangential_load, response.tangential_load
-    axes.plot(observation.displacement[shown], load[shown], color=MEASURED, label="measured", **dots)
+    axes.plot(observation.displacement[indices], load[indices], color=MEASURED, label="measured", **dots)
     # along a branch the model passes the displacements in their order, not in that of time
     branches = zip(observation.turns[:-1], observation.turns[1:], strict=True)
     rises = [
-        (slice(start, end), np.sign(response.displacement[end] - response.displacement[start]))
-        for start, end in branches
+        (slice(start, stop), np.sign(response.displacement[stop] - response.displacement[start]))
+        for start, stop in branches
     ]
-    in_order = [part.start + np.argsort(response.displacement[part] * sign) for part, sign in rises]
+    in_order = [branch.start + np.argsort(response.displacement[branch] * sign) for branch, sign in rises]
     order = np.concatenate([*in_order, observation.turns[-1:]])
     # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
@@ -90,7 +90,7 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
         modelled = response.contact_load
         contact = observation.displacement - load / stiffness
         dots["color"] = CORRECTED
-        axes.plot(contact[shown], load[shown], label="measured, of the contact", **dots)
+        axes.plot(contact[indices], load[indices], label="measured, of the contact", **dots)
         contact = response.displacement - modelled / stiffness
         line["linestyle"] = (0, (4, 1.5))
         axes.plot(contact[order], modelled[order], label="model, of the contact", **line)
@@ -99,30 +99,30 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
 
 
 def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
-    for each, colour, width in ((comparison.observation, MEASURED, 0.9), (comparison.response, MODEL, 0.6)):
+    for channel, colour, width in ((comparison.observation, MEASURED, 0.9), (comparison.response, MODEL, 0.6)):
         looks: dict[str, Any] = {"color": colour, "linewidth": width, "rasterized": True}
-        axes.plot(comparison.observation.time, each.tangential_load, **looks)
+        axes.plot(comparison.observation.time, channel.tangential_load, **looks)
     axes.margins(x=0.01)
     axes.set(title="Tangential load", ylabel="$T$ (N)", xlabel="time (s)")
 
 
 def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
     observation, off = comparison.observation, comparison.difference
-    shown = kept_samples(off.size, [off], MOST_POINTS)
+    indices = kept_samples(off.size, [off], MOST_POINTS)
     axes.axhline(0, color=FAINT, linewidth=0.6)
     dots: dict[str, Any] = {"color": INK, "markersize": 1.2, "markeredgewidth": 0, "rasterized": True}
-    axes.plot(observation.time[observation.start_sample :][shown], off[shown], ".", **dots)
+    axes.plot(observation.time[observation.start_sample :][indices], off[indices], ".", **dots)
     axes.set(title="Measured less model", ylabel="$ΔT$ (N)", xlabel="time (s)")
 
 
 def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
     """Draw residuals over the branches, in the mean of those that rise, and of those that fall."""
-    left = comparison.residuals
+    residuals = comparison.residuals
     axes.axhline(0, color=FAINT, linewidth=0.6)
-    for way, mean, colour, label in zip(
-        left.position, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True
+    for direction, mean, colour, label in zip(
+        residuals.position, residuals.mean, (INK, CORRECTED), ("forward", "backward"), strict=True
     ):
-        axes.plot(100 * way, mean, color=colour, linewidth=1.0, label=label)
+        axes.plot(100 * direction, mean, color=colour, linewidth=1.0, label=label)
     axes.margins(y=0.12)
     axes.set(title="Residuals over the branch", ylabel="mean $ΔT$ (N)", xlabel="way from reversal (%)")
 
@@ -170,11 +170,11 @@ LEAST_ROW = 24.0  # height of a channel [mm]
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class RecordPicture(Titled):
-    """The channels of a measured file as they were read, beside what conditioning left of them."""
+    """The channels of a measured file as read, and after conditioning."""
 
-    kind, of, alone = "record", (Measurement, SCENARIO), True
+    kind, of, own_figure = "record", (Measurement, SCENARIO), True
 
-    def size_of(self, data: Measurement) -> Size:
+    def default_size(self, data: Measurement) -> Size:
         """Return a row for each channel."""
         return TWO_COLUMNS, 18.0 + 45.0 * len(_changing(data))
 
@@ -192,16 +192,16 @@ class RecordPicture(Titled):
         else:
             figure = canvas.several(rows * columns)
             grid = figure.subplots(rows, columns, width_ratios=(1.4, 1, 1)[:columns], squeeze=False)
-        for (name, values), (whole, *others) in zip(channels.items(), grid, strict=False):
+        for (name, values), (time_axes, *detail_axes) in zip(channels.items(), grid, strict=False):
             read = values + data.removed[name] if name in data.removed else None
             unit = load_kind(name).unit
-            _draw_channel(whole, data.time, values, read, slice(None))
-            whole.set(title=name.replace("_", " ").capitalize(), ylabel=f"({unit})")
-            if others:
-                _draw_channel(others[0], data.time, values, read, _detail(values))
-                others[0].set(title="Detail", ylabel=f"({unit})")
-                others[0].ticklabel_format(axis="x", useOffset=False)
-                _draw_spectrum(others[1], values, read, data.time, unit)
+            _draw_channel(time_axes, data.time, values, read, slice(None))
+            time_axes.set(title=name.replace("_", " ").capitalize(), ylabel=f"({unit})")
+            if detail_axes:
+                _draw_channel(detail_axes[0], data.time, values, read, _detail(values))
+                detail_axes[0].set(title="Detail", ylabel=f"({unit})")
+                detail_axes[0].ticklabel_format(axis="x", useOffset=False)
+                _draw_spectrum(detail_axes[1], values, read, data.time, unit)
         for axes, label in zip(grid[-1], ("time (s)", "time (s)", "frequency (Hz)"), strict=False):
             axes.set_xlabel(label)
 
@@ -209,16 +209,16 @@ class RecordPicture(Titled):
 def _changing(measurement: Measurement) -> dict[str, Floats]:
     """Return the channels that change."""
     every = {**measurement.channels, **measurement.response}
-    found = {name: values for name, values in every.items() if np.ptp(values) > 0}
-    if not found:
+    varying = {name: values for name, values in every.items() if np.ptp(values) > 0}
+    if not varying:
         raise InputError("the record has constants alone; expected a channel that changes, to draw it")
-    return found
+    return varying
 
 
-def _draw_channel(axes: "Axes", time: Floats, values: Floats, read: Floats | None, shown: slice) -> None:
+def _draw_channel(axes: "Axes", time: Floats, values: Floats, read: Floats | None, window: slice) -> None:
     for channel, looks in ((read, AS_READ), (values, AS_USED)):
         if channel is not None:
-            axes.plot(time[shown], channel[shown], rasterized=True, solid_joinstyle="round", **looks)
+            axes.plot(time[window], channel[window], rasterized=True, solid_joinstyle="round", **looks)
     axes.margins(x=0.01)
 
 
@@ -252,21 +252,21 @@ def _draw_spectrum(axes: "Axes", values: Floats, read: Floats | None, time: Floa
 class SlidingPicture(Titled):
     """The friction coefficient over time or distance, with its windows, static peak and approach to a steady value."""
 
-    kind, of, size, alone = "sliding", (Sliding,), (TWO_COLUMNS, 92.0), True
+    kind, of, size, own_figure = "sliding", (Sliding,), (TWO_COLUMNS, 92.0), True
 
     def draw(self, canvas: Canvas, data: Sliding) -> None:
         """Draw them."""
         axes = canvas.axes()
-        shown = kept_samples(data.place.size, [data.coefficient], MOST_SAMPLES)
+        indices = kept_samples(data.place.size, [data.coefficient], MOST_SAMPLES)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
-        friction = data.coefficient[shown]
+        friction = data.coefficient[indices]
         if np.isfinite(friction).any():
-            axes.plot(data.place[shown], friction, rasterized=True, label="samples", zorder=1, **dots)
+            axes.plot(data.place[indices], friction, rasterized=True, label="samples", zorder=1, **dots)
         axes.plot(data.window_place, data.window_mean, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
         if data.approach is not None:
-            way = np.linspace(data.approach.origin, data.place[-1], 200)
+            distance = np.linspace(data.approach.origin, data.place[-1], 200)
             line: dict[str, Any] = {"color": STATE_COLOURS[2], "linewidth": 1.2, "zorder": 3}
-            axes.plot(way, data.approach.at(way), label="approach", **line)
+            axes.plot(distance, data.approach.at(distance), label="approach", **line)
             axes.axhline(data.approach.steady, **line | {"linewidth": 0.7, "linestyle": (0, (4, 2)), "zorder": 0})
         if data.peak is not None:
             axes.plot(data.peak.place, data.peak.coefficient, "^", color=INK, ms=5, label="static peak", zorder=4)
@@ -279,20 +279,20 @@ MOST_PANELS, MOST_LINES = 4, 6
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class TablePicture(Titled):
-    """The columns of a table over its first column of numbers, those of one unit in one panel."""
+    """The columns of a table over its first numeric column; columns of one unit share a panel."""
 
-    kind, of, alone = "table", (WrittenTable,), True
+    kind, of, own_figure = "table", (WrittenTable,), True
 
-    def size_of(self, data: WrittenTable | xr.Dataset) -> Size:
+    def default_size(self, data: WrittenTable | xr.Dataset) -> Size:
         """Return a row for each unit."""
         return TWO_COLUMNS, 30.0 + 45.0 * min(len(_by_unit(_table(data))[2]), MOST_PANELS)
 
     def draw(self, canvas: Canvas, data: WrittenTable | xr.Dataset) -> None:
         """Draw up to 4 panels of up to 6 lines."""
         written = _table(data)
-        first, numbers, by_unit = _by_unit(written)
+        abscissa, numbers, by_unit = _by_unit(written)
         panels = list(by_unit.items())
-        panels = panels[: len(canvas.fitting([_called(names) for _, names in panels], MOST_PANELS))]
+        panels = panels[: len(canvas.fitting([_column_label(names) for _, names in panels], MOST_PANELS))]
         figure = canvas.several(len(panels)) if len(panels) > 1 else None
         all_axes = [canvas.axes()] if figure is None else figure.subplots(len(panels), 1, sharex=True)
         left_out: list[str] = []
@@ -300,9 +300,9 @@ class TablePicture(Titled):
             left_out += names[MOST_LINES:]
             for number, name in enumerate(names[:MOST_LINES]):
                 looks = line_style(number, MOST_LINES)
-                axes.plot(numbers[first], numbers[name], label=name.replace("_", " "), **looks)
+                axes.plot(numbers[abscissa], numbers[name], label=name.replace("_", " "), **looks)
             axes.set_ylabel(_label(names[0] if len(names) == 1 else "value", unit))
-        all_axes[-1].set_xlabel(_label(first, numbers[first].attrs.get("units", "1")))
+        all_axes[-1].set_xlabel(_label(abscissa, numbers[abscissa].attrs.get("units", "1")))
         canvas.named = len(panels) > 1
         # lines of two panels look alike
         for axes in all_axes if canvas.named else ():
@@ -321,22 +321,22 @@ def _table(data: WrittenTable | xr.Dataset) -> WrittenTable:
 
 def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[str]]]:
     """Return the first column of numbers, all of them, and the names of the others by their units."""
-    numbers = {str(name): each for name, each in table.columns.items() if each.dtype.kind in "fiu"}
+    numbers = {str(name): values for name, values in table.columns.items() if values.dtype.kind in "fiu"}
     if len(numbers) < 2 or not table.columns.sizes["row"]:
         raise InputError(f"{table.name}: needs at least two columns of numbers to draw; `show` lists its columns")
-    first, *others = numbers
+    abscissa, *ordinates = numbers
     by_unit: dict[str, list[str]] = {}
-    for name in others:
+    for name in ordinates:
         by_unit.setdefault(str(numbers[name].attrs.get("units", "1")), []).append(name)
-    return first, numbers, by_unit
+    return abscissa, numbers, by_unit
 
 
-def _called(names: "Sequence[str]") -> str:
+def _column_label(names: "Sequence[str]") -> str:
     return " and ".join(name.replace("_", " ") for name in names[:2]) + (" and others" if len(names) > 2 else "")
 
 
 def _label(name: str, unit: str) -> str:
-    words, text = name.replace("_", " "), printed(unit)
+    words, text = name.replace("_", " "), format_unit(unit)
     return f"{words} ({text})" if text else words
 
 
@@ -345,27 +345,29 @@ def _label(name: str, unit: str) -> str:
 class CreepPicture(Titled):
     """Relaxation of the load in the holds of a record over log time, and the parts of its change in each hold."""
 
-    kind, of, size, alone = "creep", (Creep,), (TWO_COLUMNS, 92.0), True
+    kind, of, size, own_figure = "creep", (Creep,), (TWO_COLUMNS, 92.0), True
 
     def draw(self, canvas: Canvas, data: Creep) -> None:
-        """Draw what memory and sensor leave of the load, and the parts."""
-        axes, beside = canvas.two(("relaxation", "parts of the change"), 1.1)
-        for there, colour, marker, name in (
+        """Draw the relaxation without memory and sensor contributions, and the contributions."""
+        axes, parts_axes = canvas.two(("relaxation", "parts of the change"), 1.1)
+        for selected, colour, marker, name in (
             (data.forward, STATE_COLOURS[1], "o", "held forward"),
             (~data.forward, STATE_COLOURS[2], "s", "held backward"),
         ):
             looks: dict[str, Any] = {"linestyle": "", "marker": marker, "ms": 2.6, "mfc": "none", "mew": 0.6}
-            axes.plot(data.time[there], 100 * data.relaxed[there], color=colour, label=name, **looks)
+            axes.plot(data.time[selected], 100 * data.relaxed[selected], color=colour, label=name, **looks)
         if not data.unknown:
-            way = np.geomspace(data.time.min(), data.time.max(), 200)
+            time = np.geomspace(data.time.min(), data.time.max(), 200)
             share, colour = -100 * data.relaxation.value / np.log(10), CORRECTED
-            axes.plot(way, share * np.log1p(way / data.onset), color=colour, linewidth=1.4, zorder=3, label="log time")
+            axes.plot(
+                time, share * np.log1p(time / data.onset), color=colour, linewidth=1.4, zorder=3, label="log time"
+            )
         axes.set_xscale("log")
         axes.set(
             title="Relaxation", xlabel="time since the displacement rests (s)", ylabel="change of $T$ over $T$ (%)"
         )
-        if beside is not None:
-            _draw_parts(beside, data)
+        if parts_axes is not None:
+            _draw_parts(parts_axes, data)
         canvas.caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
 
 
@@ -374,14 +376,16 @@ def _draw_parts(axes: "Axes", data: Creep) -> None:
     from matplotlib.ticker import MaxNLocator
 
     sense = np.sign([hold.tangential_load for hold in data.holds])
-    parts = {name: sense * [getattr(hold, name) for hold in data.holds] for name in ("memory", "relaxation", "sensor")}
+    contributions = {
+        name: sense * [getattr(hold, name) for hold in data.holds] for name in ("memory", "relaxation", "sensor")
+    }
     change = sense * [hold.change for hold in data.holds]
     number, low, high = np.arange(1, sense.size + 1), np.zeros(sense.size), np.zeros(sense.size)
-    for (name, values), colour in zip(parts.items(), (MODEL, CORRECTED, FAINT), strict=True):
-        known = np.nan_to_num(values)
-        below = np.where(known < 0, low, high)
-        axes.bar(number, known, 0.7, bottom=below, color=colour, label=name)
-        low, high = low + np.minimum(known, 0), high + np.maximum(known, 0)
+    for (name, values), colour in zip(contributions.items(), (MODEL, CORRECTED, FAINT), strict=True):
+        finite = np.nan_to_num(values)
+        below = np.where(finite < 0, low, high)
+        axes.bar(number, finite, 0.7, bottom=below, color=colour, label=name)
+        low, high = low + np.minimum(finite, 0), high + np.maximum(finite, 0)
     axes.plot(number, change, "_", color=INK, ms=9, mew=1.2, label="measured")
     axes.axhline(0, color=FAINT, linewidth=0.6)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

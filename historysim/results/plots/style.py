@@ -1,4 +1,4 @@
-"""What all pictures share: colours, lines, thinning, and numbers with a readable unit.
+"""Style shared by all pictures: colours, lines, thinning, and numbers with a readable unit.
 
 Colours differ for readers with any colour vision and in grey print: lightness rises from stick to slip.
 """
@@ -85,29 +85,30 @@ FEW_DECADES = 30.0
 
 def scale_of(unit: str, *values: ArrayLike) -> tuple[float, str]:
     """Return the factor of a readable SI prefix for the greatest of some values, and the unit with that prefix."""
-    text = printed(unit)
+    text = format_unit(unit)
     if text not in WITH_PREFIX:
         return 1.0, text
-    known = (each[np.isfinite(each)] for each in map(np.asarray, values))
-    greatest = max(float(np.abs(each).max(initial=0.0)) for each in known)
+    finite_values = (array[np.isfinite(array)] for array in map(np.asarray, values))
+    greatest = max(float(np.abs(array).max(initial=0.0)) for array in finite_values)
     # the prefix of an area is squared with the metre
     order = {"m²": 2, "m³": 3}.get(text, 1)
     factor, prefix = choose_prefix(greatest ** (1 / order))
     return factor**order, prefix + text
 
 
-def printed(unit: str) -> str:
+def format_unit(unit: str) -> str:
     """Return a unit as it is printed: ``"N m-1"`` as N/m, ``"m2"`` as m², and ``"1"`` as nothing."""
-    first, *below = "" if unit == "1" else unit, *unit.split()[1:]
-    if below and all("-" in part for part in below):
-        first = f"{unit.split(maxsplit=1)[0]}/{'·'.join(part.replace('-1', '').replace('-', '') for part in below)}"
-    return first.translate(str.maketrans("23", "²³"))
+    numerator, *denominators = "" if unit == "1" else unit, *unit.split()[1:]
+    if denominators and all("-" in factor for factor in denominators):
+        products = "·".join(factor.replace("-1", "").replace("-", "") for factor in denominators)
+        numerator = f"{unit.split(maxsplit=1)[0]}/{products}"
+    return numerator.translate(str.maketrans("23", "²³"))
 
 
-def parted(label: str) -> tuple[str, str]:
+def split_label(label: str) -> tuple[str, str]:
     """Return the quantity and the unit of a label, "load (N)"."""
-    found = re.fullmatch(r"(.*?) ?\(([^()]*)\)", label, re.DOTALL)
-    return (found[1], found[2]) if found else (label, "")
+    match = re.fullmatch(r"(.*?) ?\(([^()]*)\)", label, re.DOTALL)
+    return (match[1], match[2]) if match else (label, "")
 
 
 # Of the formatters of axes whose label has a prefix: the SI unit, and the end of the label with that prefix.
@@ -115,7 +116,7 @@ _PREFIXED: "WeakKeyDictionary[Any, tuple[str, str]]" = WeakKeyDictionary()
 
 
 def name_prefix(axis: Any, ends: tuple[float, float] | None = None) -> None:
-    """Give an axis that is labelled in SI units, "load (N)", a prefix; what its ticks share goes into the label.
+    """Choose a unit prefix for an axis labelled in SI units, "load (N)"; the common factor goes into the label.
 
     Axes that share limits share the formatter of their ticks, and so the prefix: it is chosen for all of them, also
     where one of them has got its prefix before. It is that of the ends of these axes, or of others that are given.
@@ -123,10 +124,10 @@ def name_prefix(axis: Any, ends: tuple[float, float] | None = None) -> None:
     from matplotlib.ticker import ScalarFormatter
 
     group, formatter = _sharing(axis), axis.get_major_formatter()
-    seen = formatter in _PREFIXED or any(each.offsetText.get_visible() for each in group)
-    for each in group:
-        each.offsetText.set_visible(False)
-    labels = {each: _si_label(each) for each in group}
+    seen = formatter in _PREFIXED or any(member.offsetText.get_visible() for member in group)
+    for member in group:
+        member.offsetText.set_visible(False)
+    labels = {member: _si_label(member) for member in group}
     unit = labels[axis][1]
     if not isinstance(formatter, ScalarFormatter) or not (unit in WITH_PREFIX or seen):
         return
@@ -135,7 +136,7 @@ def name_prefix(axis: Any, ends: tuple[float, float] | None = None) -> None:
         formatter.set_useOffset(True)
         formatter.set_scientific(True)
     formatter.format_ticks(axis.get_majorticklocs())
-    if not any(label.get_visible() for each in group for label in each.get_ticklabels()):
+    if not any(label.get_visible() for member in group for label in member.get_ticklabels()):
         return
     offset = float(formatter.offset)
     far = axis.get_view_interval() - offset
@@ -147,15 +148,15 @@ def name_prefix(axis: Any, ends: tuple[float, float] | None = None) -> None:
         ticks = f"$10^{{{power}}}$ {unit}".rstrip() if power else unit
     else:
         return
-    end = f" ({ticks})" if ticks else ""
+    suffix = f" ({ticks})" if ticks else ""
     if offset:
         factor, its_unit = scale_of(unit, offset)
-        end += f", from {factor * offset:.10g} {its_unit}".rstrip()
+        suffix += f", from {factor * offset:.10g} {its_unit}".rstrip()
         # as many ticks as there may be in another size, they keep what the label says
         formatter.set_useOffset(offset)
     formatter.set_scientific(bool(power))
     formatter.set_powerlimits((power, power))
-    _set_prefix(formatter, labels, unit, end)
+    _set_prefix(formatter, labels, unit, suffix)
 
 
 def _sharing(axis: Any) -> list[Any]:
@@ -167,17 +168,17 @@ def _sharing(axis: Any) -> list[Any]:
 def _si_label(axis: Any) -> tuple[str, str]:
     """Return the quantity and the SI unit of an axis, also of one whose label has a prefix already."""
     text = axis.get_label_text()
-    unit, end = _PREFIXED.get(axis.get_major_formatter(), ("", ""))
-    known = end and f" {text}".endswith(end)
-    return (f" {text}".removesuffix(end).strip(), unit) if known else parted(text)
+    unit, suffix = _PREFIXED.get(axis.get_major_formatter(), ("", ""))
+    has_suffix = suffix and f" {text}".endswith(suffix)
+    return (f" {text}".removesuffix(suffix).strip(), unit) if has_suffix else split_label(text)
 
 
-def _set_prefix(formatter: Any, labels: dict[Any, tuple[str, str]], unit: str, end: str) -> None:
+def _set_prefix(formatter: Any, labels: dict[Any, tuple[str, str]], unit: str, suffix: str) -> None:
     """Let the labels of all axes that share a formatter and a unit end alike."""
-    _PREFIXED[formatter] = unit, end
+    _PREFIXED[formatter] = unit, suffix
     for axis, (quantity, own_unit) in labels.items():
         if own_unit == unit and axis.get_label_text():
-            axis.set_label_text(f"{quantity}{end}".strip())
+            axis.set_label_text(f"{quantity}{suffix}".strip())
 
 
 def label_loop(axes: "Axes") -> None:
@@ -198,7 +199,7 @@ def note_instead(axes: "Axes", text: str) -> None:
 
 
 def patches(colours: Iterable[str], names: Iterable[str]) -> "list[Patch]":
-    """Return what a legend shows of colours."""
+    """Return legend handles for colours."""
     from matplotlib.patches import Patch
 
     entries = zip(colours, names, strict=True)
@@ -209,9 +210,9 @@ def by_factors(axis: Any) -> None:
     """Make an axis, once its data are drawn, logarithmic, with plain numbers: 0.4, and not 4 × 10⁻¹."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
-    labels = {each: _si_label(each) for each in _sharing(axis)}
+    labels = {member: _si_label(member) for member in _sharing(axis)}
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
-    ends = np.array([each.get_data_interval() for each in labels])
+    ends = np.array([member.get_data_interval() for member in labels])
     ends = ends[np.isfinite(ends).all(axis=1)]
     low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
     unit = labels[axis][1]
@@ -234,7 +235,7 @@ def zero_lines(axes: "Axes", *, vertical: bool = True) -> None:
         axes.add_artist(Line2D([0, 0], [0, 1], transform=axes.get_xaxis_transform(), **thin))
 
 
-def set_beside(artists: "Iterable[Artist]", number: int, count: int, apart: float = APART) -> None:
+def set_side_by_side(artists: "Iterable[Artist]", number: int, count: int, apart: float = APART) -> None:
     """Move one of several lines with marks at the same places sideways; the legend has to say so (`MOVED`)."""
     from matplotlib.transforms import ScaledTranslation
 
@@ -278,8 +279,8 @@ def draw_coloured(axes: "Axes", x: Floats, y: Floats, values: Floats, *, pieces:
     points = np.column_stack([x, y])
     # a path for each pair of points would take longer than the replay
     ends = np.unique(np.linspace(0, values.size - 1, pieces + 1).astype(int))
-    parts = [points[start : end + 1] for start, end in itertools.pairwise(ends)]
-    lines = LineCollection(parts, array=values[ends[1:]], cmap=line_colours(), linewidth=1.0, rasterized=True)
+    segments = [points[start : stop + 1] for start, stop in itertools.pairwise(ends)]
+    lines = LineCollection(segments, array=values[ends[1:]], cmap=line_colours(), linewidth=1.0, rasterized=True)
     lines.set_capstyle("round")
     axes.add_collection(lines)
     axes.autoscale_view()
@@ -293,7 +294,9 @@ _KEPT_CHANNELS = ("total_tangential_load", "tangential_displacement", "total_nor
 def thinned(history: "xr.Dataset") -> "xr.Dataset":
     """Return the totals at the steps that a picture can show: the extremes of loads and displacements."""
     of_all = [
-        name for name, each in history.data_vars.items() if each.dims[:1] == ("step",) and "asperity" not in each.dims
+        name
+        for name, variable in history.data_vars.items()
+        if variable.dims[:1] == ("step",) and "asperity" not in variable.dims
     ]
     return history[of_all].isel(step=shown_steps(history)).load()
 
@@ -307,25 +310,25 @@ def shown_steps(history: "xr.Dataset") -> Integers:
     return kept_samples(size, [column for channel in channels for column in channel], MOST_POINTS)
 
 
-def kept_samples(size: int, channels: Sequence[Floats], most: int) -> Integers:
+def kept_samples(size: int, channels: Sequence[Floats], max_samples: int) -> Integers:
     """Return the samples at which channels have the least and the greatest value of each of many equal pieces.
 
     At most so many samples, the first and the last one among them; all of them if they are no more. A stride would
     leave out what recurs in each period of a record.
     """
-    if size <= most:
+    if size <= max_samples:
         return np.arange(size)
-    pieces = max((most - 2) // (2 * max(len(channels), 1)), 1)
+    pieces = max((max_samples - 2) // (2 * max(len(channels), 1)), 1)
     starts = np.arange(pieces) * size // pieces
-    kept = [np.array([0, size - 1])]
+    indices = [np.array([0, size - 1])]
     for channel in channels:
         for values in (channel, -channel):
             filled = np.where(np.isnan(values), np.inf, values)
-            least = np.repeat(np.minimum.reduceat(filled, starts), np.diff(starts, append=size))
-            hits = np.flatnonzero(filled == least)
+            minima = np.repeat(np.minimum.reduceat(filled, starts), np.diff(starts, append=size))
+            hits = np.flatnonzero(filled == minima)
             # the first of equal ones in each piece
-            kept.append(hits[np.searchsorted(hits, starts)])
-    return np.unique(np.concatenate(kept))
+            indices.append(hits[np.searchsorted(hits, starts)])
+    return np.unique(np.concatenate(indices))
 
 
 def swings(x: Floats) -> Iterator[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""Pictures of surfaces: height map and summits, at a step of a history too, and what a place has lost."""
+"""Pictures of surfaces: height map and summits, also at a step of a history, and wear between two maps."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
-from historysim.results.analysis.recorded import shape_of
+from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture, Titled
@@ -34,7 +34,7 @@ from historysim.results.plots.style import (
     note_instead,
     scale_of,
 )
-from historysim.results.steps import position_of
+from historysim.results.steps import resolve_step
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.registration import LOST, LOWERED, Registration
 from historysim.surfaces.summits import Summits
@@ -56,7 +56,7 @@ FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))
 class SurfacePicture(Titled):
     """The surface with its summits, and the asperity distribution: radius over height."""
 
-    kind, of, size, alone, headed = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True, True
+    kind, of, size, own_figure, headed = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset | Surface) -> None:
         """Draw the map, or the profile, and the distribution; without positions the distribution alone."""
@@ -65,7 +65,7 @@ class SurfacePicture(Titled):
             with representable():
                 summits = data.summits(3 if 1 in data.shape else 9)
             data = surface_group.dataset(summits, data)
-        draw_surface(canvas, data, contact_at(data))
+        draw_surface(canvas, data, read_contact(data))
 
 
 @PICTURES.register
@@ -81,18 +81,18 @@ class DistributionPicture(Picture):
 
     step: int | str = "partial"
 
-    kind, size, alone = "distribution", (COLUMN, 85.0), True
+    kind, size, own_figure = "distribution", (COLUMN, 85.0), True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the summits, and the rigid flat."""
-        contact = contact_at(surface_of(data), data, step_number(self.step, data))
+        contact = read_contact(load_surface(data), data, step_number(self.step, data))
         draw_distribution(canvas.axes(), contact)
         canvas.caption = contact.caption
 
 
 @attrs.frozen(eq=False)
 class ContactAtStep:
-    """Summits: slip state (or `TOUCHING`, where not recorded), height and radius [m], and that of the flat, if any."""
+    """Summits: slip state (or `TOUCHING` if not recorded), height and radius [m], and separation of the flat."""
 
     state: npt.NDArray[np.int8]
     height: Floats
@@ -102,7 +102,7 @@ class ContactAtStep:
 
     @property
     def flat(self) -> list[float]:
-        """Where the rigid flat is [m]; nothing of a surface alone."""
+        """Separation of the rigid flat [m]; empty for a surface alone."""
         return [] if self.separation is None else [self.separation]
 
 
@@ -110,30 +110,30 @@ def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep) ->
     """Draw a surface with its summits, those in contact in the colour of their state, and their distribution."""
     count = surface.sizes["summit"]
     canvas.caption = contact.caption
-    if not placed(surface):
+    if not has_positions(surface):
         draw_distribution(canvas.axes(), contact)
         return
     if count <= 1 or canvas.given is not None:
-        axes, beside = canvas.axes(), None
+        axes, distribution_axes = canvas.axes(), None
     else:
-        axes, beside = canvas.two(("surface", "asperity distribution"), 1.25, stacked=1.6)
+        axes, distribution_axes = canvas.two(("surface", "asperity distribution"), 1.25, stacked=1.6)
     if "height" in surface and 1 in surface["height"].shape:
         _draw_profile(axes, surface, contact)
     else:
         draw_map(axes, surface, contact)
-    if beside is not None:
-        draw_distribution(beside, contact)
+    if distribution_axes is not None:
+        draw_distribution(distribution_axes, contact)
     elif count <= 1:
         canvas.notice(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
 
 
-def placed(surface: xr.Dataset) -> bool:
+def has_positions(surface: xr.Dataset) -> bool:
     """Return whether it is known where its summits are, or its heights."""
     positions = {"summit_x", "summit_y"} <= set(surface.variables)
     return positions and ("height" in surface or surface.sizes["summit"] > 0)
 
 
-def surface_of(history: xr.Dataset) -> xr.Dataset:
+def load_surface(history: xr.Dataset) -> xr.Dataset:
     """Return the surface that a history was recorded of: from the file that it was opened from, else its summits alone.
 
     Of the summits alone, ``summit`` has the labels of the asperities.
@@ -158,12 +158,12 @@ def step_number(step: int | str, history: xr.Dataset) -> int:
     if step in {"partial", "peak"}:
         return int(history["total_normal_load"].values.argmax())
     try:
-        return position_of(step, history)
+        return resolve_step(step, history)
     except InputError as error:
         raise InputError(f"{error}, partial or peak") from None
 
 
-def contact_at(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0) -> ContactAtStep:
+def read_contact(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0) -> ContactAtStep:
     """Return the summits of a surface alone, or at a step of a history."""
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
@@ -175,16 +175,16 @@ def contact_at(surface: xr.Dataset, history: xr.Dataset | None = None, step: int
     recorded = _positions(surface, row) if "slip_state" in row else np.empty(0, dtype=np.int64)
     if recorded.size:
         height[recorded], radius[recorded] = (
-            shape_of(history, f"summit_{name}", step) for name in ("height", "radius")
+            shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius")
         )
     # the highest ones; beside the separation, which is rounded, one might be taken for the wrong side
     state[np.argsort(-height, kind="stable")[: int(row["contact_count"])]] = TOUCHING
     if recorded.size:
         state[recorded] = row["slip_state"].values
-    return ContactAtStep(state, height, radius, float(row["separation"]), caption_at(history, step))
+    return ContactAtStep(state, height, radius, float(row["separation"]), step_caption(history, step))
 
 
-def caption_at(history: xr.Dataset, step: int) -> str:
+def step_caption(history: xr.Dataset, step: int) -> str:
     """Return the step, its time and its loads as a line."""
     row = history.isel(step=step)
     return (
@@ -200,14 +200,14 @@ def _positions(surface: xr.Dataset, row: xr.Dataset) -> Integers:
     """Return the positions of the recorded asperities among the summits."""
     labels = surface.get("summit", np.arange(surface.sizes["summit"]))
     asperities = row["asperity"].values
-    found = np.searchsorted(labels, asperities)
+    positions = np.searchsorted(labels, asperities)
     if asperities.size and (
-        found.max() >= labels.size
-        or not np.array_equal(labels[found], asperities)
-        or not np.array_equal(surface["summit_height"].values[found], row["summit_height"].values)
+        positions.max() >= labels.size
+        or not np.array_equal(labels[positions], asperities)
+        or not np.array_equal(surface["summit_height"].values[positions], row["summit_height"].values)
     ):
         raise InputError("the history is of other summits than the surface; expected the surface of its own file")
-    return found
+    return positions
 
 
 def draw_map(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
@@ -242,11 +242,11 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest:
     from matplotlib.colors import ListedColormap
 
     heights = surface["height"].values
-    known = heights[np.isfinite(heights)]
-    if known.size < heights.size:
+    finite = heights[np.isfinite(heights)]
+    if finite.size < heights.size:
         axes.scatter([], [], marker="s", color=MISSING, label="missing height")
     # a few spikes would leave all else in one grey
-    low, high = np.percentile(known, (0.5, 99.5)) if known.size else (0.0, 0.0)
+    low, high = np.percentile(finite, (0.5, 99.5)) if finite.size else (0.0, 0.0)
     greys = ListedColormap(mpl.colormaps["gray"](np.linspace(darkest, 1.0, 256))).with_extremes(bad=MISSING)
     if high <= low:
         draw_image(axes, heights, extent, cmap=greys, vmin=low - 1e-9, vmax=high + 1e-9)
@@ -254,7 +254,7 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest:
     image = draw_image(axes, heights, extent, cmap=greys, vmin=low, vmax=high)
     left, right, bottom, top = extent
     height_over_width = (top - bottom) / (right - left)
-    below, above = known.min() < low, known.max() > high
+    below, above = finite.min() < low, finite.max() > high
     axes.figure.colorbar(
         image,
         cax=axes.inset_axes((1.03, 0, 0.045 * (height_over_width if 1 < height_over_width <= LONGEST else 1), 1)),
@@ -306,10 +306,10 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, contact: ContactAtStep) -> N
     marks: dict[str, Any] = {"edgecolors": INK, "linewidths": 0.35, "rasterized": True, "zorder": 3}
     marks["s"] = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
     for value, fill in enumerate(STATE_COLOURS[1:], 1):
-        here = state == value
-        axes.scatter(x[here], y[here], c=fill, label=names[value], **marks)
-    if (here := state == TOUCHING).any():
-        axes.scatter(x[here], y[here], c="none", label="touching, not recorded", **marks)
+        selected = state == value
+        axes.scatter(x[selected], y[selected], c=fill, label=names[value], **marks)
+    if (selected := state == TOUCHING).any():
+        axes.scatter(x[selected], y[selected], c="none", label="touching, not recorded", **marks)
 
 
 # Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot.
@@ -344,32 +344,32 @@ class SummitsPicture(Panel):
         """Width of several surfaces [mm]."""
         return BESIDE_APART if self.apart else BESIDE_TOGETHER
 
-    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
+    def default_size(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
         """Return both columns where they stand apart."""
         return TWO_COLUMNS if self.apart else 1.3 * COLUMN, 85.0
 
     def draw(self, canvas: Canvas, data: Summits | dict[str, Summits] | Sequence[Summits]) -> None:
         """Draw summits of one surface, or of several by their names."""
-        found: Any = {"summits": data} if isinstance(data, Summits) else data
-        summits: list[Summits] = list(found.values() if isinstance(found, dict) else found)
-        names = found if isinstance(found, dict) else [f"surface {number + 1}" for number in range(len(summits))]
+        surfaces: Any = {"summits": data} if isinstance(data, Summits) else data
+        summits: list[Summits] = list(surfaces.values() if isinstance(surfaces, dict) else surfaces)
+        names = surfaces if isinstance(surfaces, dict) else [f"surface {number + 1}" for number in range(len(summits))]
         if not 1 <= len(summits) <= len(LINES):
             raise InputError(f"{counted(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}")
         labels = self.called_as([*names], "surfaces")
-        top = max(float(np.percentile(each.radius, HIGHEST)) for each in summits)
-        units = scale_of("m", top), scale_of("m", *(each.height for each in summits))
+        top = max(float(np.percentile(sample.radius, HIGHEST)) for sample in summits)
+        units = scale_of("m", top), scale_of("m", *(sample.height for sample in summits))
         grid = _grid(canvas, len(summits), apart=self.apart)
-        size = float(np.clip(120 / np.sqrt(max(each.height.size for each in summits)), 1.3, 5.0))
-        for axes, each, label, (colour, *_) in zip(grid, summits, labels, LINES, strict=False):
-            means = f"$R$ {_mean(each.radius, *units[0])}, $z$ {_mean(each.height, *units[1])}"
-            _draw_scatter(axes, each, size, colour, f"{label}: {means} ({len(each):,})")
+        size = float(np.clip(120 / np.sqrt(max(sample.height.size for sample in summits)), 1.3, 5.0))
+        for axes, sample, label, (colour, *_) in zip(grid, summits, labels, LINES, strict=False):
+            means = f"$R$ {_mean(sample.radius, *units[0])}, $z$ {_mean(sample.height, *units[1])}"
+            _draw_scatter(axes, sample, size, colour, f"{label}: {means} ({len(sample):,})")
             if self.apart:
                 axes.set_title(label)
             spec = axes.get_subplotspec()
             if spec is None or spec.is_last_row():
                 axes.set_xlabel("summit height $z$ (m)")
         grid[0].set(ylim=(0, 1.05 * top), ylabel="summit radius $R$ (m)")
-        beyond = sum(int(np.count_nonzero(each.radius > 1.05 * top)) for each in summits)
+        beyond = sum(int(np.count_nonzero(sample.radius > 1.05 * top)) for sample in summits)
         if beyond:
             canvas.notice(f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis")
         canvas.legend(extra="mean ± standard deviation (number of summits)")
@@ -390,8 +390,8 @@ def _draw_scatter(axes: "Axes", summits: Summits, size: float, colour: str, name
     height, radius = summits.height, summits.radius
     dots: dict[str, Any] = {"marker": ".", "linestyle": "", "ms": size, "mew": 0, "rasterized": True}
     axes.plot(height, radius, color=colour, alpha=0.7, **dots)
-    several = height.size > 1
-    deviations = {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)} if several else {}
+    has_deviation = height.size > 1
+    deviations = {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)} if has_deviation else {}
     looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.5, "marker": "s", "ms": 4.5}
     looks |= {"capsize": 2, "linewidth": 0.8, "label": name, "zorder": 4}
     axes.errorbar(height.mean(), radius.mean(), **deviations, **looks)
@@ -427,47 +427,51 @@ SHOWN = ("worn volume", "summits")  # lines of the summary that stand above the 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class BeforeAfterPicture(Titled):
-    """What a place has lost between two height maps, with its worn points and summits, and a section through both."""
+    """Height lost between two maps of one area, with worn points and summits, and a section through both."""
 
-    kind, of, size, alone = "before-after", (Registration,), (TWO_COLUMNS, 97.0), True
+    kind, of, size, own_figure = "before-after", (Registration,), (TWO_COLUMNS, 97.0), True
 
     def draw(self, canvas: Canvas, data: Registration) -> None:
         """Draw the difference of the maps, and the section along x where the most is lost."""
-        axes, beside = canvas.two(("height lost", "section"), 1.1, stacked=1.6)
+        axes, section_axes = canvas.two(("height lost", "section"), 1.1, stacked=1.6)
         _draw_difference(axes, data)
-        if beside is not None:
-            _draw_section(axes, beside, data)
+        if section_axes is not None:
+            _draw_section(axes, section_axes, data)
         canvas.caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN)
 
 
-def _draw_difference(axes: "Axes", found: Registration) -> None:
+def _draw_difference(axes: "Axes", registration: Registration) -> None:
     import matplotlib as mpl
 
-    lost, size, pixel = found.difference.heights, found.difference.size, np.array(found.difference.pixel_size)
-    most = max(float(np.nanpercentile(np.abs(lost), DEEPEST)), 3 * found.noise) or 1e-9
+    lost, size, pixel = (
+        registration.difference.heights,
+        registration.difference.size,
+        np.array(registration.difference.pixel_size),
+    )
+    limit = max(float(np.nanpercentile(np.abs(lost), DEEPEST)), 3 * registration.noise) or 1e-9
     colours = mpl.colormaps[DIVERGING].with_extremes(bad=NOT_THERE)
-    image = draw_image(axes, lost, (0.0, size[0], 0.0, size[1]), cmap=colours, vmin=-most, vmax=most)
+    image = draw_image(axes, lost, (0.0, size[0], 0.0, size[1]), cmap=colours, vmin=-limit, vmax=limit)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, extend="both", label="height lost (m)")
-    if found.worn.any():
+    if registration.worn.any():
         x, y = ((np.arange(count) + 0.5) * side for count, side in zip(lost.shape, pixel, strict=True))
-        axes.contour(x, y, found.worn.T, levels=[0.5], colors=[INK], linewidths=0.5)
+        axes.contour(x, y, registration.worn.T, levels=[0.5], colors=[INK], linewidths=0.5)
     for fate, marker, name in ((LOWERED, "v", "summit flattened"), (LOST, "x", "summit lost")):
-        there = found.summit_place[found.fate == fate] + 0.5 * pixel
+        positions = registration.summit_place[registration.fate == fate] + 0.5 * pixel
         looks: dict[str, Any] = {"color": INK, "linestyle": "", "marker": marker, "ms": 3.5, "mfc": "none", "mew": 0.7}
-        axes.plot(*there.T, label=name if there.size else None, **looks)
+        axes.plot(*positions.T, label=name if positions.size else None, **looks)
     axes.spines[["top", "right"]].set_visible(True)
     axes.set(title="Height lost", xlabel="$x$ (m)", ylabel="$y$ (m)")
 
 
-def _draw_section(map_axes: "Axes", axes: "Axes", found: Registration) -> None:
-    lost = np.where(found.worn, found.difference.heights, -math.inf)
-    row = int(np.unravel_index(np.argmax(lost), lost.shape)[1]) if found.worn.any() else lost.shape[1] // 2
-    after = found.after.heights[:, row]
-    before = after + found.difference.heights[:, row]
-    pixel = found.difference.pixel_size
-    x, y = (np.arange(after.size) + 0.5) * pixel[0], (row + 0.5) * pixel[1]
-    axes.fill_between(x, after, before, where=found.worn[:, row], color=FAINT, alpha=0.35, lw=0)
-    axes.plot(x, before, color=MARK, linewidth=0.9, label="before")
-    axes.plot(x, after, color=STATE_COLOURS[2], linewidth=0.9, linestyle=(0, (4, 1.5)), label="after")
+def _draw_section(map_axes: "Axes", axes: "Axes", registration: Registration) -> None:
+    lost = np.where(registration.worn, registration.difference.heights, -math.inf)
+    row = int(np.unravel_index(np.argmax(lost), lost.shape)[1]) if registration.worn.any() else lost.shape[1] // 2
+    height_after = registration.after.heights[:, row]
+    height_before = height_after + registration.difference.heights[:, row]
+    pixel = registration.difference.pixel_size
+    x, y = (np.arange(height_after.size) + 0.5) * pixel[0], (row + 0.5) * pixel[1]
+    axes.fill_between(x, height_after, height_before, where=registration.worn[:, row], color=FAINT, alpha=0.35, lw=0)
+    axes.plot(x, height_before, color=MARK, linewidth=0.9, label="before")
+    axes.plot(x, height_after, color=STATE_COLOURS[2], linewidth=0.9, linestyle=(0, (4, 1.5)), label="after")
     map_axes.axhline(y, **DASHED | {"linewidth": 0.7})
     axes.set(title=f"Section at $y$ = {quantity_text(y, 'm', 3)}", xlabel="$x$ (m)", ylabel="height (m)")

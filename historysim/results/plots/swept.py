@@ -1,4 +1,4 @@
-"""Pictures of the numbers of a sweep: curves over what was swept, and bars; what its quantities are called."""
+"""Pictures of swept quantities (curves and bars) and the labels of these quantities."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, misfit
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, MOVED, by_factors, printed, scale_of, set_beside
+from historysim.results.plots.style import FAINT, INK, LINES, MOVED, by_factors, format_unit, scale_of, set_side_by_side
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ LEAST_FACTOR = 30.0  # greatest over smallest number of an axis, from which on i
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class CurvePicture(Panel):
-    """A number of a sweep over what was swept, or over another number.
+    """A swept quantity over a swept parameter or over another quantity.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class CurvePicture(Panel):
 
     kind, of = "curve", (SWEEP,)
 
-    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
+    def default_size(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
         """Return a column, with room for the title."""
         return COLUMN, 75.0 if self.title else 70.0
 
@@ -84,18 +84,18 @@ class CurvePicture(Panel):
         if self.from_zero and self.logarithmic:
             raise InputError("from_zero: a logarithmic axis has no zero; expected logarithmic = false")
         sweep, quantity = _without_mean(selected(data, self.where), self.quantity)
-        over, points, each = self._axes_of(sweep, quantity)
-        members = [None] if each is None else list(range(sweep.sizes[each]))
-        names = ["" if member is None else cell_name(sweep, str(each), member) for member in members]
+        over, points, grouping = self._resolve_axes(sweep, quantity)
+        members = [None] if grouping is None else list(range(sweep.sizes[grouping]))
+        names = ["" if member is None else cell_name(sweep, str(grouping), member) for member in members]
         labels = self.called_as(names, "lines")
         numeric = over in sweep and _is_number(sweep, over)
         axes = canvas.axes()
-        scales = {"x": (1.0, "") if not numeric else _in_unit(sweep[over], self.over_unit, "over_unit")}
-        scales["y"] = _in_unit(sweep[quantity], self.unit, "unit")
+        scales = {"x": (1.0, "") if not numeric else _unit_scale(sweep[over], self.over_unit, "over_unit")}
+        scales["y"] = _unit_scale(sweep[quantity], self.unit, "unit")
         moved = False
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
-            own = sweep if member is None else sweep.isel({each: member})
-            line = self._line(own, points, over if numeric else "", quantity)
+            curve_data = sweep if member is None else sweep.isel({grouping: member})
+            line = self._line(curve_data, points, over if numeric else "", quantity)
             for column in line:
                 line[column] *= scales[column[0]][0]
             joined = "seed" not in over and line["x"].is_monotonic_increasing and line["x"].is_unique
@@ -118,31 +118,37 @@ class CurvePicture(Panel):
             by_factors(axes.xaxis)
         if self.logarithmic:
             by_factors(axes.yaxis)
-        numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
-        canvas.legend(title=name_of(sweep, str(each)) if numbered else None, extra=MOVED if moved else "")
+        numbered = grouping is not None and not self.labels and "seed" not in grouping and _is_number(sweep, grouping)
+        canvas.legend(title=name_of(sweep, str(grouping)) if numbered else None, extra=MOVED if moved else "")
         if not self.ends:
-            _write_caption(axes, sweep, quantity, {points, each}, self.spread)
+            _write_caption(axes, sweep, quantity, {points, grouping}, self.spread)
 
-    def _line(self, own: xr.Dataset, points: str, over: str, quantity: str) -> Any:
-        """Return a row for each point: where it is, what its cells are, and ends of error bars (DataFrame)."""
+    def _line(self, curve_data: xr.Dataset, points: str, over: str, quantity: str) -> Any:
+        """Return one row per point: position, cells and ends of error bars (DataFrame)."""
         sides = [(axis, *names) for axis, names in (self.ends or {}).items()]
         ends = {f"{axis}_low": low for axis, low, _ in sides} | {f"{axis}_high": high for axis, _, high in sides}
-        names = ({quantity, over, *ends.values()} - {"", points}) | ({"deviation"} & {*own})
+        names = ({quantity, over, *ends.values()} - {"", points}) | ({"deviation"} & {*curve_data})
         for name in names:
-            if points not in own[name].dims:
+            if points not in curve_data[name].dims:
                 raise InputError(f"{name} does not go over {points!r}; expected a number that does")
         # a value may repeat, and is another point
-        cells = own.reset_coords()[[*names]].drop_vars(points, errors="ignore")
+        cells = curve_data.reset_coords()[[*names]].drop_vars(points, errors="ignore")
         by_point = cells.to_dataframe().groupby(level=points)
         line = by_point[quantity].agg(y="median" if self.spread == "quantiles" else "mean")
         if self.spread == "quantiles":
-            line["y_low"], line["y_high"] = (by_point[quantity].quantile(part) for part in QUANTILES)
+            line["y_low"], line["y_high"] = (by_point[quantity].quantile(quantile) for quantile in QUANTILES)
         elif self.spread == "deviation":
-            deviation = by_point["deviation"].mean() if "deviation" in own else by_point[quantity].std()
+            deviation = by_point["deviation"].mean() if "deviation" in curve_data else by_point[quantity].std()
             line["y_low"], line["y_high"] = line["y"] - deviation, line["y"] + deviation
-        for end, name in ends.items():
-            line[end] = by_point[name].mean()
-        along = own[over].values if over == points else by_point[over].mean() if over else range(own.sizes[points])
+        for column, name in ends.items():
+            line[column] = by_point[name].mean()
+        along = (
+            curve_data[over].values
+            if over == points
+            else by_point[over].mean()
+            if over
+            else range(curve_data.sizes[points])
+        )
         return line.assign(x=np.asarray(along, dtype=float)).sort_values("x", kind="stable")
 
     def _draw_line(self, axes: "Axes", line: Any, looks: dict[str, Any], number: int, count: int) -> bool:
@@ -161,41 +167,43 @@ class CurvePicture(Panel):
                     lengths[f"{axis}err"] = np.maximum([low, high], 0.0)
             bars = axes.errorbar(x, y, **lengths, **looks, capsize=2, elinewidth=0.8)
             if moved := "yerr" in lengths and count > 1:
-                set_beside(bars.get_children(), number, count, BARS_APART)
+                set_side_by_side(bars.get_children(), number, count, BARS_APART)
         if self.fit is not None:
             _draw_fit(axes, x, y, self.fit, looks["color"])
         return moved
 
-    def _axes_of(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
-        """Return what is on the axis, the dimension of the points, and that of the lines."""
-        values, each, over = sweep[quantity], self.each, self.over
+    def _resolve_axes(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
+        """Return the quantity of the x axis, the dimension of the points and the dimension of the lines."""
+        values, grouping, over = sweep[quantity], self.each, self.over
         dims = [str(name) for name in values.dims]
-        for name, known in ((over, [*dims, *_numbers_over(sweep, quantity)]), (each, dims)):
-            if name is not None and name not in known:
-                raise InputError(f"{quantity} does not go over {name!r}; expected one of {', '.join(known)}")
+        for name, available in ((over, [*dims, *_numbers_over(sweep, quantity)]), (grouping, dims)):
+            if name is not None and name not in available:
+                raise InputError(f"{quantity} does not go over {name!r}; expected one of {', '.join(available)}")
         # seeds repeat, and are no quantity to draw over
         free = [name for name in dims if "seed" not in name]
-        names = [name for name in free if name != each] or [name for name in dims if name != each]
+        names = [name for name in free if name != grouping] or [name for name in dims if name != grouping]
         longest = max(names, key=lambda name: sweep.sizes[name], default="")
         points = next((name for name in names if _is_number(sweep, name)), longest)
         if over in dims:
             points = str(over)
         elif over is not None and sweep[over].ndim == 1:
             points = str(sweep[over].dims[0])
-        if points == each:
-            raise InputError(f"each is {each!r}, which is on the axis already; expected another dimension")
-        if each is None:
-            each = next((name for name in free if name != points and 1 < sweep.sizes[name] <= len(LINES)), None)
-        elif sweep.sizes[each] > len(LINES):
-            raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {len(LINES)} lines")
-        return over or points, points, each
+        if points == grouping:
+            raise InputError(f"each is {grouping!r}, which is on the axis already; expected another dimension")
+        if grouping is None:
+            grouping = next((name for name in free if name != points and 1 < sweep.sizes[name] <= len(LINES)), None)
+        elif sweep.sizes[grouping] > len(LINES):
+            raise InputError(
+                f"each is {grouping!r} with {sweep.sizes[grouping]} members; expected at most {len(LINES)} lines"
+            )
+        return over or points, points, grouping
 
 
 def _without_mean(sweep: xr.Dataset, quantity: str) -> tuple[xr.Dataset, str]:
-    """Return a sweep and a number of it; of `historysim.spread` the mean under the name of what it is of."""
-    known = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
-    if quantity not in known:
-        raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(known)}")
+    """Return a sweep and a quantity; a mean of `historysim.spread` gets the name of its quantity."""
+    numeric = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
+    if quantity not in numeric:
+        raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(numeric)}")
     name = quantity.removesuffix("_mean")
     if name == quantity or f"{name}_standard_deviation" not in sweep:
         return sweep, quantity
@@ -208,8 +216,11 @@ def _numbers_over(sweep: xr.Dataset, quantity: str) -> list[str]:
     """Return the other numbers of a sweep that one may be drawn over: with dimensions that it has, too."""
     return [
         str(name)
-        for name, other in sweep.variables.items()
-        if name != quantity and _is_number(sweep, str(name)) and other.dims and {*other.dims} <= {*sweep[quantity].dims}
+        for name, variable in sweep.variables.items()
+        if name != quantity
+        and _is_number(sweep, str(name))
+        and variable.dims
+        and {*variable.dims} <= {*sweep[quantity].dims}
     ]
 
 
@@ -235,11 +246,11 @@ def _draw_fit(axes: "Axes", x: Floats, y: Floats, fit: str, colour: Any) -> None
 
 
 def _write_caption(axes: "Axes", sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> None:
-    """Write above the axes what a point stands for, where it is of several cells."""
+    """Write above the axes how many cells a point summarises, if there are several."""
     rest = [str(name) for name in sweep[quantity].dims if name not in drawn_over]
     cells = math.prod(sweep.sizes[name] for name in rest)
     if cells > 1:
-        over = ", ".join(words_of(sweep, name)[0] for name in rest)
+        over = ", ".join(label_words(sweep, name)[0] for name in rest)
         of = f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
         axes.set_title(f"{SPREADS[spread]} {of}", fontsize=7, fontweight="normal")
     elif "deviation" in sweep:
@@ -286,28 +297,28 @@ class BarsPicture(Panel):
         unit = str(values.attrs.get("units", ""))
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
         axes, top = canvas.axes(), float((mean + deviation).max())
-        width, first = 0.8 / len(kinds), 0
+        width, start = 0.8 / len(kinds), 0
         for number, (group, names) in enumerate(self.groups.items()):
-            own = slice(first, first := first + len(names))
+            bar_slice = slice(start, start := start + len(names))
             lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
-            for name, left, height, error in zip(names, lefts, mean[own], deviation[own], strict=True):
+            for name, position, height, error in zip(names, lefts, mean[bar_slice], deviation[bar_slice], strict=True):
                 looks: dict[str, Any] = {
                     "color": LINES[kinds.index(name)][0],
                     "alpha": 0.85,
                     "ecolor": FAINT,
                     "capsize": 2,
                 }
-                bar = axes.bar(left, height, 0.92 * width, yerr=error or None, **looks)
+                bar = axes.bar(position, height, 0.92 * width, yerr=error or None, **looks)
                 bar.set_label(name if number == 0 else "")
-                _write(axes, quantity_text(height, unit, 3).partition(" ")[0], (left, 0), 2, "white")
+                _write(axes, quantity_text(height, unit, 3).partition(" ")[0], (position, 0), 2, "white")
             if len(names) == 2:
-                low, high = mean[own]
+                low, high = mean[bar_slice]
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
                 axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
                 drift = quantity_text(abs(high - low), unit, 3)
                 _write(axes, f"{group}: drift {drift}", (number, 1.06 * top), 4, INK)
         axes.set_xticks(range(len(self.groups)), list(self.groups))
-        axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({printed(unit)})", ylim=(0, 1.2 * top))
+        axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({format_unit(unit)})", ylim=(0, 1.2 * top))
         _write_caption(axes, sweep, self.quantity, {dimension}, "deviation")
 
     def _dimension(self, sweep: xr.Dataset) -> str:
@@ -316,11 +327,11 @@ class BarsPicture(Panel):
         if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
             raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
         dims = [str(dim) for dim in sweep[quantity].dims if "seed" not in str(dim)]
-        wanted = sum(map(len, self.groups.values()))
-        if len(dims) != 1 or sweep.sizes[dims[0]] != wanted:
+        group_size = sum(map(len, self.groups.values()))
+        if len(dims) != 1 or sweep.sizes[dims[0]] != group_size:
             raise InputError(
-                f"groups have {wanted} bars; expected one for each cell of one dimension besides seeds, of which there "
-                f"are {', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
+                f"groups have {group_size} bars; expected one for each cell of one dimension besides seeds, of which "
+                f"there are {', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
             )
         return dims[0]
 
@@ -363,43 +374,43 @@ WORDS = {
 }
 
 
-def words_of(found: xr.Dataset, name: str) -> tuple[str, str]:
-    """Return what a variable or a swept key of a Dataset is called, without its unit, and its symbol, maybe empty."""
-    if name not in found:
+def label_words(dataset: xr.Dataset, name: str) -> tuple[str, str]:
+    """Return the words for a variable or swept key, without unit, and its symbol, which may be empty."""
+    if name not in dataset:
         return WORDS.get(name, (name.replace("_", " "), ""))[0], ""
-    long_name = str(found[name].attrs.get("long_name", ""))
+    long_name = str(dataset[name].attrs.get("long_name", ""))
     key = long_name.removesuffix(OF_A_SCENARIO) if long_name.endswith(OF_A_SCENARIO) else name
     # of a key its last part, without an index
-    parts = re.fullmatch(r"(?:.*\.)?([^.\[]+)(?:\[(\d+)\])?", key)
-    last, index = (parts[1], parts[2]) if parts else (key, None)
+    match = re.fullmatch(r"(?:.*\.)?([^.\[]+)(?:\[(\d+)\])?", key)
+    stem, index = (match[1], match[2]) if match else (key, None)
     if long_name and key == name and name not in WORDS:
         # what somebody else has named is called so
         return long_name, ""
-    words, symbol = WORDS.get(last, (last.replace("_", " "), ""))
+    words, symbol = WORDS.get(stem, (stem.replace("_", " "), ""))
     return (words, symbol) if index is None else (f"{words} of asperity {index}", symbol)
 
 
-def name_of(found: xr.Dataset, name: str) -> str:
-    """Return what a variable or a swept key is called, with its symbol."""
-    return " ".join(filter(None, words_of(found, name)))
+def name_of(dataset: xr.Dataset, name: str) -> str:
+    """Return the label of a variable or swept key, with its symbol."""
+    return " ".join(filter(None, label_words(dataset, name)))
 
 
-def _in_unit(values: xr.DataArray, unit: str, option: str) -> tuple[float, str]:
+def _unit_scale(values: xr.DataArray, unit: str, option: str) -> tuple[float, str]:
     """Return the factor of a unit that is asked for, and the unit, or the SI unit, which gets a prefix."""
     units = str(values.attrs.get("units", "1"))
     if not unit:
-        return 1.0, printed(units)
+        return 1.0, format_unit(units)
     try:
         return 1 / quantity(f"1 {unit}", units), unit
     except InputError as error:
         raise InputError(f"{option}: {error}") from None
 
 
-def member_text(found: xr.Dataset, name: str, member: int) -> str:
+def member_text(dataset: xr.Dataset, name: str, member: int) -> str:
     """Return one value of a swept quantity, each with the prefix that suits it: ``"50 mN"``, ``"silica"``."""
-    if name not in found.coords:
+    if name not in dataset.coords:
         return str(member)
-    value = found[name][member]
+    value = dataset[name][member]
     if value.dtype.kind not in "fiu":
         return str(value.values)
     factor, unit = scale_of(str(value.attrs.get("units", "")), value.values)
@@ -415,43 +426,43 @@ def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
         A key that was not swept, or a value that it does not have.
     """
     for key, value in (where or {}).items():
-        known = {
+        swept_values = {
             str(values.attrs.get("long_name", name)).removesuffix(OF_A_SCENARIO): str(name)
             for name, values in sweep.coords.items()
             if values.ndim == 1 and name not in {"time", "asperity"}
         }
-        if key not in known and key not in sweep.coords:
-            raise InputError(f"where: {key!r} was not swept; {nearest(key, known)}")
-        values = sweep[known.get(key, key)]
+        if key not in swept_values and key not in sweep.coords:
+            raise InputError(f"where: {key!r} was not swept; {nearest(key, swept_values)}")
+        values = sweep[swept_values.get(key, key)]
         (dimension,) = values.dims
-        wanted = np.atleast_1d(np.asarray(value, dtype=object)).tolist()
+        requested = np.atleast_1d(np.asarray(value, dtype=object)).tolist()
         unit = str(values.attrs.get("units", "1"))
         numbers = values.dtype.kind in "fiu"
-        positions = [_position(values, key, quantity(one, unit) if numbers else str(one)) for one in wanted]
+        positions = [_position(values, key, quantity(item, unit) if numbers else str(item)) for item in requested]
         sweep = sweep.isel({dimension: positions if isinstance(value, list | tuple) else positions[0]})
     return sweep
 
 
 def _position(values: xr.DataArray, key: str, value: float | str) -> int:
-    own = values.values
-    same = np.isclose(own, value, rtol=1e-9, atol=0) if values.dtype.kind in "fiu" else own == value
-    there = np.flatnonzero(same)
-    if not there.size:
-        raise InputError(f"where: {key} has no value {value}; expected one of {', '.join(map(str, own))}")
-    return int(there[0])
+    members = values.values
+    same = np.isclose(members, value, rtol=1e-9, atol=0) if values.dtype.kind in "fiu" else members == value
+    matches = np.flatnonzero(same)
+    if not matches.size:
+        raise InputError(f"where: {key} has no value {value}; expected one of {', '.join(map(str, members))}")
+    return int(matches[0])
 
 
 def cell_label(sweep: xr.Dataset, dimension: str, member: int) -> str:
-    """Return what a member of a swept dimension is called: ``"silica"``, ``"β = 20 µm"``, ``"surface 3"``."""
+    """Return the label of a member of a swept dimension: ``"silica"``, ``"β = 20 µm"``, ``"surface 3"``."""
     text = member_text(sweep, dimension, member)
     if dimension not in sweep.coords or sweep[dimension].dtype.kind not in "fiu":
         return text
-    words, symbol = words_of(sweep, dimension)
+    words, symbol = label_words(sweep, dimension)
     return f"{symbol} = {text}" if symbol and "asperity" not in words else f"{words} {text}"
 
 
 def cell_name(sweep: xr.Dataset, dimension: str, member: int) -> str:
-    """Return what a line of a member is called below a heading with the quantity: its value, of a seed with a word."""
+    """Return the label of a line below a legend title with the quantity: its value, with a word for a seed."""
     if dimension not in sweep.coords:
         return str(member)
     return cell_label(sweep, dimension, member) if "seed" in dimension else member_text(sweep, dimension, member)

@@ -13,10 +13,10 @@ from historysim.basics.fields import Quantity
 from historysim.basics.units import newtons, quantity_text
 from historysim.errors import InputError
 from historysim.results import rebuilt
-from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
+from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, find_column
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas
-from historysim.results.plots.pictures import PICTURES, Panel, Picture, several_of
+from historysim.results.plots.pictures import PICTURES, Panel, Picture, as_history_list
 from historysim.results.plots.style import (
     DASHED,
     FAINT,
@@ -29,7 +29,7 @@ from historysim.results.plots.style import (
     zero_lines,
 )
 from historysim.results.plots.style import LINES as STYLES
-from historysim.results.steps import named_states, position_of, state_label
+from historysim.results.steps import named_states, resolve_step, state_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,13 +85,13 @@ class TractionPicture(Panel):
     )
     change_from: str | None = None
 
-    kind, size, several, headed = "traction", (COLUMN, 85.0), True, True
+    kind, size, accepts_several, headed = "traction", (COLUMN, 85.0), True, True
     caption = "The traction over the radius of the asperity that carries most, step by step from a reversal"
     # a patch has no radius to draw over
     order, needs = 5, "stick_radius"
 
     @classmethod
-    def caption_of(cls, history: xr.Dataset) -> str:
+    def report_caption(cls, history: xr.Dataset) -> str:
         """Return the caption with the asperity and its load."""
         asperity, _ = _chosen(history, None, None, STATES_IN_ONE)
         load = float(history["normal_load"].sel(asperity=asperity).max())
@@ -101,75 +101,77 @@ class TractionPicture(Panel):
         """Draw the states of one history, or of several one after the other."""
         if self.across not in ACROSS:
             raise InputError(f"across is {self.across!r}; expected one of {', '.join(ACROSS)}")
-        histories = several_of(data)
-        states = [state for history in histories for state in self._states(history, alone=len(histories) == 1)]
+        histories = as_history_list(data)
+        states = [state for history in histories for state in self._states(history, single=len(histories) == 1)]
         if len(states) > MOST_IN_ONE:
             raise InputError(f"{len(states)} steps given; at most {MOST_IN_ONE} fit in one figure")
         labels = self.called_as([state.label for state in states], "states")
         axes = canvas.axes()
         # pictures drawn before, on these axes or on others with the same x axis, remain visible
-        end = max(each.dataLim.x1 for each in axes.get_shared_x_axes().get_siblings(axes))
+        radius_end = max(panel.dataLim.x1 for panel in axes.get_shared_x_axes().get_siblings(axes))
         zero_lines(axes, vertical=False)
         if self.limit:
             self._draw_limits(axes, states)
         shades: Any = line_colours()(np.linspace(0, 1, len(states)))
         # states with names are no course: each has a colour of its own, but grey, which limits have
-        own = [colour for colour, *_ in STYLES if colour != GREY]
-        if len(states) <= len(own) and all(state.named for state in states):
-            shades = own[: len(states)]
+        colours = [colour for colour, *_ in STYLES if colour != GREY]
+        if len(states) <= len(colours) and all(state.named for state in states):
+            shades = colours[: len(states)]
         for colour, label, state in zip(shades, labels, states, strict=True):
             self._draw_state(axes, state, label, colour)
         if self.fronts and self.letters:
             self._name_fronts(axes, states)
-        end = max(end, *(float(state.profile["radius"][-1]) for state in states)) or 1.0
+        radius_end = max(radius_end, *(float(state.profile["radius"][-1]) for state in states)) or 1.0
         if self.ellipse_at is not None:
-            end = max(end, self._draw_ellipse(axes, states, self.ellipse_at))
-        axes.set_xlim(-end if self.across == "diameter" else 0, end)
+            radius_end = max(radius_end, self._draw_ellipse(axes, states, self.ellipse_at))
+        axes.set_xlim(-radius_end if self.across == "diameter" else 0, radius_end)
         along = "distance from the centre" if self.across == "diameter" else "radius"
         axes.set(xlabel=f"{along} $r$ (m)", ylabel=r"traction $\tau$ (Pa)")
         if any(history.sizes["asperity"] > 1 for history in histories):
             axes.set_title(f"Traction of asperity {states[0].asperity}")
 
-    def _states(self, history: xr.Dataset, *, alone: bool) -> "list[_State]":
+    def _states(self, history: xr.Dataset, *, single: bool) -> "list[_State]":
         asperity, steps = _chosen(history, self.asperity, self.steps, STATES_IN_ONE)
-        found = rebuilt.profiles(history, asperity, steps, POINTS)
-        start = None if self.change_from is None else position_of(self.change_from, history)
+        profiles = rebuilt.profiles(history, asperity, steps, POINTS)
+        start = None if self.change_from is None else resolve_step(self.change_from, history)
         base = None if start is None else rebuilt.profiles(history, asperity, [start], POINTS).isel(step=0)
-        before = "" if alone else f"{history.attrs.get('title', '')}, "
+        prefix = "" if single else f"{history.attrs.get('title', '')}, "
         return [
             _State(
                 asperity,
-                before + state_label(history, int(found["step"].values[row])),
-                found.isel(step=row),
+                prefix + state_label(history, int(profiles["step"].values[row])),
+                profiles.isel(step=row),
                 base if start is not None and step > start else None,
                 step in named_states(history).values(),
-                float(history["normal_load"].isel(step=step, asperity=column_of(asperity, history))),
+                float(history["normal_load"].isel(step=step, asperity=find_column(asperity, history))),
             )
             for row, step in enumerate(steps)
         ]
 
     def _draw_state(self, axes: "Axes", state: "_State", label: str, colour: Any) -> None:
-        part = state.profile
-        radius, traction = self._line(part, "traction")
+        profile = state.profile
+        radius, traction = self._line(profile, "traction")
         axes.plot(radius, traction, color=colour, linewidth=1.2, label=label)
         if state.base is not None:
             # both contacts are as large where the normal load is held; elsewhere the radii differ
-            at, base = part["radius"].values, state.base
-            before = np.append(np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0)
+            at, base = profile["radius"].values, state.base
+            base_traction = np.append(np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0)
             thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
-            axes.plot(radius, traction - self._both_sides(before), label=f"change from {self.change_from}", **thin)
-        stick = float(part["stick_radius"])
+            axes.plot(
+                radius, traction - self._both_sides(base_traction), label=f"change from {self.change_from}", **thin
+            )
+        stick = float(profile["stick_radius"])
         if self.fronts and stick > 0:
             for side in (stick, -stick) if self.across == "diameter" else (stick,):
                 axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
 
     def _draw_limits(self, axes: "Axes", states: "Sequence[_State]") -> None:
-        """Draw ±μp of each state, its dashes those of its friction; once where states have the same."""
+        """Draw ±μp of each state, dashed by friction coefficient; once for states with equal limits."""
         frictions = list(dict.fromkeys(state.friction for state in states if state.friction))
         seen: list[Floats] = []
         for state in states:
             line = np.stack(self._line(state.profile, "friction_limit"))
-            if not state.friction or any(np.allclose(each, line, rtol=1e-9, atol=0.0) for each in seen):
+            if not state.friction or any(np.allclose(drawn_line, line, rtol=1e-9, atol=0.0) for drawn_line in seen):
                 continue
             seen.append(line)
             pattern = (0, DASHES[frictions.index(state.friction) % len(DASHES)])
@@ -181,8 +183,8 @@ class TractionPicture(Panel):
     def _name_fronts(self, axes: "Axes", states: "Sequence[_State]") -> None:
         """Name the slip fronts above the axis, and below it the annulus of slip of a single one."""
         looks: dict[str, Any] = {"ha": "center", "fontstyle": "italic", "textcoords": "offset points", "zorder": 6}
-        parts = [state.profile for state in states if float(state.profile["stick_radius"]) > 0]
-        ends = [(float(part["stick_radius"]), float(part["contact_radius"])) for part in parts]
+        profiles = [state.profile for state in states if float(state.profile["stick_radius"]) > 0]
+        ends = [(float(profile["stick_radius"]), float(profile["contact_radius"])) for profile in profiles]
         if len(self.letters) != len(ends):
             raise InputError(f"letters has {len(self.letters)}; expected one for each of {len(ends)} slip fronts")
         for letter, (stick, _) in zip(self.letters, ends, strict=True):
@@ -195,26 +197,26 @@ class TractionPicture(Panel):
 
     def _draw_ellipse(self, axes: "Axes", states: "Sequence[_State]", load: float) -> float:
         """Draw the friction limit of a sphere at another load, where μ goes as N^(-1/3), and return its radius."""
-        one = max(states, key=lambda state: float(state.profile["friction_limit"].max()))
-        if one.normal_load <= 0 or load <= 0:
+        reference = max(states, key=lambda state: float(state.profile["friction_limit"].max()))
+        if reference.normal_load <= 0 or load <= 0:
             raise InputError("ellipse_at: expected a load above 0, and a state in contact")
-        radius, bound = self._line(one.profile, "friction_limit")
-        radius = radius * (load / one.normal_load) ** (1 / 3)
+        radius, bound = self._line(reference.profile, "friction_limit")
+        radius = radius * (load / reference.normal_load) ** (1 / 3)
         dots: dict[str, Any] = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
         name = rf"slides at {quantity_text(load, 'N')}, $\mu \propto N^{{-1/3}}$"
         for sign, label in ((1, name), (-1, None)):
             axes.plot(radius, sign * bound, label=label, **dots)
         return float(radius[-1])
 
-    def _line(self, part: xr.Dataset, name: str) -> tuple[Floats, Floats]:
+    def _line(self, profile: xr.Dataset, name: str) -> tuple[Floats, Floats]:
         """Return the radii of a profile and its values, up to the edge of the contact, where they are 0."""
-        edge, radius = float(part["contact_radius"]), part["radius"].values
-        values = np.append(np.where(radius < edge, part[name].values, 0.0), 0.0)
+        edge, radius = float(profile["contact_radius"]), profile["radius"].values
+        values = np.append(np.where(radius < edge, profile[name].values, 0.0), 0.0)
         return self._both_sides(np.append(np.minimum(radius, edge), edge), odd=True), self._both_sides(values)
 
     def _both_sides(self, values: Floats, *, odd: bool = False) -> Floats:
         """Return values along the radius, or mirrored along the diameter; a radius itself is negative there."""
-        return values if self.across == "radius" else _mirrored(values, odd=odd)
+        return values if self.across == "radius" else _mirror(values, odd=odd)
 
 
 @attrs.frozen(eq=False)
@@ -235,9 +237,9 @@ class _State:
         return f"{limit / pressure:.3g}" if limit > 0 else ""
 
 
-def _mirrored(values: Floats, *, odd: bool = False) -> Floats:
-    other = values[:0:-1]
-    return np.concatenate([-other if odd else other, values])
+def _mirror(values: Floats, *, odd: bool = False) -> Floats:
+    negative_side = values[:0:-1]
+    return np.concatenate([-negative_side if odd else negative_side, values])
 
 
 # Height of the friction limit over the distance of two lines, and the most that a line comes down to the one below.
@@ -260,7 +262,7 @@ class SlipFrontsPicture(Picture):
     asperity: int | None = None
     steps: tuple[int | str, ...] | None = None
 
-    kind, size, alone = "slip-fronts", (COLUMN, 110.0), True
+    kind, size, own_figure = "slip-fronts", (COLUMN, 110.0), True
     caption = "The same step by step: what sticks is drawn thick, and its edge is the slip front."
     order, needs = 6, "stick_radius"
 
@@ -269,26 +271,26 @@ class SlipFrontsPicture(Picture):
         asperity, chosen = _chosen(data, self.asperity, self.steps, LINES)
         if len(chosen) > MOST_LINES:
             raise InputError(f"{len(chosen)} steps given; at most {MOST_LINES} fit in one figure")
-        found = rebuilt.profiles(data, asperity, chosen, POINTS)
-        across = _mirrored(found["radius"].values, odd=True)
-        largest = float(found["friction_limit"].values.max(initial=0.0)) or 1.0
+        profiles = rebuilt.profiles(data, asperity, chosen, POINTS)
+        across = _mirror(profiles["radius"].values, odd=True)
+        largest = float(profiles["friction_limit"].values.max(initial=0.0)) or 1.0
         # each change is seen, and no line crosses the one before: from step to step a traction may turn round
-        step_up = np.diff(found["traction"].values, axis=0).min(initial=0.0) / largest
+        step_up = np.diff(profiles["traction"].values, axis=0).min(initial=0.0) / largest
         height = min(HIGHEST, CLOSEST / -step_up) if step_up else HIGHEST
         axes = canvas.axes()
         for row in range(len(chosen)):
-            line = row + _mirrored(found["traction"].values[row] / largest * height)
-            for name, end, colour, width in (
+            line = row + _mirror(profiles["traction"].values[row] / largest * height)
+            for name, radius_name, colour, width in (
                 ("slips", "contact_radius", STATE_COLOURS[2], 0.8),
                 ("sticks", "stick_radius", STATE_COLOURS[1], 1.6),
             ):
-                radius = float(found[end].values[row])
+                radius = float(profiles[radius_name].values[row])
                 if radius > 0:
                     inside = np.abs(across) <= radius
                     looks: dict[str, Any] = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
                     axes.plot(across[inside], line[inside], label=name, **looks)
         ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
-        labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
+        labels = [f"{profiles['step'].values[row]},  {profiles['time'].values[row]:.4g} s" for row in ticks]
         axes.set_yticks(ticks, labels)
         axes.set(title=f"Slip fronts of asperity {asperity}", xlabel="$r$ (m)", ylabel="step, time")
         canvas.legend(extra=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
@@ -306,24 +308,26 @@ def _chosen(
     if asperity is None:
         heaviest = int(history["normal_load"].isel(step=middle).values.argmax())
         asperity = int(history["asperity"].values[heaviest])
-    column = column_of(asperity, history)
+    column = find_column(asperity, history)
     if steps is None and 0 < len(named_states(history)) <= MOST_IN_ONE and count == STATES_IN_ONE:
         steps = list(named_states(history))
     if steps is not None:
-        return asperity, [position_of(step, history) for step in steps]
-    return asperity, _of_swing(history, column, middle, count)
+        return asperity, [resolve_step(step, history) for step in steps]
+    return asperity, _swing_steps(history, column, middle, count)
 
 
-def _of_swing(history: xr.Dataset, column: int, middle: int, count: int) -> list[int]:
+def _swing_steps(history: xr.Dataset, column: int, middle: int, count: int) -> list[int]:
     """Return steps of the swing around a step, up to where an asperity slides."""
-    parts = list(swings(history["tangential_displacement"].values))
-    first, last = next((part for part in parts if part[0] <= middle <= part[1]), (0, history.sizes["step"] - 1))
-    states = history["slip_state"].isel(step=slice(first, last + 1), asperity=column).values
+    ranges = list(swings(history["tangential_displacement"].values))
+    start, stop = next(
+        (limits for limits in ranges if limits[0] <= middle <= limits[1]), (0, history.sizes["step"] - 1)
+    )
+    states = history["slip_state"].isel(step=slice(start, stop + 1), asperity=column).values
     # it slides until it turns round: where the swing begins that may still be the case
     begun = int((states != GROSS_SLIP).argmax())
     slides = np.flatnonzero(states[begun:] == GROSS_SLIP)
-    end = first + begun + int(slides[0]) if slides.size else last
-    return [int(step) for step in np.unique(np.linspace(first, max(end, first), count).round())]
+    stop_step = start + begun + int(slides[0]) if slides.size else stop
+    return [int(step) for step in np.unique(np.linspace(start, max(stop_step, start), count).round())]
 
 
 @PICTURES.register
@@ -331,7 +335,7 @@ def _of_swing(history: xr.Dataset, column: int, middle: int, count: int) -> list
 class AsperityPicture(Picture):
     """The traction that one asperity remembers, within ± friction times the pressure; reversals are dotted."""
 
-    kind, of, size, alone = "asperity", (Asperity,), (COLUMN, 66.0), True
+    kind, of, size, own_figure = "asperity", (Asperity,), (COLUMN, 66.0), True
 
     def draw(self, canvas: Canvas, data: Asperity) -> None:
         """Draw it over the radius."""
@@ -377,7 +381,7 @@ class SlipAnnulusPicture(Picture):
     asperity: int | None = None
     steps: tuple[int | str, ...] | None = None
 
-    kind, size, alone, order, only_planar = "slip-annulus", (TWO_COLUMNS, 125.0), True, 5, True
+    kind, size, own_figure, order, only_planar = "slip-annulus", (TWO_COLUMNS, 125.0), True, 5, True
     needs = "stick_radius"
     caption = "Tractions over the contact of the asperity that carries most; where it slips is grey."
 
@@ -389,18 +393,22 @@ class SlipAnnulusPicture(Picture):
         label = self.asperity
         if label is None:
             label = int(data["asperity"].values[data["normal_load"].isel(step=steps).values.max(axis=0).argmax()])
-        found = rebuilt.asperities_at(data, label, steps)
-        edge = max(each.contact_radius for each in found)
+        asperities = rebuilt.replay_asperities(data, label, steps)
+        edge = max(contact.contact_radius for contact in asperities)
         if edge == 0:
             raise InputError(f"asperity {label} does not touch at any of the steps; expected one at which it does")
-        rings = [_ring_arrows(each) for each in found]
-        most = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
+        rings = [_ring_arrows(contact) for contact in asperities]
+        largest_traction = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
         # the longest arrow is as long as rings stand apart
-        arrow: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": (most or 1.0) / (0.25 * edge)}
+        arrow: dict[str, Any] = {
+            "angles": "xy",
+            "scale_units": "xy",
+            "scale": (largest_traction or 1.0) / (0.25 * edge),
+        }
         arrow |= {"color": INK, "pivot": "mid", "width": 0.006, "minlength": 0.3, "zorder": 3}
         grid = canvas.maps(len(steps), max(1, round((len(steps) * canvas.height / canvas.width) ** 0.5)))
-        for axes, one, arrows, step in zip(grid.flat, found, rings, steps, strict=False):
-            _draw_circles(axes, one)
+        for axes, contact, arrows, step in zip(grid.flat, asperities, rings, steps, strict=False):
+            _draw_circles(axes, contact)
             axes.quiver(*arrows.T, **arrow)
             axes.set_title(state_label(data, step))
             axes.set_aspect("equal")
@@ -408,7 +416,7 @@ class SlipAnnulusPicture(Picture):
             axes.set_visible(False)
         grid[0, 0].set(xlim=(-1.08 * edge, 1.08 * edge), ylim=(-1.08 * edge, 1.08 * edge))
         handles = patches((STICKING, SLIPPING), ("sticks", "slips"))
-        canvas.legend(extra=f"longest arrow: {quantity_text(most, 'Pa', 3)}", handles=handles)
+        canvas.legend(extra=f"longest arrow: {quantity_text(largest_traction, 'Pa', 3)}", handles=handles)
         title = str(data.attrs.get("title", ""))
         canvas.heading(f"{title}: asperity {label}" if title else f"Asperity {label}")
 
@@ -416,34 +424,37 @@ class SlipAnnulusPicture(Picture):
         if self.steps is not None and not 0 < len(self.steps) <= MOST_CIRCLES:
             raise InputError(f"steps has {len(self.steps)}; expected 1 to {MOST_CIRCLES}")
         if self.steps is not None:
-            return [position_of(each, data) for each in self.steps]
+            return [resolve_step(candidate, data) for candidate in self.steps]
         named = list(named_states(data).values())
         if 0 < len(named) <= MOST_CIRCLES:
             return named
         moved = np.flatnonzero(data["total_tangential_load"].values.any(axis=1))
-        first = int(moved[0]) if moved.size else 0
-        return [int(each) for each in np.unique(np.linspace(first, data.sizes["step"] - 1, CIRCLES + 1)[1:].round())]
+        start = int(moved[0]) if moved.size else 0
+        return [
+            int(candidate)
+            for candidate in np.unique(np.linspace(start, data.sizes["step"] - 1, CIRCLES + 1)[1:].round())
+        ]
 
 
-def _ring_arrows(one: Any) -> Floats:
+def _ring_arrows(contact: Any) -> Floats:
     """Return places [m] and tractions [Pa] on the rings of an asperity (arrow, 4)."""
-    if one.contact_radius == 0:
+    if contact.contact_radius == 0:
         return np.empty((0, 4))
-    found = []
-    for share, traction in zip(RINGS, one.traction(np.array(RINGS) * one.contact_radius), strict=True):
+    tractions = []
+    for share, traction in zip(RINGS, contact.traction(np.array(RINGS) * contact.contact_radius), strict=True):
         count = max(1, round(16 * share))
         around = np.arange(count) / count * 2 * np.pi
-        at = share * one.contact_radius * np.stack([np.cos(around), np.sin(around)], axis=1)
-        found.append(np.column_stack([at, np.broadcast_to(traction, at.shape)]))
-    return np.concatenate(found)
+        at = share * contact.contact_radius * np.stack([np.cos(around), np.sin(around)], axis=1)
+        tractions.append(np.column_stack([at, np.broadcast_to(traction, at.shape)]))
+    return np.concatenate(tractions)
 
 
-def _draw_circles(axes: "Axes", one: Any) -> None:
-    """Draw the contact of an asperity, and what sticks of it."""
+def _draw_circles(axes: "Axes", contact: Any) -> None:
+    """Draw the contact of an asperity and its stick zone."""
     from matplotlib.patches import Circle
 
-    if one.contact_radius > 0:
-        axes.add_patch(Circle((0, 0), one.contact_radius, facecolor=SLIPPING, edgecolor=INK, linewidth=0.9))
-    if one.stick_radius > 0:
+    if contact.contact_radius > 0:
+        axes.add_patch(Circle((0, 0), contact.contact_radius, facecolor=SLIPPING, edgecolor=INK, linewidth=0.9))
+    if contact.stick_radius > 0:
         looks: dict[str, Any] = {"facecolor": STICKING, "edgecolor": INK, "linewidth": 0.7, "linestyle": (0, (3, 2))}
-        axes.add_patch(Circle((0, 0), one.stick_radius, **looks))
+        axes.add_patch(Circle((0, 0), contact.stick_radius, **looks))

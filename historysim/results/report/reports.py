@@ -112,7 +112,9 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     for name in names:
         kind = PICTURES[name]
         try:
-            parts.append(picture(draw(history, name), numbered(kind.caption_of(history), lines, kind.found)))
+            parts.append(
+                picture(draw(history, name), numbered(kind.report_caption(history), lines, kind.caption_lines))
+            )
         except InputError as error:
             parts.append(paragraph(f"No picture {name}: {error}", "note"))
     return parts

@@ -43,7 +43,7 @@ def test_captions_follow_the_history():
     for substeps, least in ((1, 1.0), (20, 0.8)):
         history = hs.replay(two, EVENTS, substeps=substeps)
         share = float(history.contact.slip_shares().slipping_area[history.contact.representative_step()])
-        caption = PICTURES["contact-map"].caption_of(history)
+        caption = PICTURES["contact-map"].report_caption(history)
         if substeps == 1:
             expected = "no step shows partial slip; all of it slips." if share == 1 else "nothing of it slips."
             assert caption.endswith(expected)
@@ -51,8 +51,8 @@ def test_captions_follow_the_history():
             assert share > least
             assert caption == f"The contact at the step where nearest to half of its area slips: {100 * share:.0f} %."
     totals = hs.replay(two, EVENTS, record="totals")
-    assert "energy" in PICTURES["history"].caption_of(totals)
-    assert "slip state" in PICTURES["history"].caption_of(history)
+    assert "energy" in PICTURES["history"].report_caption(totals)
+    assert "slip state" in PICTURES["history"].report_caption(history)
 
 
 def test_run_and_report_show_the_note(tmp_path, monkeypatch):

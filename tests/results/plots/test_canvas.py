@@ -17,7 +17,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.results.plots import style
-from historysim.results.plots.canvas import drawn, new_figure
+from historysim.results.plots.canvas import draw_on_target, new_figure
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 
@@ -93,7 +93,7 @@ def test_labels_have_prefixes_and_the_common_part_of_the_ticks():
             axes.set(xlabel=label, ylabel="area (m²)")
         power[3].plot(1e7 * near, 1e3 + near)
 
-    figure = drawn({}, (220.0, 60.0), draw)
+    figure = draw_on_target({}, (220.0, 60.0), draw)
     figure.draw_without_rendering()
     labels = "U (nm)", "U (nm), from 12.3", r"no unit ($10^{−9}$), from 0.0123"
     for axes, label in zip(figure.axes, labels, strict=False):

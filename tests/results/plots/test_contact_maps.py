@@ -101,7 +101,7 @@ def test_a_report_has_the_map(result):
     with hs.open(result) as history:
         assert PICTURES["contact-map"].reported(history)
         (text,) = history_pictures(history, ["contact-map"])
-        assert PICTURES["contact-map"].caption_of(history) in text
+        assert PICTURES["contact-map"].report_caption(history) in text
 
 
 def test_maps_of_a_step_carry_its_loads(result):

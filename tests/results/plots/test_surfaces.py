@@ -13,8 +13,8 @@ from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.plots import style
 from historysim.results.plots import surfaces as plots
-from historysim.results.plots.canvas import drawn as drawn_at
-from historysim.results.plots.surfaces import contact_at, draw_surface, step_number, surface_of
+from historysim.results.plots.canvas import draw_on_target as drawn_at
+from historysim.results.plots.surfaces import draw_surface, load_surface, read_contact, step_number
 from historysim.surfaces.distribution import textured_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
@@ -36,7 +36,7 @@ def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", 
 
 
 def plot_surface(surface, history=None, step="partial"):
-    contact = contact_at(surface, history, 0 if history is None else step_number(step, history))
+    contact = read_contact(surface, history, 0 if history is None else step_number(step, history))
     title = str((surface if history is None else history).attrs.get("title", ""))
 
     def draw(canvas):
@@ -277,7 +277,7 @@ def test_a_history_in_which_nothing_touches():
     check_marks(panels[MAP], summits.x, summits.y, np.zeros(2))
     assert flat(panels[DISTRIBUTION]) == pytest.approx(5e-9)
     assert figure.get_suptitle().endswith(", 0 asperities in contact")
-    _, panels = drawn(surface_of(history), history)
+    _, panels = drawn(load_surface(history), history)
     assert [text.get_text() for text in panels[DISTRIBUTION].texts] == ["no summits"]
 
 
@@ -326,7 +326,7 @@ def test_a_history_without_its_surface_has_the_summits_that_it_holds(rough, tmp_
     history = history_of(summits, record=record)
     history.to_netcdf(tmp_path / "written.nc")
     with xr.open_dataset(tmp_path / "written.nc") as opened:
-        _, panels = drawn(surface_of(opened), opened, 4)
+        _, panels = drawn(load_surface(opened), opened, 4)
         labels = opened["asperity"].values
         state = opened["slip_state"].values[4]
         check_marks(panels[MAP], summits.x[labels], summits.y[labels], state)
@@ -338,7 +338,7 @@ def test_a_history_without_its_surface_has_the_summits_that_it_holds(rough, tmp_
 def test_totals_alone_without_their_surface_cannot_be_drawn(rough, tmp_path):
     history = history_of(rough[1], record="totals")
     with pytest.raises(InputError, match="holds no asperities"):
-        surface_of(history)
+        load_surface(history)
     history.to_netcdf(tmp_path / "totals.nc")
     done = CliRunner().invoke(main, ["plot", str(tmp_path / "totals.nc"), "--step", "0"])
     assert done.exit_code == 2
@@ -373,7 +373,7 @@ def test_the_distribution_has_the_heights_and_radii_of_the_step():
     ensemble = hs.Ensemble(PAIR, heights, radii, 0.2)
     history = hs.replay(ensemble, [hs.NormalLoad(0.0, 5e-4), change, hs.NormalLoad(2.0, 5e-4)], record="all")
     for step, height, radius in ((0, heights, np.full(4, radii)), (-1, later, [10e-6, 10e-6, 20e-6, 10e-6])):
-        _, panels = drawn(surface_of(history), history, step)
+        _, panels = drawn(load_surface(history), history, step)
         check_marks(panels[DISTRIBUTION], height, np.asarray(radius), history["slip_state"].values[step])
         touching = height > history["separation"].values[step]
         assert touching.sum() == history["contact_count"].values[step]
