@@ -1,4 +1,4 @@
-"""The corridor: events → schedule → ensemble → recorder. Whatever replays builds a `Replay`, and walks it here."""
+"""`Replay` bundles an ensemble, its events and the recording options: events → schedule → ensemble → recorder."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,14 +22,8 @@ from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
 from historysim.memory.paths import untimed
 from historysim.recording import provenance
-from historysim.recording.recorder import (
-    DatasetRecorder,
-    Recorder,
-    Selection,
-    StateOnly,
-    chosen_asperities,
-    find_changes,
-)
+from historysim.recording import recorder as recorders
+from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
@@ -89,12 +83,12 @@ class Replay:
     @cached_property
     def asperities(self) -> Integers | None:
         """Indices of the asperities that are recorded, ascending; None for totals alone."""
-        return chosen_asperities(self.ensemble, self.events, self.record)
+        return recorders.chosen_asperities(self.ensemble, self.events, self.record)
 
     @cached_property
     def changes(self) -> Changes:
         """What changes beside the loads, and is recorded at each step."""
-        return find_changes(self.ensemble, self.events, self.instrument)
+        return recorders.find_changes(self.ensemble, self.events, self.instrument)
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""
@@ -123,10 +117,8 @@ class Replay:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
         from historysim.recording.netcdf import FileRecorder
 
-        with (
-            replacing(path_of_numbers(path)) as file,
-            self.recorder(FileRecorder, path=file, attributes=self.attributes()) as target,
-        ):
+        options = {"attributes": self.attributes()}
+        with replacing(path_of_numbers(path)) as file, self.recorder(FileRecorder, path=file, **options) as target:
             self.walk(target, progress=progress)
             target.finish()
 
@@ -144,11 +136,10 @@ class Replay:
         progress: bool = False,
         after: "Callable[[schedule.Cursor, State], None] | None" = None,
     ) -> "State":
-        """Walk the events up to a time [s], record their rows, and return the last state.
+        """Integrate the events up to a time [s], record their rows, and return the last state.
 
-        Between two event times a row is recorded where it stops. A segment is broken after ``most_rows``, where that is
-        earlier than the recorder asks for. ``after`` is called with where the schedule stands, and the state there,
-        when a segment ends with a time. A bar shows the progress on standard error where that is a terminal.
+        If the time is between two events, a row is recorded there. A segment has at most ``most_rows``; ``after`` gets
+        cursor and state of each segment that ends at a time. A bar shows the progress if standard error is a terminal.
         """
         # totals alone do not record when asperities slide, and no later replay starts from this state
         timed = target.asperities is not None or start is not None or after is not None or isinstance(target, StateOnly)
@@ -198,10 +189,8 @@ def replay(
 ) -> "xr.Dataset":
     """Replay load events across an ensemble; parameters, errors and warnings as in `Replay`.
 
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. It warns where nothing ever touches.
+    The Dataset has the dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. A warning states that
+    nothing ever touches.
     """
     events = apply_hold(as_events(events), hold, stacklevel=3)
     how: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "instrument": instrument}

@@ -23,6 +23,7 @@ LINE = [name for name in CASES if name < "16"]
 WITH_LOADS = [name for name in LINE if score.read_case(name)[0]["control"][0] == "N"]
 # accuracy that historysim states: rounding along a line, the tolerance of `Rings` in the plane
 ACCURACY = {"T": 1e-3, "E": 1e-3, "N": 0.0}
+RAMP_ENERGY = 1e-8  # stated accuracy of the energy where both loads are controlled, of μN and full slip
 
 
 def run_score(*arguments):
@@ -88,7 +89,7 @@ def test_historysim_is_within_the_bound_and_its_accuracy(name):
     errors = score.compute_errors(adapters.historysim(name), name)
     assert set(errors) == set(case["expected"])
     for column, error in errors.items():
-        accuracy = 0.0 if name in LINE else ACCURACY[column[0]]
+        accuracy = (RAMP_ENERGY if column == "E" else 0.0) if name in LINE else ACCURACY[column[0]]
         assert error <= case["bounds"][column] + accuracy, column
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import compared
 import numpy as np
-import pages
 import pytest
 
 import historysim as hs
@@ -49,14 +48,6 @@ def test_the_picture_of_the_page_has_every_error(scored):
     assert len(shown) == sum(error is not None for error in errors)
     low, high = axes.get_xlim()
     assert low <= min(shown) <= max(shown) <= high
-
-
-def test_a_chunk_of_asperities_alone_is_as_in_the_whole():
-    names, _ = pages.type_in(SCALE)
-    whole = hs.replay(names["whole"], names["events"], record="all")
-    expected = whole.tangential_load.sel(asperity=names["chunk"]).values
-    # depths are differences of lengths of nanometres
-    np.testing.assert_allclose(names["chunk_history"].tangential_load, expected, atol=1e-13 * np.abs(expected).max())
 
 
 def test_a_file_has_as_many_bytes_as_the_page_says(tmp_path):

@@ -1,5 +1,6 @@
 """How a command ends: with one message and an exit code, whatever went wrong."""
 
+import difflib
 import functools
 import importlib
 import io
@@ -56,14 +57,19 @@ def _showing(others: Callable[..., None]) -> Callable[..., None]:
     return show
 
 
+CLOSE_OPTION = 0.75  # similarity of an option to an unknown one from which it is suggested
+
+
 def _with_mend(error: click.UsageError) -> click.UsageError:
     """Return an error of a command line that says what to write instead, where that is known."""
     taken = error.ctx.command.params if error.ctx else []
     options = {name for each in taken for name in each.opts}
-    if isinstance(error, click.NoSuchOption) and not error.possibilities:
+    if isinstance(error, click.NoSuchOption) and not difflib.get_close_matches(
+        error.option_name, error.possibilities or (), cutoff=CLOSE_OPTION
+    ):
         set_key = "A key of the scenario is set by --set KEY=VALUE."
         mend = set_key if "--set" in options else "Options of a command stand behind its name."
-        return click.UsageError(f"{error.message.rstrip('.')}. {mend}", error.ctx)
+        return click.UsageError(f"No such option: {error.option_name}. {mend}", error.ctx)
     if extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", error.message):
         names = " ".join(each.human_readable_name for each in taken if isinstance(each, click.Argument))
         forms = {"--at": f"a time is given as --at {extra[1]}", "-o": f"a file to write as -o {extra[1]}"}

@@ -29,7 +29,7 @@ static inline void half_chords(const double *restrict gap, const double *restric
 }
 
 /* P(a) and P'(a) of the first asperities, all of which touch. */
-HS_WIDE hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+static HS_WIDE hs_load sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
     double load[HS_BLOCK], half_chord[HS_BLOCK], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
     for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
         int count = hs_size_of_block(touching - begin);
@@ -38,6 +38,11 @@ HS_WIDE hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t
         hs_add(slopes, half_chord, count);
     }
     return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
+}
+
+/* The versions for several processors cannot be hidden from programs that link the library, unless they are static. */
+hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+    return sum_of_loads(gap, weight, touching, approach);
 }
 
 /* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */

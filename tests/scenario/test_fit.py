@@ -292,6 +292,6 @@ def test_objects_other_than_scenarios_are_refused(scenario):
 
 def test_several_files_are_found_from_another_folder(folder):
     of = loaded(folder)
-    several = scenario.load(of.path, {"loading.file": ["m.csv", "m.csv"], "loading.block": "all"})
+    several = scenario.load(of.path, {"loading.file": ["m.csv", "m.csv"], "loading.block": 1})
     text = fitted_text(several, found(friction=0.25), folder / "out" / "fitted.toml")
     assert tomllib.loads(text)["loading"]["file"] == ["../m.csv", "../m.csv"]

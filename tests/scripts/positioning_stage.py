@@ -20,6 +20,7 @@ from c_core import SUPPORT, hatch_build
 from cffi import FFI
 
 import historysim as hs
+from historysim.basics.compiler import SAME_BITS
 from historysim.basics.library import ffi, lib
 
 MASS = 0.5
@@ -75,7 +76,7 @@ def controlled_in_c(ensemble, duration=1.0):
     own.cdef("int controlled(void *, void *, void *, int64_t, double *, double *);")
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder, "stage.so")
-        options = ["-O2", "-shared", "-fPIC", *hatch_build.SAME_BITS, f"-I{hs.get_include()}"]
+        options = ["-O2", "-shared", "-fPIC", *SAME_BITS, f"-I{hs.get_include()}"]
         command = [*hatch_build.compiler(), *options, str(SUPPORT / "positioning_stage.c"), "-lm", "-o", str(library)]
         subprocess.run(command, check=True)
         loop = own.dlopen(str(library)).controlled

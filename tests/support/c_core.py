@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from historysim.basics.compiler import SAME_BITS
+
 SUPPORT = Path(__file__).parent
 ROOT = SUPPORT.parents[1]
 SPEC = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
@@ -27,7 +29,7 @@ def core_objects(command, options, standard):
     folder = Path(tempfile.mkdtemp(dir=_MADE.name))
     for file in (ROOT / "historysim" / "memory").glob("*.[ch]"):
         shutil.copy(file, folder)
-    same_bits = [flag for flag in hatch_build.SAME_BITS if not flag.startswith("-std")]
+    same_bits = [flag for flag in SAME_BITS if not flag.startswith("-std")]
     language = ["-x", "c++" if "++" in standard else "c"]
     build = [*command, standard, *options, *same_bits, f"-I{folder}", *language]
     subprocess.run([*build, "-c", *sorted(folder.glob("*.c"))], check=True, cwd=folder)
