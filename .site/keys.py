@@ -175,13 +175,13 @@ def type_text(kind: Any) -> str:
 
 def _marked(plain: Any, mark: object) -> str:
     if not isinstance(mark, Quantity):
-        return "table" if isinstance(mark, KindOf) and not mark.own_figure else "text or table"
+        return "table" if isinstance(mark, KindOf) and not mark.alone else "text or table"
     unit = "number" if mark.unit == "1" else _unit(mark.unit)
     if mark.components:
         return f"{unit}, one, two, or `{{ {', '.join(f'{name} = …' for name in mark.components)} }}`"
-    if get_origin(plain) is tuple and not mark.own_figure:
+    if get_origin(plain) is tuple and not mark.alone:
         return f"array, {unit}"
-    return f"{unit}, one or several" if mark.own_figure or isinstance(plain, UnionType) else unit
+    return f"{unit}, one or several" if mark.alone or isinstance(plain, UnionType) else unit
 
 
 def limited(field: "attrs.Attribute[Any]") -> str:

@@ -117,7 +117,7 @@ class Replay:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
         from historysim.recording.netcdf import FileRecorder
 
-        options = {"attributes": self.attributes()}
+        options: dict[str, Any] = {"attributes": self.attributes()}
         with replacing(path_of_numbers(path)) as file, self.recorder(FileRecorder, path=file, **options) as target:
             self.walk(target, progress=progress)
             target.finish()
@@ -189,7 +189,7 @@ def replay(
 ) -> "xr.Dataset":
     """Replay load events across an ensemble; parameters, errors and warnings as in `Replay`.
 
-    The Dataset has the dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. A warning states that
+    The Dataset has the dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. It warns if
     nothing ever touches.
     """
     events = apply_hold(as_events(events), hold, stacklevel=3)
