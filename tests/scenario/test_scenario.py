@@ -259,7 +259,7 @@ def test_messages_name_the_field(folder, document, old, new, said):
     ("content", "said"),
     [
         (b"t;U;N\n0;0;50\n1;0\n", "line 3: 2 values where the header names 3 columns"),
-        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, say"),
+        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, set"),
         (b"t;U;N\n1;0;50\n2;0;-1\n", "line 3: a normal load of -0.001 N pulls on the contact"),
         (b"t;U;N\n0;0;" + b"1" * 200_000 + b"\n", "is not a CSV table: field larger than field limit"),
     ],
