@@ -114,7 +114,10 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
         (lambda *_: hs.replay("my.toml", []), "a scenario is run by hs.run('my.toml')"),
         (lambda contact, _: contact.asperity("first", contact.initial_state()), "expected an index from 0 to 0"),
         (lambda contact, _: hs.Ensemble(contact.pair, [0.0, None], 1e-5, 0.2), "expected numbers in SI"),
-        (lambda contact, _: hs.Ensemble.from_summits(contact.pair, 5, friction=0.2), "such as Surface.summits() returns"),
+        (
+            lambda contact, _: hs.Ensemble.from_summits(contact.pair, 5, friction=0.2),
+            "such as Surface.summits() returns",
+        ),
         (lambda _, history: hs.run(history), "of the type Dataset is no scenario; expected the path of a TOML file"),
         (lambda _, history: hs.verify(history), "path is of the type Dataset; expected the name of a file"),
         (lambda *_: hs.open(5), "path is 5; expected the name of a file"),
