@@ -37,7 +37,7 @@ RecorderType = TypeVar("RecorderType", bound=Recorder)
 # slots would leave no place for what is computed once
 @attrs.frozen(eq=False, slots=False)
 class Replay:
-    """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
+    """Load events across an ensemble with the recording options; nothing is computed before a result is requested.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         if options.resume:
             if _is_result_of(output, link, job):
                 return
-            written = _name_of(unfinished.path, link, job)
+            written = _identify_unfinished(unfinished.path, link, job)
             start = _last_snapshot(file, content, written, options.notify)
             if not start.rows:
                 unfinished.renew()
@@ -189,9 +189,9 @@ def _explain_interruption(log: Path, unfinished: Unfinished, steps: int) -> Iter
         raise OSError(error.errno, message, str(unfinished.output)) from error
 
 
-def _name_of(unfinished: Path, link: Mapping[str, str], job: Replay) -> str:
+def _identify_unfinished(unfinished: Path, link: Mapping[str, str], job: Replay) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
-    made = _attribute_of(unfinished, link, job, "date_created")
+    made = _read_attribute(unfinished, link, job, "date_created")
     return f"{unfinished.name} {made}" if made else ""
 
 
@@ -199,11 +199,11 @@ def _is_result_of(output: Path, link: Mapping[str, str], job: Replay) -> bool:
     """Return whether a complete result of a log, as it is now, is there already."""
     with suppress(InputError):
         check_contained(output)
-        return bool(_attribute_of(output, link, job, "complete"))
+        return bool(_read_attribute(output, link, job, "complete"))
     return False
 
 
-def _attribute_of(path: Path, link: Mapping[str, str], job: Replay, name: str) -> Any:  # noqa: ANN401 - of any type
+def _read_attribute(path: Path, link: Mapping[str, str], job: Replay, name: str) -> Any:  # noqa: ANN401 - of any type
     """Return an attribute of a netCDF file; None if it is of another log or selection, or cannot be read."""
     import netCDF4
 

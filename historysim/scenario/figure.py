@@ -50,7 +50,7 @@ def _of_scenario(
     adhesion: bool = False,
     **options: Any,  # noqa: ANN401 - fields of pictures
 ) -> "FigureOrAxes":
-    """Draw what its ``[picture]`` asks for, or else the surface with its summits; with `adhesion` the adhesion map."""
+    """Draw the ``[picture]`` of a scenario, by default its surface and summits; with `adhesion` the adhesion map."""
     if picture is None and not adhesion and not options and (pictures := drawable(scenario)):
         return draw_scenario_figure(scenario, pictures, target)
     kind = picture or ("adhesion-map" if adhesion else "surface")

@@ -103,7 +103,7 @@ def run(  # noqa: PLR0913 - the options of the command
         header, events, link = source.content(notify)
         attributes = header.attributes | digest_attribute(link)
         job = options.selected(header.replay(events, options.threads))
-        with source.placed():
+        with source.locate_errors():
             return job.dataset(attributes=attributes, progress=progress)
     write(source, Path(output), options)
     import xarray as xr
@@ -129,7 +129,7 @@ def write(source: "Source", output: Path, options: RunOptions, *beside: Output) 
         check_options(output, options)
     elif options.cluster is not None:
         raise InputError(f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output")
-    with source.log(log_path_for(output), options) as file, source.placed():
+    with source.log(log_path_for(output), options) as file, source.locate_errors():
         if in_store:
             write_zarr(file, output, options)
         else:
@@ -159,7 +159,7 @@ class Source:
         """Open the log that a run writes, or make it ``beside`` the result; whoever has it is the only writer."""
         return LogFile(self.path, write=True)
 
-    def placed(self) -> AbstractContextManager[None]:
+    def locate_errors(self) -> AbstractContextManager[None]:
         """Say of an event that cannot be carried out where it stands in what is replayed, if it has a place there."""
         return nullcontext()
 
@@ -175,8 +175,8 @@ class _ScenarioSource(Source):
     def files(self) -> tuple[Path, ...]:
         return self.scenario.files
 
-    def placed(self) -> AbstractContextManager[None]:
-        return self.scenario.placed()
+    def locate_errors(self) -> AbstractContextManager[None]:
+        return self.scenario.locate_errors()
 
     def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:
         header, events = self._resolved(notify)
@@ -244,7 +244,7 @@ class _ResultSource(Source):
 
 
 def source_of(what: str | Path | Scenario | Source, values: Mapping[str, Any] | None = None) -> Source:
-    """Return what a run replays; values take the place of those in the file of a scenario, as for `load`.
+    """Return the source of a run: a scenario, log or result; values replace those of a scenario file, as for `load`.
 
     Raises InputError: a scenario that cannot be used, or values for what is no scenario.
     """

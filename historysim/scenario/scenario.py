@@ -167,7 +167,7 @@ class Scenario:
         return events
 
     @contextmanager
-    def placed(self) -> Iterator[None]:
+    def locate_errors(self) -> Iterator[None]:
         """Put the place of an event that cannot be carried out before its error: the waypoint, or the line."""
         try:
             yield
@@ -332,7 +332,7 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
     notices = list(surface.notices)
     built = scenario.build(notices.append, surface)
     ensemble, events, contact = built.ensemble, built.events, built.adhering()
-    with scenario.placed():
+    with scenario.locate_errors():
         reached = built.walk(walk) if walk else None
     if reached is not None:
         notices.append(

@@ -206,7 +206,7 @@ def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
     # cells are computed by as many processes as there are processors
     job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
     records_rows = with_rows or not job.changes.steady
-    with loaded.placed():
+    with loaded.locate_errors():
         # totals cost the same whatever the number of asperities; of these only what summaries read is put beside them
         history = (job if records_rows else attrs.evolve(job, record="totals")).dataset()
     if records_rows:

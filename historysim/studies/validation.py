@@ -67,7 +67,7 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
             break
         try:
             cell = loaded.at(point)
-            with cell.placed():
+            with cell.locate_errors():
                 cell.build().walk(remaining)
         except (InputError, LoadError) as error:
             where = ", ".join(f"{key} = {value}" for key, value in point.items())

@@ -11,6 +11,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 import xarray as xr
+from rough_scenario import SCENARIO
 
 import historysim as hs
 from historysim.asperities import laws
@@ -247,29 +248,6 @@ def test_a_history_without_contacts_has_no_asperities(tmp_path):
 
 
 # -- what a run keeps ------------------------------------------------------------------------------
-
-SCENARIO = """
-[materials]
-first = "silicon"
-second = "float glass"
-[surface]
-kind = "random"
-shape = [48, 48]
-pixel_size = "1 µm"
-rms_height = "50 nm"
-autocorrelation_length = "4 µm"
-seed = 1
-[friction]
-coefficient = 0.2
-[loading]
-waypoints = [
-    { time = 0, normal_load = "50 mN" },
-    { time = 1, tangential_displacement = "30 nm" },
-    { time = 2, tangential_displacement = "-30 nm", name = "turned" },
-    { time = 3, tangential_displacement = "30 nm" },
-]
-substeps = 15
-"""
 
 
 @pytest.fixture
