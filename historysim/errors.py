@@ -1,6 +1,6 @@
-"""The errors that a caller can distinguish: each message names the input, what was expected, how to mend it, and where.
+"""Errors that a caller can distinguish: each message names the input, what was expected, the fix and the location.
 
-Errors cross processes whole: pickling makes one again of the arguments that its base class was given.
+Errors can be pickled: unpickling rebuilds one from the arguments of its base class.
 """
 
 import re
@@ -15,14 +15,14 @@ class HistorySimError(Exception):
     Attributes
     ----------
     event : int or None
-        Number of the load event that cannot be carried out, where it is one.
+        Number of the load event that cannot be carried out; None if the error concerns no event.
     """
 
     event: int | None = None
 
     @classmethod
-    def of_event(cls, index: int, time: str, error: Exception) -> Self:
-        """Return an error that names the event, and its time, at which another one has ended a replay."""
+    def for_event(cls, index: int, time: str, error: Exception) -> Self:
+        """Return an error that names the event at which another error ended a replay, and its time."""
         named = cls(f"event {index} at t = {time}: {error}")
         named.event = index
         return named
@@ -34,9 +34,9 @@ class InputError(HistorySimError, ValueError):
     Attributes
     ----------
     place : tuple of str or int
-        Where the value stands in what was given: names and indices, from outside in; empty where the message says it.
+        Location of the value in the input: names and indices, outermost first; empty if the message states it.
     path : int
-        Position of the path that it is about, where several are walked.
+        Position of the load path that failed, if several are integrated.
     """
 
     place: tuple[str | int, ...] = ()
@@ -54,10 +54,10 @@ def distinct_texts(value: float, bound: float, digits: int = 6) -> tuple[str, st
     return texts if texts[0] != texts[1] or digits >= 17 else distinct_texts(value, bound, digits + 1)
 
 
-def path_text(place: Iterable[str | int]) -> str:
-    """Return a place as scenarios write it: ``"loading.waypoints[3].time"``."""
+def path_text(path: Iterable[str | int]) -> str:
+    """Format the location of a key as in scenarios: ``"loading.waypoints[3].time"``."""
     text = ""
-    for step in place:
+    for step in path:
         if isinstance(step, int):
             text += f"[{step}]"
         else:
@@ -66,7 +66,7 @@ def path_text(place: Iterable[str | int]) -> str:
 
 
 class MissingPackageError(InputError):
-    """What was written with a package of others that is not there."""
+    """Content that was written with a package that is not installed."""
 
 
 class LoadError(HistorySimError):
@@ -74,14 +74,14 @@ class LoadError(HistorySimError):
 
 
 class FrictionLimitError(LoadError):
-    """A tangential load beyond what friction can hold.
+    """A tangential load beyond the friction limit.
 
     Attributes
     ----------
     request, limit : float
         The load asked for and the largest the contact carries [N].
     path : int
-        Position, in the paths that were asked for, of the one that could not be walked.
+        Position of the load path that failed, among the requested paths.
     """
 
     def __init__(self, request: float, limit: float, path: int = 0) -> None:
@@ -98,26 +98,26 @@ class FrictionLimitError(LoadError):
 
 
 class CurveEndError(LoadError):
-    """A load or an approach beyond the end of the normal curve that the contact was given as.
+    """A load or an approach beyond the end of a tabulated normal curve.
 
     Attributes
     ----------
-    asked, end : str
-        What was asked for, and where the curve ends, both with units.
+    request, end : str
+        The requested value and the end of the curve, both with units.
     path : int
         As for `FrictionLimitError`.
     """
 
-    def __init__(self, asked: str, end: str, path: int = 0) -> None:
-        super().__init__(asked, end, path)
-        self.asked, self.end, self.path = asked, end, path
+    def __init__(self, request: str, end: str, path: int = 0) -> None:
+        super().__init__(request, end, path)
+        self.request, self.end, self.path = request, end, path
 
     def __str__(self) -> str:
-        return f"{self.asked} is beyond the normal curve, which ends at {self.end}; load less, or extend the curve"
+        return f"{self.request} is beyond the normal curve, which ends at {self.end}; load less, or extend the curve"
 
 
 class InstallationError(HistorySimError, ImportError):
-    """The package is not installed as it has to be."""
+    """The package is not installed correctly."""
 
 
 class UnlikelyValueWarning(UserWarning):
@@ -130,7 +130,7 @@ class RampWarning(UserWarning):
 
 @contextmanager
 def at(*place: str | int) -> Iterator[None]:
-    """Note at an InputError raised inside that it belongs to this place."""
+    """Prefix the path of an InputError raised inside with these names and indices."""
     try:
         yield
     except InputError as error:
@@ -138,8 +138,8 @@ def at(*place: str | int) -> Iterator[None]:
         raise
 
 
-def misfit(problem: str, *place: str | int) -> InputError:
-    """Return an InputError that belongs to a place inside the value that is being read."""
+def field_error(problem: str, *place: str | int) -> InputError:
+    """Return an InputError at a location inside the value that is being read."""
     error = InputError(problem)
     error.place = place
     return error

@@ -172,7 +172,7 @@ class Replay:
         except (FrictionLimitError, CurveEndError, InputError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
             kind = InputError if isinstance(error, InputError) else LoadError
-            raise kind.of_event(event, time_text(self.events[event].time), error) from None
+            raise kind.for_event(event, time_text(self.events[event].time), error) from None
         return state
 
 

@@ -18,7 +18,7 @@ import historysim as hs
 from historysim import errors
 from historysim.asperities import laws, wear
 from historysim.basics.wording import Finding
-from historysim.errors import misfit
+from historysim.errors import field_error
 from historysim.loads import schedule
 from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.friction_course import FrictionCourse
@@ -102,7 +102,7 @@ SLID = (np.arange(200.0), np.minimum(np.arange(200.0) / 40, 1.0), np.full(200, 5
 ERRORS = {
     "HistorySimError": lambda: hs.HistorySimError("what came"),
     "InstallationError": lambda: errors.InstallationError("the compiled library cannot be loaded"),
-    "InputError": lambda: misfit("0; expected more", "loading", "waypoints", 3, "time"),
+    "InputError": lambda: field_error("0; expected more", "loading", "waypoints", 3, "time"),
     "LoadError": lambda: hs.LoadError("event 3 at t = 1 s: too much"),
     "FrictionLimitError": lambda: hs.FrictionLimitError(8e-3, 7.5e-3, 2),
     "MissingPackageError": lambda: errors.MissingPackageError("the friction law 'a' is of b, which is not there"),

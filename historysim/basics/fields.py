@@ -11,7 +11,7 @@ import attrs
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import is_number
 from historysim.basics.wording import shown
-from historysim.errors import InputError, misfit
+from historysim.errors import InputError, field_error
 
 
 @attrs.frozen
@@ -95,7 +95,7 @@ class Key:
         """Check a value."""
         if value is not None and not self.fits(value):
             value_text = f"{value:g}" if isinstance(value, float) else shown(value)
-            raise misfit(f"{value_text}; expected {self.expected}", attribute.name)
+            raise field_error(f"{value_text}; expected {self.expected}", attribute.name)
 
 
 @attrs.frozen
@@ -112,7 +112,7 @@ class KeyLimit:
         for number in value if isinstance(value, tuple) else (value,):
             if number is not None and not (number > 0 if above else number >= 0):
                 expected = f"more than 0{of_unit}" if above else f"0{of_unit} or more"
-                raise misfit(f"{number:g}{of_unit}; expected {expected}", attribute.name)
+                raise field_error(f"{number:g}{of_unit}; expected {expected}", attribute.name)
 
 
 at_least = AtLeast

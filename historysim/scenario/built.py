@@ -11,7 +11,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.inclined import InclinedEnsemble
 from historysim.basics.wording import Notify
 from historysim.contact import hertz
-from historysim.errors import InputError, at, misfit
+from historysim.errors import InputError, at, field_error
 from historysim.loads.event_sequence import as_events, channel_values, to_loads
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
@@ -150,7 +150,7 @@ def ensemble_on(name: str, sections: Sections, surface: BuiltSurface) -> Ensembl
         if (friction is None) == (surface.friction is None):
             both = "given both here and in surface.columns; expected one of them"
             none = "missing; expected [friction] with a coefficient, or surface.columns.friction"
-            raise misfit(none if friction is None else both, "friction")
+            raise field_error(none if friction is None else both, "friction")
         of_scenario: Any = friction.coefficient if isinstance(friction, Coefficients) else friction
         coefficients = surface.friction if friction is None else of_scenario
         if surface.curve is not None or surface.solutions is not None:
@@ -181,4 +181,4 @@ def _check_steady(sections: Sections) -> None:
     }
     for place in (key for key, is_asked in asked.items() if is_asked):
         problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
-        raise misfit(problem, *place)
+        raise field_error(problem, *place)

@@ -14,7 +14,7 @@ from cattrs import Converter
 from historysim.basics.files import kind_text, path_state
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
-from historysim.errors import InputError, misfit
+from historysim.errors import InputError, field_error
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
@@ -161,7 +161,7 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
     entry = dict(table(value))
     if base is not SurfaceKind:
         for key in {"rule", "prune", "ball_radius"} & entry.keys():
-            raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
+            raise field_error("belongs to the surface as a whole; expected it beside first and second", key)
         return kind_from_toml(converter, entry, SURFACES, among=base)
     level, depth = _parts(value), 0
     while level:

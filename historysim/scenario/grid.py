@@ -12,7 +12,7 @@ import attrs
 
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import brief, nearest, shown
-from historysim.errors import InputError, at, misfit, path_text
+from historysim.errors import InputError, at, field_error, path_text
 from historysim.scenario.schema import Place
 
 SPACINGS = ("linear", "logarithmic")
@@ -193,10 +193,12 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
     axes = tuple(_axes(expanded, together))
     grid = Grid(axes)
     if len(grid) > most("POINTS"):
-        raise misfit(f"{len(grid):,} points; {at_most('POINTS')}", "over")
+        raise field_error(f"{len(grid):,} points; {at_most('POINTS')}", "over")
     names = [variable_name(key) for key in expanded]
     if doubled := {name for name in names if names.count(name) > 1}:
-        raise misfit(f"two keys would be called {min(doubled)}; expected keys that differ in their letters", "over")
+        raise field_error(
+            f"two keys would be called {min(doubled)}; expected keys that differ in their letters", "over"
+        )
     return grid
 
 
@@ -251,12 +253,12 @@ def _check_group(keys: Sequence[str], values: Mapping[str, list[Any]], groups: M
 def _range(entry: Mapping[str, Any]) -> list[Any]:
     for key in entry:
         if key not in _RANGE:
-            raise misfit(f"unknown key; {nearest(key, _RANGE)}", key)
+            raise field_error(f"unknown key; {nearest(key, _RANGE)}", key)
     count = entry.get("count")
     if "from" not in entry or not isinstance(count, int) or isinstance(count, bool) or count < 1:
         raise InputError("expected a range with from and count (1 or more), and usually to")
     if count > most("POINTS"):
-        raise misfit(f"{shown(count)}; {at_most('POINTS')}", "count")
+        raise field_error(f"{shown(count)}; {at_most('POINTS')}", "count")
     first = entry["from"]
     if "to" not in entry:
         if not isinstance(first, int) or isinstance(first, bool) or "spacing" in entry:
@@ -264,12 +266,12 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
         return list(range(first, first + count))
     spacing = entry.get("spacing", SPACINGS[0])
     if spacing not in SPACINGS:
-        raise misfit(f"{shown(spacing)}; {nearest(str(spacing), SPACINGS)}", "spacing")
+        raise field_error(f"{shown(spacing)}; {nearest(str(spacing), SPACINGS)}", "spacing")
     (low, unit), (high, other) = _number(first), _number(entry["to"])
     if unit != other:
-        raise misfit(f"in {other or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
+        raise field_error(f"in {other or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
     if count < 2:
-        raise misfit(f"{count}; expected 2 or more, from and to among them", "count")
+        raise field_error(f"{count}; expected 2 or more, from and to among them", "count")
     if spacing == "logarithmic" and not low * high > 0:
         raise InputError("a logarithmic range has from and to of one sign, neither of them 0")
     import numpy as np

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from cattrs import Converter
 
-from historysim.errors import InputError, misfit
+from historysim.errors import InputError, field_error
 from historysim.recording import surface_group
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, Picture
 from historysim.results.plots.swept import WORDS
@@ -36,17 +36,17 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
     for index, each in enumerate(pictures):
         if len(pictures) > 1 and each.own_figure:
-            raise misfit(f"{each.kind!r} fills a figure of its own; expected it alone", index, "kind")
+            raise field_error(f"{each.kind!r} fills a figure of its own; expected it alone", index, "kind")
     return pictures
 
 
 def _picture_from_toml(converter: Converter, value: object) -> Picture:
     if "kind" not in table(value):
         known = [name for name, kind in PICTURES.items() if IN_SCENARIOS & {*kind.of}]
-        raise misfit(f"missing; expected one of {', '.join(known)}", "kind")
+        raise field_error(f"missing; expected one of {', '.join(known)}", "kind")
     picture: Picture = kind_from_toml(converter, value, PICTURES)
     if not IN_SCENARIOS & {*picture.of}:
-        raise misfit(f"{picture.kind!r} is not of a scenario, its result or its sweep", "kind")
+        raise field_error(f"{picture.kind!r} is not of a scenario, its result or its sweep", "kind")
     return picture
 
 

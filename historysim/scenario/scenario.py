@@ -14,7 +14,7 @@ import attrs
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, brief, counted, html_table, shell_word, silent
-from historysim.errors import InputError, LoadError, at, misfit
+from historysim.errors import InputError, LoadError, at, field_error
 from historysim.loads.events import Event
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.document import files_of, parsed, read_sections, sections_of
@@ -155,7 +155,7 @@ class Scenario:
         with reported(self.path.name):
             events = self.sections.loading.events(self.path.parent, notify)
             if not events:
-                raise misfit("no waypoints; expected one or more", "loading")
+                raise field_error("no waypoints; expected one or more", "loading")
             if (course := self.sections.course) is not None:
                 with at("friction", "course"):
                     written = course if isinstance(course, FrictionCourse) else course.course(self.path.parent)
@@ -163,7 +163,7 @@ class Scenario:
             steps = len(events) * self.sections.loading.substeps
             if steps > most("STEPS"):
                 problem = f"{steps:,} steps; {at_most('STEPS')}; use fewer substeps"
-                raise misfit(problem, "loading", "substeps")
+                raise field_error(problem, "loading", "substeps")
         return events
 
     @contextmanager
@@ -242,10 +242,10 @@ class Scenario:
                     "only run replays blocks before a record: compare, fit and creep begin with the record itself, at "
                     "rest; expected none: remove them here, and leave out the loops that remember them (skip = 1)"
                 )
-                raise misfit(problem, "loading", "blocks")
+                raise field_error(problem, "loading", "blocks")
             if self.sections.course is not None:
                 problem = "a record is compared with, and fitted by, one coefficient; expected none, or run it"
-                raise misfit(problem, "friction", "course")
+                raise field_error(problem, "friction", "course")
 
     def measured_loading(self) -> "MeasuredLoading":
         """Return the loading that is measured; another is an InputError."""
@@ -253,7 +253,7 @@ class Scenario:
         with reported(self.path.name):
             if loading.kind != "file":
                 problem = "has no measured record; expected loading.file, or a scenario to run"
-                raise misfit(f"{problem}: historysim run {shell_word(self.path)}", "loading")
+                raise field_error(f"{problem}: historysim run {shell_word(self.path)}", "loading")
         measured: MeasuredLoading = loading
         return measured
 

@@ -26,7 +26,7 @@ from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.registry import Registry
 from historysim.basics.units import describe_expected
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, at, misfit, path_text
+from historysim.errors import InputError, at, field_error, path_text
 from historysim.tables import Column, Format, Table, join_tables, read_table
 
 T = TypeVar("T")
@@ -78,7 +78,7 @@ def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
 def _components(entry: Mapping[str, object], quantity: Quantity) -> tuple[float | None, ...]:
     for key in entry:
         if key not in quantity.components:
-            raise misfit(f"unknown key; {nearest(key, quantity.components)}", key)
+            raise field_error(f"unknown key; {nearest(key, quantity.components)}", key)
     found = []
     for name in quantity.components:
         with noted(name):
@@ -143,10 +143,10 @@ class ColumnsOf:
         known = [*needed, *self.optional.split()]
         for key in value:
             if key not in known:
-                raise misfit(f"unknown key; {nearest(key, known)}", attribute.name, key)
+                raise field_error(f"unknown key; {nearest(key, known)}", attribute.name, key)
         for key in needed:
             if key not in value:
-                raise misfit("missing; expected a column", attribute.name, key)
+                raise field_error("missing; expected a column", attribute.name, key)
 
 
 def _table_of_hook(kind: object, converter: Converter) -> Callable[[object, object], dict[str, object]]:
@@ -226,7 +226,7 @@ def with_kinds(cls: type[T], value: object, converter: Converter, *, in_turn: bo
     own = {each.name for each in attrs.fields(of)} - {field}
     for key in sorted(entry.keys() - own, key=[*kinds.own(), *entry].index):
         if key == field:
-            raise misfit("unknown key", key)
+            raise field_error("unknown key", key)
         if key in kinds:
             with noted(key):
                 found[key] = _of_kind(kinds[key], entry.pop(key), converter, in_turn=in_turn)
@@ -277,7 +277,7 @@ def kind_from_toml(
     """
     entry = dict(table(value))
     if key not in entry:
-        raise misfit(f"missing; expected one of {', '.join(kinds.names(among))}", key)
+        raise field_error(f"missing; expected one of {', '.join(kinds.names(among))}", key)
     with at(key):
         kind: Any = kinds.named(entry.pop(key), among)
     return cast("T", converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind))
@@ -419,7 +419,7 @@ class NumbersFile(Format):
                 problem = f"{path_state(path)} in {path.absolute().parent}; expected a path relative to the scenario"
                 if re.search(r"[\\\x00-\x1f]", str(path)):
                     problem += ", with / between folders"
-                raise misfit(f"{path.name}: {problem}", "file")
+                raise field_error(f"{path.name}: {problem}", "file")
             try:
                 tables.append(read_table(path, columns, units, self, missing=missing))
             except InputError as error:
@@ -437,7 +437,7 @@ class NumbersFile(Format):
         try:
             return made(**values)
         except InputError as error:
-            raise misfit(f"{self.name}: {error.args[0]}", "file") from error
+            raise field_error(f"{self.name}: {error.args[0]}", "file") from error
 
 
 def column_from_toml(value: object, kind: type[Column] = Column) -> Column:
@@ -447,9 +447,9 @@ def column_from_toml(value: object, kind: type[Column] = Column) -> Column:
     known = [field.name for field in attrs.fields(kind)]
     for key in value:
         if key not in known:
-            raise misfit(f"unknown key; {nearest(key, known)}", key)
+            raise field_error(f"unknown key; {nearest(key, known)}", key)
     if "column" not in value:
-        raise misfit("missing; expected the name of a column in the file", "column")
+        raise field_error("missing; expected the name of a column in the file", "column")
     return kind(**value)
 
 

@@ -19,7 +19,7 @@ from historysim.basics.fields import (
     list_fields,
 )
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, at, misfit
+from historysim.errors import InputError, at, field_error
 from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading
@@ -71,7 +71,7 @@ class MaterialsSection:
         limits = {"hardness", "yield_stress"} & given(self).keys()
         keys = [key for key in given(self) if key not in limits]
         if self.first is not None and limits:
-            raise misfit("belongs to one material; expected it in first or second", min(limits))
+            raise field_error("belongs to one material; expected it in first or second", min(limits))
         if keys not in (["first", "second"], ["contact_modulus", "shear_modulus"]):
             raise InputError(
                 f"{' and '.join(keys) or 'nothing'} given; expected either first and second, or contact_modulus and "
@@ -134,7 +134,7 @@ class Coefficients:
         if "law" in entry:
             return converter.structure(entry, AnyFrictionLaw)
         if not entry:
-            raise misfit("missing; expected a coefficient, or law with what it needs", "coefficient")
+            raise field_error("missing; expected a coefficient, or law with what it needs", "coefficient")
         return from_table(cls, entry, converter)
 
     @classmethod
@@ -171,7 +171,7 @@ class AdhesionSection:
         energies = [material.surface_energy for material in (pair.first, pair.second) if material]
         known = [energy for energy in energies if energy is not None]
         if len(known) < 2:
-            raise misfit("missing; the materials have no surface energy to take it from", "work_of_adhesion")
+            raise field_error("missing; the materials have no surface energy to take it from", "work_of_adhesion")
         return float(work_of_adhesion(*known))
 
 
@@ -203,10 +203,10 @@ class FitSection:
     def __attrs_post_init__(self) -> None:
         """Check the names."""
         if not self.parameters or len(set(self.parameters)) < len(self.parameters):
-            raise misfit("expected one or more parameters, each of them once", "parameters")
+            raise field_error("expected one or more parameters, each of them once", "parameters")
         for index, name in enumerate(self.parameters):
             if name not in FITTED:
-                raise misfit(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
+                raise field_error(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
 
 
 @attrs.frozen
@@ -326,12 +326,12 @@ class DesignSection:
     def __attrs_post_init__(self) -> None:
         """Check the ends, and that there is a grid where one is asked for."""
         if len(self.between) != 2:
-            raise misfit(f"{len(self.between)} values; expected two, the least and the greatest", "between")
+            raise field_error(f"{len(self.between)} values; expected two, the least and the greatest", "between")
         goals = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
         if len(goals) != 1:
             raise InputError(f"{' and '.join(goals) or 'no target'}; expected one of target, below and above")
         if self.quantile is not None and (goals == ["target"] or not 0.5 <= self.quantile < 1):
-            raise misfit("expected a share from 0.5 to below 1, with below or above", "quantile")
+            raise field_error("expected a share from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 
     def grid(self) -> Grid:

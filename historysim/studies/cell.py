@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, misfit
+from historysim.errors import InputError, field_error
 from historysim.recording.variables import known
 from historysim.results.analysis.each_asperity import nominal_pressure, total_mean_pressure
 from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
@@ -135,7 +135,7 @@ def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
     names_known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
     for index, name in enumerate(names):
         if name not in names_known:
-            raise misfit(f"{shown(name)}; {nearest(str(name), names_known)}", "outputs", index)
+            raise field_error(f"{shown(name)}; {nearest(str(name), names_known)}", "outputs", index)
     return tuple(dict.fromkeys(names)) or DEFAULT_OUTPUTS
 
 

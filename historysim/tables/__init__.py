@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, is_netcdf, kind_text, path_state
-from historysim.errors import InputError, at, misfit
+from historysim.errors import InputError, at, field_error
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
     Column,
@@ -214,7 +214,7 @@ def _text_lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
     if kind := kind_text(path):
         raise InputError(f"{kind}; expected a file of numbers")
     if layout.sheet is not None:
-        raise misfit("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
+        raise field_error("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
     layout = attrs.evolve(layout, encoding=layout.encoding or from_text.detect_encoding(path))
     return from_text.read_lines(path, str(layout.encoding), MOST_ROWS), layout
 

@@ -10,7 +10,7 @@ import attrs
 from historysim.basics.fields import Key
 from historysim.basics.units import conversion_factor, is_common, is_unit
 from historysim.basics.wording import shown
-from historysim.errors import InputError, misfit
+from historysim.errors import InputError, field_error
 
 if TYPE_CHECKING:
     from historysim.basics.arguments import Floats, Integers
@@ -46,7 +46,7 @@ class Column:
     def __attrs_post_init__(self) -> None:
         """Check that the keys select one column."""
         if isinstance(self.column, int) and (self.occurrence, self.index) != (None, None):
-            raise misfit("a position is one column already; expected it alone", "column")
+            raise field_error("a position is one column already; expected it alone", "column")
 
 
 def _is_delimiter(text: object) -> bool:
@@ -55,9 +55,9 @@ def _is_delimiter(text: object) -> bool:
 
 def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: str) -> None:
     if not isinstance(value, str) or value not in {".", ","}:
-        raise misfit(f'{shown(value)}; expected "." or ","', attribute.name)
+        raise field_error(f'{shown(value)}; expected "." or ","', attribute.name)
     if value == layout.delimiter:
-        raise misfit(f"{value!r} is also the delimiter; expected another character", attribute.name)
+        raise field_error(f"{value!r} is also the delimiter; expected another character", attribute.name)
 
 
 def _is_encoding(name: object) -> bool:

@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 import historysim as hs
-from historysim.errors import at, misfit, path_text
+from historysim.errors import at, field_error, path_text
 
 
 def raised(error, *places):
@@ -15,7 +15,7 @@ def raised(error, *places):
 
 
 def test_places_gather_from_inside_out():
-    error = raised(misfit("0; expected more", "time"), "waypoints", 3)
+    error = raised(field_error("0; expected more", "time"), "waypoints", 3)
     assert error.place == ("loading", "waypoints", 3, "time")
     assert str(error) == "loading.waypoints[3].time: 0; expected more"
     assert str(hs.InputError("0; expected more")) == "0; expected more"
@@ -26,7 +26,7 @@ def test_other_errors_pass_as_they_are():
 
 
 def test_a_place_goes_with_the_error_to_another_process():
-    error = pickle.loads(pickle.dumps(misfit("0; expected more", "time")))  # noqa: S301 - made here
+    error = pickle.loads(pickle.dumps(field_error("0; expected more", "time")))  # noqa: S301 - made here
     assert (error.place, str(error)) == (("time",), "time: 0; expected more")
 
 

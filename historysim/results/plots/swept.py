@@ -13,7 +13,7 @@ from historysim.basics.arguments import Floats
 from historysim.basics.fields import one_of
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, misfit
+from historysim.errors import InputError, field_error
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
 from historysim.results.plots.style import FAINT, INK, LINES, MOVED, by_factors, format_unit, scale_of, set_side_by_side
@@ -286,7 +286,7 @@ class BarsPicture(Panel):
         """Check that groups are lists of names."""
         for name, bars in self.groups.items():
             if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
-                raise misfit(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
+                raise field_error(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw a bar for each cell; error bars are the standard deviation over seeds."""

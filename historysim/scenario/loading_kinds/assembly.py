@@ -14,7 +14,7 @@ from historysim.basics.fields import POSITIVE, Frequency, Time
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
-from historysim.errors import InputError, at, misfit, path_text
+from historysim.errors import InputError, at, field_error, path_text
 from historysim.loads.event_sequence import Events
 from historysim.loads.events import ACROSS, LOAD_KINDS, Event, NormalLoad, TangentialDisplacement
 from historysim.measured import correction, reduction
@@ -146,7 +146,7 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
         except InputError:
             # another value is broken
             left_out = "such samples"
-        raise misfit(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
+        raise field_error(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
     if clock is None:
         time = np.arange(sum(table.file_rows), dtype=np.float64) / (section.rate or 1.0)
         return attrs.evolve(table, columns={**table.columns, "time": time})
@@ -225,7 +225,7 @@ def _named(name: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise misfit(f"{name}: {error.args[0]}", *error.place) from error
+        raise field_error(f"{name}: {error.args[0]}", *error.place) from error
 
 
 def _samples(count: int) -> str:
@@ -292,10 +292,10 @@ class _Record:
         known = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
         if run == EACH:
             expected = f'expected one of the runs {known}: "each" is for loops, sliding and fit'
-            raise misfit(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
+            raise field_error(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
         kept = self.run == run
         if not kept.any():
-            raise misfit(f"there is no run {run}; expected one of {known}", "run")
+            raise field_error(f"there is no run {run}; expected one of {known}", "run")
         self.first = {place: _first_of(column[kept]) for place, column in self.values.items()}
         self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}")
         self.keep(kept)
@@ -544,24 +544,26 @@ class MeasuredLoading(NumbersFile, Loading):
         Loading.__attrs_post_init__(self)
         is_number = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
         if self.run not in {None, EACH} and not is_number:
-            raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
+            raise field_error(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
         if self.runs_by is not None and self.run is None:
-            raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
+            raise field_error('missing; expected the value of runs_by that is the run, or "each"', "run")
         if self.rate is not None and self.columns.time is not None:
-            raise misfit("together with columns.time; expected one of them: rate if the clock was rounded", "rate")
+            raise field_error("together with columns.time; expected one of them: rate if the clock was rounded", "rate")
         if self.rate is not None and self.broken == "drop":
-            raise misfit('counts rows, and broken = "drop" would leave some out; expected one of them', "rate")
+            raise field_error('counts rows, and broken = "drop" would leave some out; expected one of them', "rate")
         if self.start is not None and self.end is not None and self.end < self.start:
-            raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
+            raise field_error(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
         replayed, names = given(self.columns), [key for _, key in self.channels]
         if self.reduce and any(key.endswith(ACROSS) for key in replayed):
-            raise misfit("goes with one tangential direction; expected reduce = false", "reduce")
+            raise field_error("goes with one tangential direction; expected reduce = false", "reduce")
         for key in given(self.response).keys() & replayed.keys():
             problem = "is replayed already, by columns; expected a channel that was measured beside it"
-            raise misfit(problem, "response", key)
+            raise field_error(problem, "response", key)
         for key in LOAD_KINDS:
             if getattr(self.dead_band, key) and key not in names:
-                raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
+                raise field_error(
+                    "has no effect, since neither columns nor response has this channel", "dead_band", key
+                )
         self._check_channels(names)
 
     def _check_channels(self, names: list[str]) -> None:
@@ -569,19 +571,19 @@ class MeasuredLoading(NumbersFile, Loading):
         for place, channel in self.channels.items():
             if getattr(channel, "free_play", 0) and "tangential_load" not in names:
                 problem = "needs the tangential load, at which the clearance opens; expected a column for it"
-                raise misfit(problem, *place, "free_play")
+                raise field_error(problem, *place, "free_play")
             if (factor := _factor_of(channel)) and factor not in names:
                 problem = "was not measured; expected a column or a constant for normal_load"
-                raise misfit(problem, *place, "times")
+                raise field_error(problem, *place, "times")
             for needs in ("time", "shift", "notch", "low_pass"):
                 if self.columns.time is None and self.rate is None and getattr(channel, needs):
                     problem = (
                         "needs the times of the record; expected a column for loading.columns.time, or a constant "
                         'sampling rate, as in loading.rate = "5 kHz"'
                     )
-                    raise misfit(problem, *place, needs)
+                    raise field_error(problem, *place, needs)
         if self.columns.time is None and not any(channel.sources for channel in self.channels.values()):
-            raise misfit("constants alone, and no time; expected a column", "columns")
+            raise field_error("constants alone, and no time; expected a column", "columns")
 
     @property
     def channels(self) -> dict[tuple[str, str], Channel]:

@@ -24,7 +24,7 @@ from historysim.basics.fields import (
 )
 from historysim.basics.units import is_number, quantity_text
 from historysim.basics.wording import shown
-from historysim.errors import InputError, at, misfit
+from historysim.errors import InputError, at, field_error
 from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.measured import correction
 from historysim.scenario.schema import from_table, given
@@ -96,14 +96,14 @@ class Channel:
                 else "neither column nor constant; expected one of them, or several columns as sum, mean or difference"
             )
         if "constant" in chosen and len(chosen) > 1:
-            raise misfit("belongs to a column; a constant has no other keys", min(chosen - {"constant"}))
+            raise field_error("belongs to a column; a constant has no other keys", min(chosen - {"constant"}))
         if self.scale == 0:
-            raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
+            raise field_error("0; expected another number, since nothing would be left of the channel", "scale")
         if ways[0] in COMBINED:
             self._check_combined(ways[0], chosen)
         if self.retrace is not None and (self.time is not None or self.shift):
             problem = "does not apply to a column with a retrace, which follows it in time"
-            raise misfit(problem, "shift" if self.time is None else "time")
+            raise field_error(problem, "shift" if self.time is None else "time")
         # columns check their names, positions and indices
         _ = self.sources
         self._check_units()
@@ -113,9 +113,9 @@ class Channel:
         if count < 2 or (way == "difference" and count > 2):
             two = "two columns, of which the second is taken from the first"
             expected = two if way == "difference" else "two or more"
-            raise misfit(f"{count} given; expected {expected}", way)
+            raise field_error(f"{count} given; expected {expected}", way)
         if alone := chosen & {"occurrence", "index", "retrace"}:
-            raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
+            raise field_error(f"belongs to one column; give it to one of those in {way}", min(alone))
 
     def _check_units(self) -> None:
         units: dict[tuple[str | int, ...], str | None] = {("unit",): self.unit}
@@ -184,7 +184,9 @@ class ForceChannel(Channel):
         """Check that it is made a load of in one way."""
         super().__attrs_post_init__()
         if self.times and self.area:
-            raise misfit("makes a load of a pressure, and times one of a coefficient; expected one of them", "area")
+            raise field_error(
+                "makes a load of a pressure, and times one of a coefficient; expected one of them", "area"
+            )
 
 
 @attrs.frozen(kw_only=True)
@@ -211,7 +213,7 @@ class LengthChannel(Channel):
         """Check that a closing load has a clearance to close."""
         super().__attrs_post_init__()
         if self.closing_load and not self.free_play:
-            raise misfit("goes with free_play; expected the width of the clearance, too", "closing_load")
+            raise field_error("goes with free_play; expected the width of the clearance, too", "closing_load")
 
 
 @attrs.frozen(kw_only=True)
@@ -226,12 +228,12 @@ class Channels:
     def __attrs_post_init__(self) -> None:
         """Check what one channel alone does not show."""
         if self.normal_load and self.normal_load.times:
-            raise misfit("is the normal load itself; expected it at tangential_load", "normal_load", "times")
+            raise field_error("is the normal load itself; expected it at tangential_load", "normal_load", "times")
         if self.normal_load and (self.normal_load.constant or 0) < 0:
-            raise misfit(f"{self.normal_load.constant:g} N; expected 0 N or more", "normal_load", "constant")
+            raise field_error(f"{self.normal_load.constant:g} N; expected 0 N or more", "normal_load", "constant")
         if self.normal_displacement and self.normal_displacement.free_play:
             problem = "is a clearance in the path of the tangential load; expected at tangential_displacement"
-            raise misfit(problem, "normal_displacement", "free_play")
+            raise field_error(problem, "normal_displacement", "free_play")
 
 
 @attrs.frozen(kw_only=True)
@@ -249,7 +251,9 @@ class LoadColumns(Channels):
         super().__attrs_post_init__()
         for along in ("tangential_load", "tangential_displacement"):
             if getattr(self, along + ACROSS) is not None and getattr(self, along) is None:
-                raise misfit(f"is the component along y; expected {along}, too, which is that along x", along + ACROSS)
+                raise field_error(
+                    f"is the component along y; expected {along}, too, which is that along x", along + ACROSS
+                )
         for channel in ("normal", "tangential"):
             if all(getattr(self, f"{channel}_{kind}") is not None for kind in ("load", "displacement")):
                 both = f"{channel}_load and {channel}_displacement together"

@@ -10,7 +10,7 @@ from cattrs import Converter
 
 from historysim.basics.fields import NOT_NEGATIVE, Time
 from historysim.basics.wording import Notify, shown, silent
-from historysim.errors import InputError, at, misfit, path_text
+from historysim.errors import InputError, at, field_error, path_text
 from historysim.loads.events import EVENTS, LOAD_KINDS, Event, TangentialEvent, tangential_channels
 from historysim.loads.holding import Timeline, find_ramp
 from historysim.scenario.loading_kinds import LOADINGS, Loading
@@ -50,7 +50,7 @@ class Waypoint:
             raise InputError(f"{given}; expected either the time itself, or the time after the waypoint before it")
         _check_channels(self.changes)
         if self.asperities is not None and "friction" not in self.changes:
-            raise misfit("without friction; expected both, or asperities in geometry", "asperities")
+            raise field_error("without friction; expected both, or asperities in geometry", "asperities")
         if not self.changes:
             raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENTS.own())}")
 
@@ -159,7 +159,9 @@ class Waypoints(Written):
         names = [waypoint.name for waypoint in self.waypoints]
         for index, name in enumerate(names):
             if name is not None and name in names[:index]:
-                raise misfit(f"{shown(name)} stands before; expected a name of its own", "waypoints", index, "name")
+                raise field_error(
+                    f"{shown(name)} stands before; expected a name of its own", "waypoints", index, "name"
+                )
 
     @property
     def names(self) -> dict[str, float]:
@@ -178,7 +180,9 @@ class Waypoints(Written):
             with at("loading", "waypoints", index):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
                 if line.events and time < line.now:
-                    raise misfit(f"{time:g} s comes after {line.now:g} s; expected times that do not decrease", "time")
+                    raise field_error(
+                        f"{time:g} s comes after {line.now:g} s; expected times that do not decrease", "time"
+                    )
                 line.reach(time, waypoint.changes, "loading", "waypoints", index)
         return line
 
@@ -244,15 +248,17 @@ class WaypointBlock:
     def __attrs_post_init__(self) -> None:
         """Check that it can be run more than once."""
         if not self.waypoints:
-            raise misfit("none; expected one or more", "waypoints")
+            raise field_error("none; expected one or more", "waypoints")
         for index, waypoint in enumerate(self.waypoints):
             with at("waypoints", index):
                 if waypoint.after is None:
-                    raise misfit("a block runs at its place among the others; expected after instead", "time")
+                    raise field_error("a block runs at its place among the others; expected after instead", "time")
                 if waypoint.name is not None:
-                    raise misfit("a block may run several times; expected names in loading.waypoints alone", "name")
+                    raise field_error(
+                        "a block may run several times; expected names in loading.waypoints alone", "name"
+                    )
         if self.repeat < 1:
-            raise misfit(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
+            raise field_error(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
 
     def count(self) -> int:
         """Return how many events it makes, without the few that hold channels."""
@@ -294,7 +300,7 @@ def timeline_of(blocks: Sequence[WaypointBlock], *, hold: bool | None = None) ->
     count = sum(block.count() for block in blocks)
     if count > MOST_EVENTS:
         problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
-        raise misfit(problem, "loading", "blocks")
+        raise field_error(problem, "loading", "blocks")
     line = PlacedTimeline(holds=hold)
     for index, block in enumerate(blocks):
         with at("loading", "blocks", index):

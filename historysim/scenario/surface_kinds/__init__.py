@@ -9,7 +9,7 @@ import attrs
 
 from historysim.basics.fields import Force, Key, Length
 from historysim.basics.registry import Registry
-from historysim.errors import at, misfit
+from historysim.errors import at, field_error
 from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw
 
 if TYPE_CHECKING:
@@ -109,13 +109,13 @@ class Passes:
         from historysim.asperities.running_in import Pass, run_in
 
         if built.surface is None or built.summits is None or built.find is None:
-            raise misfit("given for a surface without a height map; expected a random, measured or sum", "passes")
+            raise field_error("given for a surface without a height map; expected a random, measured or sum", "passes")
         if built.interacts:
-            raise misfit('given with interaction = "full", which has no summits; expected one of them', "passes")
+            raise field_error('given with interaction = "full", which has no summits; expected one of them', "passes")
         if not isinstance(friction, int | float):
-            raise misfit("given beside friction that is not one coefficient; expected one", "passes")
+            raise field_error("given beside friction that is not one coefficient; expected one", "passes")
         if not self.steps:
-            raise misfit("there are none; expected one or more", "passes", "steps")
+            raise field_error("there are none; expected one or more", "passes", "steps")
         with at("passes"):
             steps = [Pass(one.normal_load, one.sliding_distance) for one in self.steps for _ in range(one.repeat)]
             laws: Any = {"friction": float(friction), "yielding": built.yielding, "wear": self.wear}
@@ -159,17 +159,17 @@ class ChangedSurface(SurfaceKind):
         if self.interaction == "full":
             if built.surface is None:
                 problem = "full, of a surface without a height map; expected a random, measured or sum"
-                raise misfit(problem, "interaction")
+                raise field_error(problem, "interaction")
             built = attrs.evolve(built, interacts=True)
         if self.yielding is not None:
             if built.interacts:
-                raise misfit(
+                raise field_error(
                     'given with interaction = "full", and the normal contact of a whole map is solved as elastic; '
                     "expected one of them",
                     "yielding",
                 )
             if built.summits is None:
-                raise misfit("given for a normal curve, which is the contact itself; expected none", "yielding")
+                raise field_error("given for a normal curve, which is the contact itself; expected none", "yielding")
             built = attrs.evolve(built, yielding=self.yielding)
         if self.passes is not None:
             # summits that are found anew would not have the radii that stay where heights are stretched
@@ -181,7 +181,7 @@ class ChangedSurface(SurfaceKind):
 def _stretched(built: BuiltSurface, scale: float) -> BuiltSurface:
     summits, surface = built.summits, built.surface
     if summits is None:
-        raise misfit("given for a normal curve, which has no heights; expected none", "height_scale")
+        raise field_error("given for a normal curve, which has no heights; expected none", "height_scale")
     mean = summits.height.mean()
     if surface is not None:
         heights = mean + scale * (surface.heights - mean)

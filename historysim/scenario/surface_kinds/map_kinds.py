@@ -11,7 +11,7 @@ import numpy as np
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import Notify, shown, silent
-from historysim.errors import InputError, at, misfit
+from historysim.errors import InputError, at, field_error
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, list_keys, registered_steps, select_steps
@@ -249,7 +249,7 @@ class MeetingMaps(SurfaceKind):
     def build(self, folder: Path) -> BuiltSurface:
         """Return where summits meet."""
         if np.shape(self.shift) != (2,):
-            raise misfit(f"{shown(self.shift)}; expected one length along x and one along y", "shift")
+            raise field_error(f"{shown(self.shift)}; expected one length along x and one along y", "shift")
         notices: list[str] = []
         summits, centres = [], []
         for name, kind in (("first", self.first), ("second", self.second)):

@@ -12,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import nearest, shown
-from historysim.errors import at, misfit
+from historysim.errors import at, field_error
 from historysim.loads.friction_course import check_one
 from historysim.scenario.schema import ColumnsOf, NumbersFile, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
@@ -84,7 +84,7 @@ class InlineSummits(SurfaceKind):
         sizes = {key: np.size(value) for key, value in given(self).items()}
         for key, size in sizes.items():
             if size == 0:
-                raise misfit("an empty array; expected one number, or one for each summit", key)
+                raise field_error("an empty array; expected one number, or one for each summit", key)
         height = np.broadcast_to(self.height, max(sizes.values())) if sizes["height"] == 1 else self.height
         return BuiltSurface(Summits(height, self.radius, self.x, self.y, slope=self.slope))
 
@@ -113,7 +113,7 @@ class SummitTable(NumbersFile, SurfaceKind):
             values = np.asarray(columns.get(key, ()))
             for row in np.flatnonzero((values <= 0) if key == "radius" else (values < 0))[:1]:
                 problem = f"{rows.place(int(row))}: {key} is {values[row]:g}; expected {expected}, in SI"
-                raise misfit(f"{self.name}: {problem}", "file")
+                raise field_error(f"{self.name}: {problem}", "file")
         summits = Summits(columns["height"], columns["radius"], columns.get("x"), columns.get("y"))
         return BuiltSurface(summits, friction=columns.get("friction"))
 
@@ -150,7 +150,7 @@ class Textured(SurfaceKind):
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
-                raise misfit(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
+                raise field_error(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
             radius *= max(math.prod(self.count), 1) ** LAWS[self.scaling]
         with representable():
             scatter: Any = {key: getattr(self, key) for key in ("height_scatter", "radius_scatter", "seed")}

@@ -10,7 +10,7 @@ from historysim.basics.arguments import Booleans, Floats
 from historysim.basics.fields import Key, Length, Lengths, Number
 from historysim.basics.registry import Registry
 from historysim.basics.wording import Notify, counted
-from historysim.errors import at, misfit
+from historysim.errors import at, field_error
 from historysim.surfaces.filters import outliers, spikes
 from historysim.surfaces.heights import Surface
 
@@ -161,7 +161,7 @@ class Filters(Preparation):
     def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
         """Apply the S-filter, the resolution and the L-filter, in this order."""
         if self.robust and self.s_filter is None and self.l_filter is None:
-            raise misfit("no filter is given; expected s_filter or l_filter as well", "robust")
+            raise field_error("no filter is given; expected s_filter or l_filter as well", "robust")
         surface = self.after("s_filter", Surface.smoothed, surface, robust=self.robust)
         surface = self.after("resolution", Surface.at_resolution, surface)
         return self.after("l_filter", Surface.roughness, surface, robust=self.robust)
