@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from historysim.asperities.state import State, WholeContact
 from historysim.basics.arguments import Floats, Integers, checked, workable
-from historysim.basics.library import OneAtATime, ffi, lib
+from historysim.basics.library import OneAtATime, lib
 from historysim.basics.limits import LARGEST
 from historysim.errors import InputError
 from historysim.memory import binding
@@ -17,7 +17,10 @@ from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, copied
 from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
 TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
+_step = lib.hs_stepper_step
+X, Y, START, HAS_MOVED, TURN_COUNT = 2, 4, 6, 7, 8  # goals and results among the doubles of ``hs_stepper``
 HELD = math.nan  # target of a channel that is held as it was controlled last
+HELD_CHANNEL: Any = LOAD, HELD  # as the library takes it, whatever the control
 Target = float | tuple[float, float] | Floats
 Control = int | tuple[int, int]
 
@@ -137,26 +140,25 @@ class Stepper(WholeContact):
     first where a step may be undone, such as a trial inside an integrator's stages. It is of one thread at a time:
     another one that comes in meanwhile gets an error.
 
-    C code steps its ``memory`` in one direction, unless asperities evolve or a spring is in parallel: ``hs_step(memory,
-    …, drive, …)``; the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve, and in two
-    directions, each step makes another one.
+    C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``;
+    the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
     """
 
     def __init__(self, ensemble: Any, state: State, how: dict[str, Any]) -> None:
         self._ensemble, self._how, self._curves = ensemble, how, ensemble.curves
         self.memory: Any = None
         self._in_plane = False
-        self._refusal = ffi.new("hs_refusal *")
+        self._call, self._numbers = binding.new_stepper()
         self._guard = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
-        self._go_on_from(state)
+        self._continue_from(state)
 
     def __getstate__(self) -> tuple[Any, ...]:
-        return self._ensemble, self.save(), self._how, self._start
+        return self._ensemble, self.save(), self._how, self._numbers[START]
 
-    def __setstate__(self, kept: tuple[Any, ...]) -> None:
-        *made_of, start = kept
-        self.__init__(*made_of)  # type: ignore[misc] # what unpickling takes the place of
-        self._start = start
+    def __setstate__(self, fields: tuple[Any, ...]) -> None:
+        *arguments, start = fields
+        self.__init__(*arguments)  # type: ignore[misc] # unpickling does not call it
+        self._numbers[START] = start
 
     def restore(self, state: State) -> None:
         """Return to a state of the same ensemble, such as `save` returns; InputError for any other state."""
@@ -164,31 +166,23 @@ class Stepper(WholeContact):
             raise InputError(f"state is {state!r}; expected what save() returns")
         self._ensemble.check_state(state)
         with self._guard:
-            self._go_on_from(state)
+            self._continue_from(state)
 
-    def _go_on_from(self, state: State) -> None:
+    def _continue_from(self, state: State) -> None:
         self._hold(copied(state.memory))
-        self._start, self._reached = state.approach, self._position()
-        self._move, self._turns, self._time = 0.0, 0, -math.inf
+        lib.hs_stepper_observe(self._call, self.memory.line.approach)
+        self._call.move = (0.0, 0.0)
+        self._numbers[START], self._numbers[TURN_COUNT], self._time = state.approach, 0.0, -math.inf
 
     def _hold(self, memory: Any) -> None:
         """Replace the memory that is stepped."""
         is_planar = binding.directions_of(memory) == 2
         if self.memory is None or is_planar != self._in_plane:
-            # a step in one direction is in place: what a signal stopped in the midst would be of no use
+            # a step in one direction is in place: after an interruption its state would be lost
             self.drive = self._ensemble.make_drive(**self._how, directions=1 + is_planar, heeds=is_planar)
-        line = memory.line
-        # the memory owns its line
-        self.memory, self._held, self._in_plane = memory, (memory, line), is_planar
-        self._is_walked = bool(line.evolved or self._how["instrument"].parallel_stiffness)
-
-    def _position(self) -> Any:
-        """Return the dimensionless displacement: a number, or a complex one of x and y in two directions."""
-        memory, line = self._held
-        if not self._in_plane:
-            return line.displacement
-        displacement = memory.plane.displacement
-        return complex(displacement.x, displacement.y)
+        self.memory, self._in_plane = memory, is_planar
+        self._call.state, self._call.drive = memory, self.drive
+        self._is_walked = bool(memory.line.evolved or self._how["instrument"].parallel_stiffness)
 
     def save(self) -> State:
         """Return the present state, which later steps do not change."""
@@ -212,61 +206,86 @@ class Stepper(WholeContact):
         several steps. All of it is remembered; `restore` takes a trial back. Another thread that steps it gets an
         InputError.
         """
-        memory, line = self._held
-        control = binding.tangential_control(memory) if self._in_plane else line.tangential_control
-        normal, normal_target = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
-        tangential, tangential_target = channel("tangential", tangential_load, tangential_displacement, control)
-        start, free = line.approach, self._guard.free
-        if self._curves is not None:
-            self._curves.check_reach(make_path((normal, normal_target), (tangential, tangential_target)))
-        # not `with self._guard`, which costs a third of a step
+        numbers, free = self._numbers, self._guard.free
+        # not `with self._guard`, which costs a fifth of a step
         try:
             del free[0]
         except IndexError:
             raise self._guard.lock_error() from None
         try:
             if self._is_walked:
-                path = make_path((normal, normal_target), (tangential, tangential_target))
-                self._hold(self._ensemble.walk(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
-            elif self._in_plane or tangential_target.__class__ is tuple:
-                self._step_in_plane(normal, normal_target, tangential, tangential_target)
+                self._walk(normal_load, normal_displacement, tangential_load, tangential_displacement)
             else:
-                status = lib.hs_step(
-                    memory, normal, normal_target, tangential, tangential_target, self.drive, self._refusal
-                )
-                if status:
-                    check(status, self._refusal)
+                target: Any
+                normal, normal_target = HELD_CHANNEL
+                if normal_load is not None or normal_displacement is not None:
+                    normal, normal_target = channel("normal", normal_load, normal_displacement, LOAD, 0.0)
+                # without a call for the most frequent target
+                if (
+                    tangential_load is None
+                    and isinstance(tangential_displacement, float)
+                    and -LARGEST <= tangential_displacement <= LARGEST
+                ):
+                    tangential, target = DISPLACED, tangential_displacement
+                else:
+                    tangential, target = channel("tangential", tangential_load, tangential_displacement, LOAD)
+                if self._curves is not None:
+                    self._curves.check_reach(make_path((normal, normal_target), (tangential, target)))
+                if self._in_plane or target.__class__ is tuple:
+                    self._step_in_plane(normal, normal_target, tangential, target)
+                else:
+                    numbers[normal], numbers[X + tangential] = normal_target, target
+                    status = _step(self._call)
+                    if status:
+                        check(status, self._call.refusal)
         finally:
             free.append(None)
-        # a ramp of both loads begins where the contact touches
-        self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * line.contact.units.length
-        reached = self._position() if self._in_plane or self._is_walked else line.displacement
-        move = reached - self._reached
-        if time is not None:
-            if time <= self._time and move != 0.0:
-                self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s")
-            self._time = time
-        if move != 0.0:
-            # in two directions, back is a move that has a part against the one before
-            back = move * self._move < 0.0 if move.__class__ is float else (move * self._move.conjugate()).real < 0.0
-            self._turns = self._turns + 1 if back else 0
-            self._reached, self._move = reached, move
-            if self._turns == TURNS:
-                self._warn(f"went back and forth in each of the last {TURNS} steps")
+        if time is not None or numbers[TURN_COUNT] == TURNS:
+            self._warn_of_trials(time)
 
-    def _step_in_plane(self, normal: Any, end: Any, tangential: Any, goal: Any) -> None:
-        memory, drive = self.memory, self.drive
+    def _step_in_plane(self, normal: int, normal_target: Any, tangential: Any, target: Any) -> None:
+        if target.__class__ is not tuple:
+            if not math.isnan(target):
+                raise InputError(binding.NEEDS_PAIR)
+            target = HELD, HELD
+        memory, numbers = self.memory, self._numbers
         if not self._in_plane:
-            memory = self._ensemble.enter_plane(self._ensemble.wrap_memory(memory)).memory
-            drive = self._ensemble.make_drive(**self._how, directions=2)
-        self._hold(binding.advanced_in_plane(memory, normal, end, tangential, goal, drive))
+            self._hold(self._ensemble.enter_plane(self._ensemble.wrap_memory(memory)).memory)
+        x, y = tangential if tangential.__class__ is tuple else (tangential, tangential)
+        numbers[normal] = normal_target
+        numbers[X + x], numbers[Y + y] = target
+        if status := _step(self._call):
+            # of one direction still where the first pair is refused
+            self._hold(memory)
+            check(status, self._call.refusal)
 
-    def _warn(self, what: str) -> None:
-        warnings.warn(
-            f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or they "
-            "are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter steps",
-            stacklevel=3,
-        )
+    def _walk(self, normal_load: Any, normal_displacement: Any, load: Any, displacement: Any) -> None:
+        """Step where asperities evolve, or a spring is in parallel."""
+        line = self.memory.line
+        normal = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
+        path = make_path(normal, channel("tangential", load, displacement, binding.tangential_control(self.memory)))
+        if self._curves is not None:
+            self._curves.check_reach(path)
+        start = line.approach
+        self._hold(self._ensemble.walk(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
+        lib.hs_stepper_observe(self._call, start)
+
+    def _warn_of_trials(self, time: float | None) -> None:
+        """Warn if the last step looks like a trial of a solver."""
+        has_moved, what = self._numbers[HAS_MOVED], ""
+        if time is not None:
+            if time <= self._time and has_moved:
+                what = f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s"
+            self._time = time
+        if self._numbers[TURN_COUNT] == TURNS and has_moved:
+            what = what or f"went back and forth in each of the last {TURNS} steps"
+        if what:
+            warnings.warn(
+                f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or "
+                "they are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter "
+                "steps",
+                stacklevel=3,
+            )
 
     def slopes(self) -> Slopes:
         """Return the derivatives of the loads at the end of the last step, on its side.
@@ -278,5 +297,5 @@ class Stepper(WholeContact):
         """
         with self._guard:
             binding.check_one_direction(self.memory)
-            slopes = lib.hs_slopes_of(self.memory, self._start)
+            slopes = lib.hs_slopes_of(self.memory, self._numbers[START])
         return Slopes(slopes.tangential, slopes.coupling, slopes.normal)

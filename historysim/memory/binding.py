@@ -141,6 +141,15 @@ def check(status: int, refusal: Any = None) -> None:
         raise RuntimeError(f"the memory's library returned {status}")
 
 
+def new_stepper() -> tuple[Any, Any]:
+    """Return an ``hs_stepper`` with channels held, and a writable view of its doubles, from the goals on."""
+    stepper = ffi.new("hs_stepper *")
+    numbers = memoryview(ffi.buffer(stepper))[ffi.offsetof("hs_stepper", "normal") :].cast("d")
+    for goal in range(6):
+        numbers[goal] = _NAN
+    return stepper, numbers
+
+
 def advanced(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
     """Return a new memory after one straight path along x: how each channel is controlled, and its target, or NaN."""
     after = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)

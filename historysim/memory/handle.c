@@ -53,19 +53,42 @@ hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_
     return NULL;
 }
 
-/* Advance along x in a plane; NaN holds a channel. */
-static hs_state *advance_along_x(const hs_state *state, int normal_control, double normal_target, int tangential_control,
-                                 double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
-    int presses = !isnan(normal_target), moves = !isnan(tangential_target);
-    hs_path path = {presses ? normal_target : 0.0, (double)presses, {moves ? tangential_target : 0.0, 0.0}, {(double)moves, 0.0},
-                    1, 0, normal_control, {tangential_control, HS_HELD}, 0, NAN, NAN};
+/* Return a new state after a path in a plane; NaN holds a channel as it was controlled last. */
+static hs_state *advance_in_plane(const hs_state *state, int normal_control, double normal_target, const int control[2],
+                                  const double target[2], const hs_drive *drive, hs_refusal *refusal) {
+    hs_path path = {0.0, 0.0, {0.0, 0.0}, {0.0, 0.0}, 1, 0, state->line.normal_control, {HS_HELD, HS_HELD}, 0, NAN, NAN};
+    if (!isnan(normal_target)) {
+        path.normal_target = normal_target;
+        path.normal_fraction = 1.0;
+        path.normal_control = normal_control;
+    }
+    for (int k = 0; k < 2; ++k) {
+        if (isnan(target[k])) continue;
+        path.tangential_target[k] = target[k];
+        path.tangential_fraction[k] = 1.0;
+        path.tangential_control[k] = control[k];
+    }
     return hs_advance_along(state, &path, drive, refusal);
+}
+
+static int step_in_plane(hs_state *state, int normal_control, double normal_target, const int control[2], const double target[2],
+                         const hs_drive *drive, hs_refusal *refusal) {
+    hs_refusal unread;
+    if (!refusal) refusal = &unread;
+    hs_state *after = advance_in_plane(state, normal_control, normal_target, control, target, drive, refusal);
+    if (!after) return (int)refusal->status;
+    hs_state before = *state;
+    *state = *after;
+    *after = before;
+    hs_state_free(after);
+    return HS_OK;
 }
 
 hs_state *hs_advance(const hs_state *state, int normal_control, double normal_target, int tangential_control,
                      double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
-    if (state->plane)
-        return advance_along_x(state, normal_control, normal_target, tangential_control, tangential_target, drive, refusal);
+    const int control[] = {tangential_control, HS_HELD};
+    const double target[] = {tangential_target, NAN};
+    if (state->plane) return advance_in_plane(state, normal_control, normal_target, control, target, drive, refusal);
     hs_state *copy = hs_state_copy(state);
     if (refusal) refusal->status = HS_OUT_OF_MEMORY;
     if (copy && hs_line_step(&copy->line, normal_control, normal_target, tangential_control, tangential_target, drive, refusal) == HS_OK)
@@ -76,17 +99,48 @@ hs_state *hs_advance(const hs_state *state, int normal_control, double normal_ta
 
 int hs_step(hs_state *state, int normal_control, double normal_target, int tangential_control, double tangential_target,
             const hs_drive *drive, hs_refusal *refusal) {
-    if (!state->plane)
-        return hs_line_step(&state->line, normal_control, normal_target, tangential_control, tangential_target, drive, refusal);
-    hs_refusal unread;
-    if (!refusal) refusal = &unread;
-    hs_state *after = advance_along_x(state, normal_control, normal_target, tangential_control, tangential_target, drive, refusal);
-    if (!after) return (int)refusal->status;
-    hs_state before = *state;
-    *state = *after;
-    *after = before;
-    hs_state_free(after);
-    return HS_OK;
+    const int control[] = {tangential_control, HS_HELD};
+    const double target[] = {tangential_target, NAN};
+    if (state->plane) return step_in_plane(state, normal_control, normal_target, control, target, drive, refusal);
+    return hs_line_step(&state->line, normal_control, normal_target, tangential_control, tangential_target, drive, refusal);
+}
+
+void hs_stepper_observe(hs_stepper *stepper, double start) {
+    const hs_state *state = stepper->state;
+    const hs_memory *line = &state->line;
+    int is_ramp = line->normal_control == HS_LOAD && line->tangential_control == HS_LOAD;
+    /* a ramp of both loads begins where the contact touches */
+    stepper->start = (is_ramp && start < 0.0 ? 0.0 : start) * line->contact->units.length;
+    hs_vector reached = {line->displacement, 0.0};
+    if (state->plane) reached = state->plane->displacement;
+    hs_vector move = {reached.x - stepper->reached.x, reached.y - stepper->reached.y};
+    stepper->has_moved = move.x != 0.0 || move.y != 0.0;
+    if (stepper->has_moved == 0.0) return;
+    stepper->turns = move.x * stepper->move.x + move.y * stepper->move.y < 0.0 ? stepper->turns + 1.0 : 0.0;
+    stepper->reached = reached;
+    stepper->move = move;
+}
+
+/* Return how a channel is controlled that goes to a goal, fill in the target, and forget the goal. */
+static int take_goal(hs_goal *goal, double *target) {
+    int by_load = isnan(goal->displacement);
+    *target = by_load ? goal->load : goal->displacement;
+    goal->load = goal->displacement = NAN;
+    return by_load ? HS_LOAD : HS_DISPLACED;
+}
+
+int hs_stepper_step(hs_stepper *stepper) {
+    hs_state *state = stepper->state;
+    double start = state->line.approach, pressed, target[2];
+    const int normal = take_goal(&stepper->normal, &pressed);
+    const int control[] = {take_goal(stepper->tangential, target), take_goal(stepper->tangential + 1, target + 1)};
+    int status;
+    if (state->plane)
+        status = step_in_plane(state, normal, pressed, control, target, stepper->drive, &stepper->refusal);
+    else
+        status = hs_line_step(&state->line, normal, pressed, control[0], target[0], stepper->drive, &stepper->refusal);
+    if (status == HS_OK) hs_stepper_observe(stepper, start);
+    return status;
 }
 
 /* ---- readout -------------------------------------------------------------------------------------------------------------- */

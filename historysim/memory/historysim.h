@@ -271,7 +271,29 @@ typedef struct hs_refusal {
  * `hs_integrate`). `refusal` may be NULL. */
 HS_API int hs_step(hs_state *state, int normal_control, double normal_target, int tangential_control,
                    double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-/* Return a new state that has done so; NULL where the path was refused. */
+/* Where a channel goes: to a load [N] or a displacement [m], of which the other one is NaN; with two NaN it is held as it was
+ * controlled last. */
+typedef struct hs_goal {
+    double load, displacement;
+} hs_goal;
+/* A state that is stepped in a tight loop. Goals and results are doubles in one block, so that a program in another language
+ * converts each number once, and makes one call with one argument. */
+typedef struct hs_stepper {
+    hs_state *state;
+    const hs_drive *drive;
+    hs_refusal refusal;
+    hs_goal normal;               /* which a step sets to NaN, as the next ones */
+    hs_goal tangential[2];        /* in x and y; in one direction y is not read */
+    double start;                 /* approach at which the last path began, for `hs_slopes_of` [m] */
+    double has_moved;             /* whether the displacement changed on it */
+    double turns;                 /* successive moves, each of which went back on the one before */
+    hs_vector reached, move;      /* displacement at its end, and by how much the last one changed, without dimension */
+} hs_stepper;
+/* Advance its state in place, as `hs_step` does; in a plane to targets in x and y. */
+HS_API int hs_stepper_step(hs_stepper *stepper);
+/* Note the results of a path on which the state was moved by other means, from an approach without dimension on. */
+HS_API void hs_stepper_observe(hs_stepper *stepper, double start);
+/* Return a new state that has advanced likewise; NULL where the path was refused. */
 HS_API hs_state *hs_advance(const hs_state *state, int normal_control, double normal_target, int tangential_control,
                             double tangential_target, const hs_drive *drive, hs_refusal *refusal);
 /* Return a new state at the end of a path, of which nothing is recorded; NULL where it was refused. */

@@ -96,11 +96,11 @@ hs_path hs_scale_path(const hs_units *units, const hs_path *path) {
 int hs_line_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
                  double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
-    /* NaN holds a channel */
-    double normal_fraction = isnan(normal_target) ? 0.0 : 1.0, tangential_fraction = isnan(tangential_target) ? 0.0 : 1.0;
-    hs_path path = {normal_fraction > 0.0 ? normal_target : 0.0, normal_fraction,
-                    {tangential_fraction > 0.0 ? tangential_target : 0.0, 0.0}, {tangential_fraction, 0.0},
-                    1, 0, normal_control, {tangential_control, HS_HELD}, 1, NAN, NAN};
+    /* NaN holds a channel as it was controlled last */
+    int presses = !isnan(normal_target), moves = !isnan(tangential_target);
+    hs_path path = {presses ? normal_target : 0.0, (double)presses, {moves ? tangential_target : 0.0, 0.0}, {(double)moves, 0.0},
+                    1, 0, presses ? normal_control : memory->normal_control,
+                    {moves ? tangential_control : memory->tangential_control, HS_HELD}, 1, NAN, NAN};
     hs_plan plan;
     hs_refusal unread;
     if (!refusal) refusal = &unread;

@@ -10,6 +10,8 @@ import pytest
 from histories import random_contact, random_moves, to_events
 
 import historysim as hs
+from historysim.basics.library import ffi, lib
+from historysim.memory.binding import copied
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 
@@ -146,6 +148,35 @@ def test_a_step_that_is_refused_changes_nothing():
     assert stepper.save() == before
     stepper.step(tangential_load=np.float32(0.0625))
     assert stepper.tangential_load == pytest.approx(0.0625, rel=1e-15)
+
+
+def test_a_refused_goal_is_forgotten_by_the_next_step():
+    ensemble = rough()
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.05)
+    stepper = ensemble.stepper(state)
+    with pytest.raises(hs.FrictionLimitError):
+        stepper.step(normal_load=0.2, tangential_load=1.0)
+    with pytest.raises(hs.InputError, match="tangential_load"):
+        stepper.step(normal_load=0.2, tangential_load=np.nan)
+    stepper.step(tangential_displacement=0.01)
+    assert stepper.save() == ensemble.advance(state, tangential_displacement=0.01)
+    stepper.step()
+    assert stepper.save() == ensemble.advance(ensemble.advance(state, tangential_displacement=0.01))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_channel_without_a_target_is_held_as_it_was_controlled_whatever_the_caller_says(turned):
+    ensemble = rough()
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.02)
+    if turned:
+        state = ensemble.advance(state, tangential_load=(0.02, 0.01))
+    memory, drive = copied(state.memory), ensemble.make_drive(False, hs.Instrument(), directions=1 + turned)
+    held = lib.HS_DISPLACED, math.nan, lib.HS_DISPLACED, math.nan
+    assert lib.hs_step(memory, *held, drive, ffi.NULL) == lib.HS_OK
+    after = hs.State(memory)
+    assert memory.line.normal_control == lib.HS_LOAD
+    assert after.tangential_control == ((lib.HS_LOAD, lib.HS_LOAD) if turned else lib.HS_LOAD)
+    assert after == ensemble.advance(state)
 
 
 def test_a_stepper_of_a_normal_curve_stays_on_it():
