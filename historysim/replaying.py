@@ -74,7 +74,7 @@ class Replay:
     hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)  #: False once `events` has the waypoints
 
     def __attrs_post_init__(self) -> None:
-        """Settle where channels are held, so that a copy of the replay neither warns nor holds again."""
+        """Resolve ``hold`` once, so that a copy of the replay neither warns nor adds waypoints again."""
         object.__setattr__(self, "events", apply_hold(self.events, self.hold, stacklevel=4))
         object.__setattr__(self, "hold", False)
 
@@ -87,7 +87,7 @@ class Replay:
 
     @cached_property
     def changes(self) -> Changes:
-        """What changes beside the loads, and is recorded at each step."""
+        """Quantities that change in addition to the loads, and are recorded at each step."""
         return recorders.find_changes(self.ensemble, self.events, self.instrument)
 
     def steps(self, until: float = math.inf) -> int:
@@ -95,18 +95,18 @@ class Replay:
         return schedule.row_count(self.events, self.substeps, seconds(until))
 
     def attributes(self) -> dict[str, Any]:
-        """Return the attributes that say where the history comes from."""
+        """Return the provenance attributes of the history."""
         return provenance.attributes(self.ensemble, self.events, self.instrument)
 
     def recorder(self, kind: type[RecorderType], *, until: float = math.inf, **options: Any) -> RecorderType:
-        """Return a recorder of a kind for this replay; ``options`` are its own."""
-        here: dict[str, Any] = {"instrument": self.instrument, "changes": self.changes}
-        return kind(self.ensemble, self.asperities, self.steps(until), **here, **options)
+        """Make a recorder of a class for this replay, with its further options."""
+        common: dict[str, Any] = {"instrument": self.instrument, "changes": self.changes}
+        return kind(self.ensemble, self.asperities, self.steps(until), **common, **options)
 
     def dataset(
         self, *, until: float = math.inf, attributes: dict[str, Any] | None = None, progress: bool = False
     ) -> "xr.Dataset":
-        """Return the history up to a time [s] as a Dataset in memory; attributes replace those of the same name."""
+        """Compute the history up to a time [s] in memory; ``attributes`` replace those of the same name."""
         target = self.recorder(DatasetRecorder, until=until)
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
@@ -114,7 +114,7 @@ class Replay:
         return history
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
-        """Write the history to a netCDF file, which is there when it is complete, and not before."""
+        """Write the history to a netCDF file, which appears when it is complete."""
         from historysim.recording.netcdf import FileRecorder
 
         options: dict[str, Any] = {"attributes": self.attributes()}
@@ -123,7 +123,7 @@ class Replay:
             target.finish()
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "State":
-        """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""
+        """Return the state at a time [s]: unloaded before the first event, held after the last."""
         return self.walk(self.recorder(StateOnly, until=until), until=until, start=start)
 
     def walk(
@@ -134,15 +134,15 @@ class Replay:
         until: float = math.inf,
         most_rows: int | None = None,
         progress: bool = False,
-        after: "Callable[[schedule.Cursor, State], None] | None" = None,
+        on_event: "Callable[[schedule.Cursor, State], None] | None" = None,
     ) -> "State":
         """Integrate the events up to a time [s], record their rows, and return the last state.
 
-        If the time is between two events, a row is recorded there. A segment has at most ``most_rows``; ``after`` gets
-        cursor and state of each segment that ends at a time. A bar shows the progress if standard error is a terminal.
+        If the time is between two events, a row is recorded there. A segment has at most ``most_rows``; ``on_event``
+        gets cursor and state of each segment that ends at an event. A progress bar is shown on a terminal.
         """
-        # totals alone do not record when asperities slide, and no later replay starts from this state
-        timed = target.asperities is not None or start is not None or after is not None or isinstance(target, StateOnly)
+        # slide times are needed for recorded asperities, and for states from which a later replay starts
+        timed = isinstance(target, StateOnly) or any(item is not None for item in (target.asperities, start, on_event))
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
@@ -150,17 +150,17 @@ class Replay:
         with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
-                walked = segment if timed else attrs.evolve(segment, paths=untimed(segment.paths))
-                state = self._walked(walked, state, rows=rows, asperities=columns, threads=self.threads)
+                path = segment if timed else attrs.evolve(segment, paths=untimed(segment.paths))
+                state = self._advance_over(path, state, rows=rows, asperities=columns, threads=self.threads)
                 target.record(segment.row_time)
-                if after is not None and segment.cursor is not None:
-                    after(segment.cursor, state)
+                if on_event is not None and segment.cursor is not None:
+                    on_event(segment.cursor, state)
                 done(segment.row_time.size)
         target.conclude(state)
         return state
 
-    def _walked(self, segment: schedule.Segment, state: "State", **recorded: Any) -> "State":
-        """Return the state after a segment, and name the event where that is not to be had."""
+    def _advance_over(self, segment: schedule.Segment, state: "State", **recorded: Any) -> "State":
+        """Advance a state over a segment; errors name the event."""
         ensemble, event = self.ensemble, segment.event[0]
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}
         try:

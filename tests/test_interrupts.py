@@ -136,7 +136,7 @@ def test_a_run_of_a_long_segment_ends_at_an_interrupt(tmp_path):
     assert run.returncode == 130
     assert err.splitlines()[-1] == (
         f"Error: interrupted; long.history keeps the events and none of {PARTS + 1:,} steps yet; the same run with "
-        "--resume (resume=True) goes on there"
+        "--resume (resume=True) continues from there"
     )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long.history", "long.toml"]
     with hs.EventLog(tmp_path / "long.history") as log:

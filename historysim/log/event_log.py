@@ -222,10 +222,10 @@ class EventLog:
         events = content.events
         if content.problem:
             notify(f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound")
-            if events and time > (last := events[-1].time):
-                sound, asked = time_text(last), time_text(time)
+            if events and time > (last_time := events[-1].time):
+                sound, requested = time_text(last_time), time_text(time)
                 raise InputError(
-                    f"{self.path}: is sound up to t = {sound} only; expected a time up to there, not {asked}"
+                    f"{self.path}: is sound up to t = {sound} only; expected a time up to there, not {requested}"
                 )
         past = [event for event in events if event.time <= time]
         if not past:

@@ -41,7 +41,7 @@ MOST_EVENTS_OF_A_BATCH = 1 << 16
 PATIENCE = 60.0  # seconds that a reader or writer waits for the other's transaction
 _EXPECTED = f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
 
-# What the system refuses; all other errors of SQLite are those of a damaged file.
+# SQLite errors that the system causes; all others mean a damaged file.
 _REFUSALS = {
     sqlite3.SQLITE_FULL: errno.ENOSPC,
     sqlite3.SQLITE_IOERR: errno.EIO,
@@ -49,7 +49,7 @@ _REFUSALS = {
     **dict.fromkeys((sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM), errno.EACCES),
     **dict.fromkeys((sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED), errno.EAGAIN),
 }
-_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")  # what a journal begins with, and one that SQLite has done with
+_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")  # signatures of an active and of a finished journal
 
 TABLES = ("head", "array", "batch", "chain")
 SCHEMA = """
@@ -80,20 +80,20 @@ class Content:
     events: Events = attrs.field(repr=False)
     links: list[bytes] = attrs.field(repr=False)  #: of the head, and after each batch
     ends: list[int] = attrs.field(repr=False)  #: number of events up to each link
-    problem: str = ""  #: what is wrong after these events; empty where nothing is
+    problem: str = ""  #: problem after these events; empty if there is none
 
-    def up_to(self, digest: str) -> "Content | None":
+    def content_at_digest(self, digest: str) -> "Content | None":
         """Return the content up to the batch whose link has this digest; None if there is no such batch."""
-        for number, (link, end) in enumerate(zip(self.links, self.ends, strict=True)):
-            if end and link.hex() == digest:
-                return Content(self.events[:end], self.links[: number + 1], self.ends[: number + 1])
+        for number, (link, event_count) in enumerate(zip(self.links, self.ends, strict=True)):
+            if event_count and link.hex() == digest:
+                return Content(self.events[:event_count], self.links[: number + 1], self.ends[: number + 1])
         return None
 
 
 class LogFile:
-    """A log on disk; with `write` the writer's lock is taken at once. A known `head` is compared, not read again.
+    """A log on disk; with `write` it holds the writer's lock. A known `head` is compared, not read again.
 
-    InputError: there is no such file, or it is no log, or damaged, or has another head. OSError: it cannot be opened,
+    InputError: the file does not exist, is not a log, is damaged, or has another head. OSError: it cannot be opened,
     or is being written.
     """
 
@@ -108,7 +108,7 @@ class LogFile:
         self._content: Content | None = None
         self._version = 0
         try:
-            # a reader, too, has to be able to undo what a writer that died has left half done
+            # a reader, too, must be able to roll back the incomplete transaction of a dead writer
             mode = "rw" if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK) else "ro"
             with sqlite_errors(path):
                 self._connection = connect(path, mode)
@@ -121,7 +121,7 @@ class LogFile:
 
     @classmethod
     def create(cls, path: Path, head: LogHeader, events: Sequence[Event] = ()) -> Self:
-        """Make a log and take the writer's lock; it appears under its name when all its events stand in it.
+        """Create a log and take the writer's lock; it appears under its name when all its events are written.
 
         InputError: events that cannot be used. OSError: it cannot be written, or one of this name is being written.
         """
@@ -134,12 +134,12 @@ class LogFile:
             raise OSError(error.errno, write_reason(error), str(path)) from None
         try:
             if path.exists():
-                # whoever writes the old one must be done before it is replaced
+                # another writer of the old log must finish before it is replaced
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
             _check_journal(unfinished).unlink(missing_ok=True)
             with write_errors(path, unfinished), sqlite_errors(path), closing(connect(unfinished, "rw")) as connection:
-                # a crash before it has its name leaves nothing behind that anybody asks for
+                # after a crash before the rename nothing refers to this file
                 connection.execute("PRAGMA journal_mode = MEMORY")
                 connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
                 _put_head(connection, head)
@@ -164,7 +164,7 @@ class LogFile:
 
     def close(self) -> None:
         """Close the file and release the writer's lock."""
-        # closing any handle of a file drops the record locks that SQLite has on it, so its own comes first
+        # closing any handle of a file drops the record locks that SQLite has on it, so SQLite closes first
         if self._connection is not None:
             self._connection.close()
             self._connection = None
@@ -177,12 +177,12 @@ class LogFile:
     def read(self) -> Content:
         """Read the current contents of the log, up to the first broken link of the chain."""
         with self._reading() as connection:
-            # what this connection has written itself does not count
+            # data_version ignores writes of this connection
             version = _pragma(connection, "data_version")
             if self._content is None or version != self._version:
                 _check_schema(connection, self.path)
                 content = _read(connection, self.head)
-                # SQLite itself looks at what is asked for alone
+                # SQLite checks only the pages that it reads
                 full_size = _pragma(connection, "page_count") * _pragma(connection, "page_size")
                 if not content.problem and self.path.stat().st_size < full_size:
                     content = attrs.evolve(content, problem="the file was cut")
@@ -196,7 +196,7 @@ class LogFile:
             count = len(content.events)
             until = f"; those before, up to t = {time_text(content.events[-1].time)}, are sound" if count else ""
             raise InputError(
-                f"{self.path}: is damaged: {content.problem}, so event {count:,} and what follows cannot be "
+                f"{self.path}: is damaged: {content.problem}, so event {count:,} and later ones cannot be "
                 f"trusted{until}: EventLog.fork copies the sound events to a new log"
             )
         return content
@@ -226,9 +226,9 @@ class LogFile:
     # -- writing -----------------------------------------------------------------------------------
 
     def append(self, events: Sequence[Event]) -> None:
-        """Append events, in batches of one transaction each; where one fails, the batches before stand.
+        """Append events in batches of one transaction each; if one fails, the batches before it remain.
 
-        InputError: events that cannot be used, or damage. OSError: it is being written, or the disk is full.
+        InputError: unusable events, or damage. OSError: another process writes the log, or the disk is full.
         """
         self._become_writer()
         content = self.sound()
@@ -302,7 +302,7 @@ def _read_head(connection: sqlite3.Connection, path: Path) -> LogHeader:
 
 
 def _same_head(connection: sqlite3.Connection, path: Path, head: LogHeader) -> LogHeader:
-    """Return a known head if it is that of the log; InputError if the log has another one."""
+    """Return a known head if the log has the same one; otherwise InputError."""
     if connection.execute("SELECT link FROM chain WHERE number = 0").fetchone() != (head.link,):
         raise InputError(f"{path}: is another log than before; it was replaced")
     return head
@@ -342,7 +342,7 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
                 return content(f"batch {number} does not match its digest")
             events = canonical.from_columns(columns)
             if len(batches[-1]) and len(events) and events[0].time < batches[-1][-1].time:
-                return content(f"batch {number} begins before the end of the one in front")
+                return content(f"batch {number} begins before the end of the previous batch")
             batches.append(events)
             links.append(link)
             ends.append(stop)
@@ -367,10 +367,10 @@ def sqlite_errors(path: Path) -> Iterator[None]:
         yield
     except (sqlite3.Error, UnicodeDecodeError) as error:
         if number := _refusal(error):
-            mend = "what the log holds stands; make room, let it be written, or wait for the other process; then go on"
+            mend = "the log is intact; make room, allow writing, or wait for the other process; then continue"
             reason = write_reason(OSError(number, os.strerror(number)))
             raise OSError(number, f"{reason} ({error}); {mend}", str(path)) from error
-        raise InputError(f"{path}: is no log, or damaged ({error}); {_EXPECTED}") from error
+        raise InputError(f"{path}: is not a log, or is damaged ({error}); {_EXPECTED}") from error
 
 
 def _refusal(error: Exception) -> int | None:
@@ -408,7 +408,7 @@ def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
         yield
         connection.execute("COMMIT")
     except BaseException:
-        # SQLite may have rolled back on its own, where the disk is full
+        # SQLite may have rolled back already, e.g. on a full disk
         with suppress(sqlite3.Error):
             connection.execute("ROLLBACK")
         raise
@@ -418,7 +418,7 @@ def _check_journal(path: Path) -> Path:
     """Return the path of the journal of a log; InputError if it is another file, which SQLite would delete."""
     journal = path.with_name(f"{path.name}-journal")
     if (signature := beginning(journal)) and not signature.startswith(_JOURNAL):
-        raise InputError(f"{journal}: holds something else than a journal of SQLite; move it away")
+        raise InputError(f"{journal}: is not an SQLite journal; move it away")
     return journal
 
 
@@ -436,7 +436,7 @@ def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
     # a log that has lost a trigger is still a log
     missing = [f"has no table {name}" for name in TABLES if f"table {name}" not in dict(objects)]
     if problems := [*strange[:3], *missing]:
-        raise InputError(f"{path}: is no log, or damaged: it {' and '.join(problems)}; {_EXPECTED}")
+        raise InputError(f"{path}: is not a log, or is damaged: it {' and '.join(problems)}; {_EXPECTED}")
 
 
 def settle(path: Path) -> None:
@@ -450,6 +450,6 @@ def settle(path: Path) -> None:
     if path.exists():
         with suppress(InputError), sqlite_errors(path), closing(connect(path, "rw")) as connection:
             connection.execute("SELECT name FROM sqlite_master").fetchall()
-    # it stays where the old file is no log, or gone
+    # SQLite leaves the journal if the old file is not a log or is missing
     journal.unlink(missing_ok=True)
     sync_folder(path.parent)

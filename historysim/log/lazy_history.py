@@ -44,10 +44,10 @@ from historysim.replaying import Replay
 TIME = COORDINATES[0]
 BLOCK_CELLS = 1 << 21  # steps times asperities that are computed in one piece if a selection is larger
 GAP_CELLS = 1 << 20  # steps times asperities between two selected steps from which a second replay is faster
-CACHE_BYTES = 1 << 28  # computed blocks, and states at their ends, that are kept for the next variable or step
-STATES_KEPT, STATE_BYTES = 8, 64  # at most, and of one asperity in a state, roughly
+CACHE_BYTES = 1 << 28  # of computed blocks, and of states at their ends, that are cached for the next variable or step
+STATES_CACHED, STATE_BYTES = 8, 64  # most states in the cache; approximate bytes of one asperity in a state
 LOGS_OPEN = 4  # logs that a process keeps in memory
-# Asperities of a chunk by default, as many as its replay is worth, and steps times asperities.
+# Default size of a chunk: asperities (enough that the replay for it pays), and steps times asperities.
 CHUNK_ASPERITIES, CHUNK_CELLS = 1 << 18, 1 << 21
 
 Block = Mapping[str, Array]
@@ -57,45 +57,45 @@ Chunks = Mapping[str, int] | str
 @final
 @attrs.define
 class _SelectedRows(Recorder):
-    """Keep selected rows of a replay."""
+    """Recorder that retains selected rows of a replay."""
 
-    wanted: Integers  #: selected rows, ascending, from the first row of the replay
-    kept: Rows = attrs.field(init=False)
+    selected_rows: Integers  #: selected rows, ascending, from the first row of the replay
+    retained: Rows = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
-        self.kept = self.new_rows(self.wanted.size)
+        self.retained = self.new_rows(self.selected_rows.size)
 
     def blank(self, count: int) -> Rows:
-        """Return rows for the replay to fill next: the kept ones themselves if all of them are selected."""
-        low, high = self._selected(count)
-        self.rows = self.kept[low:high] if high - low == count else self.new_rows(count)
+        """Return rows for the replay to fill next: the retained rows themselves if all of them are selected."""
+        low, high = self._selected_range(count)
+        self.rows = self.retained[low:high] if high - low == count else self.new_rows(count)
         return self.rows
 
     def record(self, times: Array) -> None:
-        """Keep the selected rows."""
-        low, high = self._selected(times.size)
+        """Retain the selected rows."""
+        low, high = self._selected_range(times.size)
         if high - low < times.size:
-            chosen, kept = self.wanted[low:high] - self._filled, self.kept[low:high]
-            kept.totals[...] = self.rows.totals[chosen]
-            for target, source in ((kept.each, self.rows.each), (kept.vectors, self.rows.vectors)):
+            chosen, retained = self.selected_rows[low:high] - self._filled, self.retained[low:high]
+            retained.totals[...] = self.rows.totals[chosen]
+            for target, source in ((retained.each, self.rows.each), (retained.vectors, self.rows.vectors)):
                 for name, values in target.items():
                     values[...] = source[name][chosen]
         self._filled += times.size
 
     def conclude(self, state: State) -> None:
-        """Leave out when asperities slid: a block may end before that."""
+        """Skip slide times: a block may end before asperities slide."""
 
     def block(self) -> Block:
         """Return the values of all variables by name."""
-        return {variable.name: values for variable, values in self.project(self.kept)}
+        return {variable.name: values for variable, values in self.project(self.retained)}
 
-    def _selected(self, count: int) -> tuple[int, int]:
-        low, high = np.searchsorted(self.wanted, (self._filled, self._filled + count))
+    def _selected_range(self, count: int) -> tuple[int, int]:
+        low, high = np.searchsorted(self.selected_rows, (self._filled, self._filled + count))
         return int(low), int(high)
 
 
 class _Cache:
-    """Blocks that were computed last, up to a number of bytes; each is computed by one thread only."""
+    """Cache of the blocks computed last, up to a number of bytes; one thread computes each block."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -104,10 +104,10 @@ class _Cache:
     def get(self, key: object, compute: Callable[[], Block]) -> Block:
         """Return the block of a key, which is computed if it is not cached."""
         with self._lock:
-            known = self._blocks.get(key)
-            future = known or self._blocks.setdefault(key, Future())
+            cached = self._blocks.get(key)
+            future = cached or self._blocks.setdefault(key, Future())
             self._blocks.move_to_end(key)
-        if known is None:
+        if cached is None:
             try:
                 future.set_result(compute())
             except BaseException as error:
@@ -125,10 +125,10 @@ class _Cache:
                 for key, future in self._blocks.items()
                 if future.done() and key != latest
             }
-            left = CACHE_BYTES - sum(values.nbytes for values in self._blocks[latest].result().values())
+            bytes_left = CACHE_BYTES - sum(values.nbytes for values in self._blocks[latest].result().values())
             for key, size in reversed(sizes.items()):
-                left -= size
-                if left < 0:
+                bytes_left -= size
+                if bytes_left < 0:
                     del self._blocks[key]
 
 
@@ -160,7 +160,7 @@ class LazyHistory:
 
     @functools.cached_property
     def slide_time(self) -> Floats:
-        """When each asperity first slid [s], NaN for never (asperity)."""
+        """Time at which each asperity first slid [s], NaN for never (asperity)."""
         times: Floats = self.job.ensemble.slide_time(self.state())[self.labels]
         return times
 
@@ -178,15 +178,15 @@ class LazyHistory:
         if "asperity" in variable.dimensions:
             columns, column_order = _ascending(key[1], self.labels.size)
         pieces = _pieces(steps, 1 if columns is None else columns.size)
-        parts = [self._cached(piece, columns)[variable.name] for piece in pieces if piece.size]
+        blocks = [self._cached_block(piece, columns)[variable.name] for piece in pieces if piece.size]
         empty = np.empty((0, *(self.labels[columns].shape if columns is not None else ())), variable.dtype)
-        found = np.concatenate(parts) if parts else empty
-        # the last axis first, since an integer removes its axis
+        values = np.concatenate(blocks) if blocks else empty
+        # last axis first: an integer index removes its axis
         for axis, order in ((1, column_order), (0, step_order)):
-            found = found if order is None else np.take(found, order, axis)
-        return found[..., key[-1]] if DIRECTION in variable.dimensions else found
+            values = values if order is None else np.take(values, order, axis)
+        return values[..., key[-1]] if DIRECTION in variable.dimensions else values
 
-    def _cached(self, steps: Integers, columns: Integers | None) -> Block:
+    def _cached_block(self, steps: Integers, columns: Integers | None) -> Block:
         key = steps.tobytes(), None if columns is None else columns.tobytes()
         return self._cache.get(key, lambda: self.block(steps, columns))
 
@@ -196,22 +196,22 @@ class LazyHistory:
         A replay stops at event times only, so it starts at the last one before the steps and ends at the first one
         after them.
         """
-        job, first, last = self.job, int(steps[0]), int(steps[-1])
-        before = 1 + (first - 1) // job.substeps * job.substeps if first else 0
-        after = 1 + -(-last // job.substeps) * job.substeps
+        job, first_step, last_step = self.job, int(steps[0]), int(steps[-1])
+        start_row = 1 + (first_step - 1) // job.substeps * job.substeps if first_step else 0
+        end_row = 1 + -(-last_step // job.substeps) * job.substeps
         asperities = None if columns is None else np.ascontiguousarray(self.labels[columns])
         options: dict[str, Any] = {"instrument": job.instrument, "changes": job.changes}
-        target = _SelectedRows(job.ensemble, asperities, after - before, steps - before, **options)
-        self._walk(target, self._start(before), after, threads)
+        target = _SelectedRows(job.ensemble, asperities, end_row - start_row, steps - start_row, **options)
+        self._walk(target, self._start(start_row), end_row, threads)
         return target.block()
 
     def _start(self, rows: int) -> schedule.Start:
-        """Return where a replay stands after so many rows, which end at an event time."""
+        """Return the state and cursor after a number of rows, which end at an event time."""
         if rows == 0:
             return schedule.Start(self.job.ensemble.initial_state())
         with self._lock:
-            known = [count for count in self._states if count <= rows]
-            cached = self._states[max(known)] if known else None
+            row_counts = [count for count in self._states if count <= rows]
+            cached = self._states[max(row_counts)] if row_counts else None
         if cached is not None and cached.rows == rows:
             return cached
         start = self._snapshot(float(self.time[rows - 1]), cached)
@@ -221,19 +221,19 @@ class LazyHistory:
         return self._walk(target, start, rows)
 
     def _walk(self, target: Recorder, start: schedule.Start, rows: int, threads: int | None = None) -> schedule.Start:
-        """Replay up to so many rows, and keep the state there."""
+        """Replay up to a number of rows, and cache the state there."""
         reached = start
 
-        def after(cursor: schedule.Cursor, state: State) -> None:
+        def keep_state(cursor: schedule.Cursor, state: State) -> None:
             nonlocal reached
             reached = schedule.Start(state, cursor)
 
         job = self.job if threads is None else attrs.evolve(self.job, threads=threads)
-        job.walk(target, start=start, until=float(self.time[rows - 1]), after=after)
-        most = max(1, min(STATES_KEPT, CACHE_BYTES // (STATE_BYTES * len(self.job.ensemble))))
+        job.walk(target, start=start, until=float(self.time[rows - 1]), on_event=keep_state)
+        capacity = max(1, min(STATES_CACHED, CACHE_BYTES // (STATE_BYTES * len(self.job.ensemble))))
         with self._lock:
             self._states[rows] = reached
-            while len(self._states) > most:
+            while len(self._states) > capacity:
                 self._states.popitem(last=False)
         return reached
 
@@ -253,9 +253,9 @@ class LazyHistory:
         """Warn if a long history has no snapshots."""
         if self.time.size * len(self.job.ensemble) <= SNAPSHOT_CELLS or self._snapshot(np.inf).cursor is not None:
             return
-        found = "has no usable snapshot" if self.log.is_file() else "does not exist"
+        snapshot_state = "has no usable snapshot" if self.log.is_file() else "does not exist"
         warn(
-            f"{self.path}: every block is replayed from the beginning, since its log {self.log} {found}; "
+            f"{self.path}: every block is replayed from the beginning, since its log {self.log} {snapshot_state}; "
             f"historysim run {shell_word(self.path)} --record totals --snapshot-every STEPS -o totals.nc writes "
             "snapshots into the log of the run"
         )
@@ -271,10 +271,10 @@ def _ascending(key: Any, size: int) -> tuple[Integers, Any]:  # noqa: ANN401 - i
 
 def _pieces(steps: Integers, width: int) -> Iterator[Integers]:
     """Split ascending steps into blocks of bounded size, and at gaps that are faster replayed without asperities."""
-    most = max(1, BLOCK_CELLS // max(width, 1))
+    most_steps = max(1, BLOCK_CELLS // max(width, 1))
     for run in np.split(steps, np.flatnonzero(np.diff(steps) * width > GAP_CELLS) + 1):
-        for first in range(0, run.size, most):
-            yield run[first : first + most]
+        for offset in range(0, run.size, most_steps):
+            yield run[offset : offset + most_steps]
 
 
 # -- opening ---------------------------------------------------------------------------------------
@@ -284,7 +284,7 @@ _opening = threading.RLock()
 
 @attrs.frozen
 class LogReference:
-    """What other processes need to compute blocks of a history: the path of its log, not the log itself."""
+    """Reference to a log by path and digest, which other processes need to compute blocks of its history."""
 
     path: Path
     digest: str  #: last link of the chain, SHA-256
@@ -303,12 +303,12 @@ class LogReference:
 
     @property
     def history(self) -> LazyHistory:
-        """The history in this process, which reads the log once.
+        """The history in this process; its log is read once.
 
-        InputError: the log is not here, was replaced, or the versions of historysim differ.
+        InputError: the log is missing on this machine, was replaced, or the versions of historysim differ.
         """
         with _opening:
-            return _opened(self)
+            return _open_history(self)
 
     def block(self, steps: range, columns: range | None) -> Block:
         """Compute a block; see `LazyHistory.block`."""
@@ -321,7 +321,7 @@ class LogReference:
 
 
 @functools.lru_cache(maxsize=LOGS_OPEN)
-def _opened(reference: LogReference) -> LazyHistory:
+def _open_history(reference: LogReference) -> LazyHistory:
     path = reference.path
     if not path.is_file():
         raise InputError(
@@ -329,22 +329,23 @@ def _opened(reference: LogReference) -> LazyHistory:
             "that computes it, under the same path"
         )
     head, content, log = _read(path, reference.digest)
-    if (here := program(head.ensemble.packages)) != reference.program:
+    installed = program(head.ensemble.packages)
+    if installed != reference.program:
         raise InputError(
-            f"{path}: the history was opened by {reference.program}, and {here} is installed on {platform.node()}; "
-            "expected the same versions, since others may give other bits"
+            f"{path}: the history was opened by {reference.program}, and {installed} is installed on "
+            f"{platform.node()}; expected the same versions, since others may give other bits"
         )
     job = attrs.evolve(head.replay(content.events), record=reference.record)
     return LazyHistory(path, head, content, log, job)
 
 
 def _read(path: Path, digest: str = "") -> tuple[LogHeader, Content, Path]:
-    """Read a log, up to the batch with a digest, or that of a result; return also the path of the log."""
+    """Read a log up to the batch with a digest, or the log inside a result; return the path of the log as well."""
     if is_log(path):
         with LogFile(path) as file:
             content = file.read()
-            known = content.up_to(digest) if digest else None
-            head, content, log = file.head, known or file.sound(), path
+            content_then = content.content_at_digest(digest) if digest else None
+            head, content, log = file.head, content_then or file.sound(), path
     elif is_netcdf(path):
         head, content = embedded_log.read(path)
         log = log_path_for(path)
@@ -363,20 +364,22 @@ def _read(path: Path, digest: str = "") -> tuple[LogHeader, Content, Path]:
 
 
 class _LazyArray(BackendArray):
-    """Values of one variable, computed where they are indexed."""
+    """Values of one variable, computed when indexed."""
 
     def __init__(self, reference: LogReference, variable: Variable, shape: tuple[int, ...]) -> None:
         self.shape, self.dtype = shape, np.dtype(variable.dtype)
         self.reference, self.name, self.dimensions = reference, variable.name, variable.dimensions
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:  # noqa: ANN401 - as its base class
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._at)
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read_key)
 
-    def _at(self, key: tuple[Any, ...]) -> Array:
+    def _read_key(self, key: tuple[Any, ...]) -> Array:
         history = self.reference.history
         totals, per_asperity = recorded(history.job.changes)
-        known = {(each.name, each.dimensions): each for each in (*totals, *per_asperity, SLIDE_TIME)}
-        return history.values(known[self.name, self.dimensions], key)
+        variables = {
+            (variable.name, variable.dimensions): variable for variable in (*totals, *per_asperity, SLIDE_TIME)
+        }
+        return history.values(variables[self.name, self.dimensions], key)
 
 
 class _Grid(NamedTuple):
@@ -388,24 +391,24 @@ class _Grid(NamedTuple):
     @classmethod
     def of(cls, chunks: Chunks, steps: int, asperities: int) -> "_Grid":
         """Return the chunks of given sizes, or of default ones; -1 is all."""
-        given = {} if chunks == "auto" else dict(chunks) if isinstance(chunks, Mapping) else {str(chunks): 0}
-        for name, size in given.items():
+        sizes = {} if chunks == "auto" else dict(chunks) if isinstance(chunks, Mapping) else {str(chunks): 0}
+        for name, size in sizes.items():
             if name not in {"step", "asperity"} or not isinstance(size, int | np.integer) or size < -1 or size == 0:
                 raise InputError(
                     f"chunks is {chunks!r}; expected numbers of steps and asperities, such as "
                     '{"step": 1000, "asperity": 100_000}, or "auto"'
                 )
-        across = _size(given.get("asperity", CHUNK_ASPERITIES), asperities)
-        rows = _size(given.get("step", max(1, CHUNK_CELLS // across)), steps)
+        across = _size(sizes.get("asperity", CHUNK_ASPERITIES), asperities)
+        rows = _size(sizes.get("step", max(1, CHUNK_CELLS // across)), steps)
         return cls(_ranges(steps, rows), _ranges(asperities, across))
 
 
-def _size(given: int, count: int) -> int:
-    return max(1, count if given == -1 else min(given, count))
+def _size(size: int, count: int) -> int:
+    return max(1, count if size == -1 else min(size, count))
 
 
 def _ranges(count: int, size: int) -> list[range]:
-    return [range(first, min(first + size, count)) for first in range(0, max(count, 1), size)]
+    return [range(offset, min(offset + size, count)) for offset in range(0, max(count, 1), size)]
 
 
 def open_lazily(
@@ -438,17 +441,25 @@ def open_lazily(
     history.check_snapshots()
     job = history.job
     sizes = {"step": history.time.size, "asperity": history.labels.size, DIRECTION: len(COMPONENTS)}
-    found = _known_totals(history, totals or (path if is_netcdf(path) else path.with_suffix(".nc")))
-    own, per_asperity = recorded(job.changes)
-    computed = [*(each for each in own if each.name not in found), *per_asperity]
+    known_totals = _known_totals(history, totals or (path if is_netcdf(path) else path.with_suffix(".nc")))
+    totals_variables, per_asperity = recorded(job.changes)
+    computed = [*(variable for variable in totals_variables if variable.name not in known_totals), *per_asperity]
     lazy = [
-        (each, indexing.LazilyIndexedArray(_LazyArray(reference, each, tuple(sizes[axis] for axis in each.dimensions))))
-        for each in (*computed, SLIDE_TIME)
+        (
+            variable,
+            indexing.LazilyIndexedArray(
+                _LazyArray(reference, variable, tuple(sizes[axis] for axis in variable.dimensions))
+            ),
+        )
+        for variable in (*computed, SLIDE_TIME)
     ]
-    data = [*((each, found[each.name]) for each in own if each.name in found), *lazy]
+    data = [
+        *((variable, known_totals[variable.name]) for variable in totals_variables if variable.name in known_totals),
+        *lazy,
+    ]
     if chunks is not None:
         grid = _Grid.of(chunks, sizes["step"], sizes["asperity"])
-        data = [*data, *_chunked(reference, computed, grid)]
+        data = [*data, *_dask_variables(reference, computed, grid)]
     coordinates = [*asperity_coordinates(job.ensemble, history.labels), (TIME, history.time)]
     attributes = job.attributes() | history.head.attributes | digest_attribute(history.content.links[-1])
     dataset = labelled_dataset(data, coordinates, attributes, planar=job.changes.planar)
@@ -466,7 +477,7 @@ def _known_totals(history: LazyHistory, path: Path) -> Mapping[str, Array]:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
             if all(name in file.ncattrs() and file.getncattr(name) == value for name, value in expected.items()):
-                names = [each.name for each in recorded(history.job.changes)[0]]
+                names = [variable.name for variable in recorded(history.job.changes)[0]]
                 return {name: file[name][...] for name in names if name in file.variables}
     return {}
 
@@ -491,8 +502,10 @@ def with_chunks(history: xr.Dataset, chunks: Chunks) -> xr.Dataset:
     return history.chunk({axis: size for axis, size in sizes.items() if axis in history.sizes})
 
 
-def _chunked(reference: LogReference, variables: Sequence[Variable], grid: _Grid) -> Iterator[tuple[Variable, Any]]:
-    """Yield variables as dask arrays; those of one block take their values from one task."""
+def _dask_variables(
+    reference: LogReference, variables: Sequence[Variable], grid: _Grid
+) -> Iterator[tuple[Variable, Any]]:
+    """Yield variables as dask arrays; one task computes all variables of a block."""
     with _needs_dask():
         import dask.array as da
         from dask.base import tokenize
@@ -505,37 +518,37 @@ def _chunked(reference: LogReference, variables: Sequence[Variable], grid: _Grid
     sizes = {"step": tuple(map(len, grid.steps)), "asperity": tuple(map(len, grid.asperities))}
     sizes[DIRECTION] = (len(COMPONENTS),)
     array: Any = da.Array  # dask has no types
-    for each in variables:
-        name, along = f"{each.name}-{token}", tuple(sizes[axis] for axis in each.dimensions)
-        of_block = len(set(each.dimensions) - {DIRECTION})
+    for variable in variables:
+        name, along = f"{variable.name}-{token}", tuple(sizes[axis] for axis in variable.dimensions)
+        of_block = len(set(variable.dimensions) - {DIRECTION})
         layer: dict[Any, Any] = {
-            (name, *chunk): (operator.getitem, (blocks, *chunk[:of_block]), each.name)
+            (name, *chunk): (operator.getitem, (blocks, *chunk[:of_block]), variable.name)
             for chunk in np.ndindex(*map(len, along))
         }
         graph = HighLevelGraph({blocks: tasks, name: layer}, {blocks: set(), name: {blocks}})
-        yield each, array(graph, name, along, dtype=np.dtype(each.dtype))
+        yield variable, array(graph, name, along, dtype=np.dtype(variable.dtype))
 
 
 @final
 class HistoryBackend(BackendEntrypoint):
     """Engine "historysim" of xarray: histories computed from a log (``NAME.history``), or a result that holds one."""
 
-    description = "Compute the history of a log of historysim where it is indexed"
+    description = "Compute the history of a historysim log when it is indexed"
     url = "https://github.com/historysim/historysim"
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "record")
 
-    def open_dataset(  # type: ignore[override] # with an option of its own
+    def open_dataset(  # type: ignore[override] # adds an option
         self,
-        filename_or_obj: Any,  # noqa: ANN401 - whatever xarray opens
+        filename_or_obj: Any,  # noqa: ANN401 - any object that xarray accepts
         *,
         drop_variables: str | Sequence[str] | None = None,
         record: Selection | None = None,
     ) -> xr.Dataset:
         """Open a history; parameters and errors as for `open_lazily`."""
-        found = open_lazily(as_path(filename_or_obj), record=record)
+        history = open_lazily(as_path(filename_or_obj), record=record)
         dropped = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
-        return found.drop_vars(dropped, errors="ignore")
+        return history.drop_vars(dropped, errors="ignore")
 
-    def guess_can_open(self, filename_or_obj: Any) -> bool:  # noqa: ANN401 - whatever xarray opens
+    def guess_can_open(self, filename_or_obj: Any) -> bool:  # noqa: ANN401 - any object that xarray accepts
         """Return whether a file is a log."""
         return isinstance(filename_or_obj, str | os.PathLike) and is_log(Path(filename_or_obj))

@@ -75,14 +75,14 @@ class RunOptions:
     record: str | None = attrs.field(default=None, validator=attrs.validators.optional(one_of("totals")))
     cluster: str | None = None
 
-    def selected(self, job: Replay) -> Replay:
-        """Return a replay that records what the options select."""
+    def apply_record(self, job: Replay) -> Replay:
+        """Return the replay with the variables that the options select for recording."""
         return job if self.record is None else attrs.evolve(job, record=self.record)
 
 
 @attrs.define
 class _Spacing:
-    """Rows between snapshots: as chosen, or so many that all snapshots of a run take a limited size."""
+    """Rows between snapshots: the chosen number, or one that limits the total size of the snapshots of a run."""
 
     chosen: int | None
     steps: int  #: of the run
@@ -91,9 +91,9 @@ class _Spacing:
     @classmethod
     def of(cls, options: RunOptions, job: Replay) -> "_Spacing":
         """Return the spacing at the start of a run."""
-        made = cls(options.snapshot_every, job.steps())
-        made.rows = made.chosen or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(job.ensemble)))
-        return made
+        spacing = cls(options.snapshot_every, job.steps())
+        spacing.rows = spacing.chosen or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(job.ensemble)))
+        return spacing
 
     def widen(self, size: int) -> None:
         """Consider the size of a snapshot [bytes]."""
@@ -109,7 +109,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     head, content = file.head, file.sound()
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: EventLog.append adds them")
-    job = options.selected(head.replay(content.events, options.threads))
+    job = options.apply_record(head.replay(content.events, options.threads))
     link = digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
 
@@ -132,71 +132,72 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             if not start.rows:
                 unfinished.renew()
         unfinished.saved_rows = start.rows
-        now = created()
-        attributes = job.attributes() | head.attributes | link | {"date_created": now}
-        made = partial(job.recorder, FileRecorder, attributes=attributes, write_groups=write_groups)
-        with made(path=unfinished.path, go_on=start.rows) as target:
+        date_created = current_time_text()
+        attributes = job.attributes() | head.attributes | link | {"date_created": date_created}
+        make_recorder = partial(job.recorder, FileRecorder, attributes=attributes, write_groups=write_groups)
+        with make_recorder(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
                 options.notify(_size_notice(output, target))
             spacing = _Spacing.of(options, job)
             at_once = spacing.rows
-            rows = written if start.rows else f"{unfinished.path.name} {now}"
+            rows = written if start.rows else f"{unfinished.path.name} {date_created}"
 
-            def after(cursor: Cursor, state: "State") -> None:
+            def save_snapshot(cursor: Cursor, state: "State") -> None:
                 if cursor.rows - unfinished.saved_rows < spacing.rows or cursor.rows == target.steps:
                     return
-                # first the rows, then the snapshot that says that they stand
+                # rows before the snapshot, which states that they are on the disk
                 target.flush()
                 spacing.widen(add_snapshot(file, content, cursor, state, rows))
                 logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps)
                 unfinished.saved_rows = cursor.rows
 
-            job.walk(target, start=start, most_rows=at_once, progress=options.progress, after=after)
+            job.walk(target, start=start, most_rows=at_once, progress=options.progress, on_event=save_snapshot)
             target.finish()
         if options.compression == "none":
             unfinished.publish()
         else:
-            with replacing(output) as smaller, made(path=smaller, compression=options.compression) as target:
+            with replacing(output) as smaller, make_recorder(path=smaller, compression=options.compression) as target:
                 target.copy_rows(unfinished.path)
                 target.finish()
         logger.info("%s: written, %d bytes", output, output.stat().st_size)
 
 
-def created() -> str:
-    """Return the present time as results state it."""
+def current_time_text() -> str:
+    """Return the current time in the format of result attributes."""
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 @contextmanager
 def _explain_interruption(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
-    """Add saved rows and the way to resume to the error that ends a replay."""
+    """Add the saved rows and the option to resume to the error that ends a replay."""
     try:
         yield
     except (LoadError, InputError):
-        # going on would end in the same way
+        # a resumed run would fail in the same way
         unfinished.saved_rows = 0
         raise
     except KeyboardInterrupt as error:
         saved = unfinished.saved_rows
         rows = f"the first {saved:,} of {steps:,} steps" if saved else f"none of {steps:,} steps yet"
         raise KeyboardInterrupt(
-            f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) goes on there"
+            f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) continues "
+            "from there"
         ) from error
     except OSError as error:
         if error.filename not in {None, str(unfinished.output)}:
             raise
-        message = f"{(error.strerror or '').removesuffix('; make room')}; make room, then go on with --resume"
+        message = f"{(error.strerror or '').removesuffix('; make room')}; make room, then continue with --resume"
         raise OSError(error.errno, message, str(unfinished.output)) from error
 
 
 def _identify_unfinished(unfinished: Path, link: Mapping[str, str], job: Replay) -> str:
-    """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
-    made = _read_attribute(unfinished, link, job, "date_created")
-    return f"{unfinished.name} {made}" if made else ""
+    """Return the label of an unfinished file in snapshots; empty if the file belongs to another log."""
+    date_created = _read_attribute(unfinished, link, job, "date_created")
+    return f"{unfinished.name} {date_created}" if date_created else ""
 
 
 def _is_result_of(output: Path, link: Mapping[str, str], job: Replay) -> bool:
-    """Return whether a complete result of a log, as it is now, is there already."""
+    """Return whether a complete result of the current log exists already."""
     with suppress(InputError):
         check_contained(output)
         return bool(_read_attribute(output, link, job, "complete"))
@@ -237,7 +238,7 @@ def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State"
     """Insert the state at a place of a replay into its log, and return its size in bytes.
 
     ``written`` names the file with the rows before.
-    It depends on all batches with events that are done or ahead, so the link of the last of them stands with it.
+    It depends on all batches with events that are done or in progress, so it stores the link of the last of them.
     """
     batches = bisect_left(content.ends, max(cursor.events, *(index + 1 for index in cursor.heading)))
     about = attrs.asdict(cursor) | {"batches": batches, "program": program(file.head.ensemble.packages)}
@@ -258,11 +259,11 @@ def snapshots(
 ) -> Iterator[Start]:
     """Yield the starts of a replay that snapshots of a log provide, latest first.
 
-    With `written`, only those with their rows in the file of that name; with `events`, only those after such numbers of
+    `written` selects snapshots whose rows are in the file of that name, `events` snapshots after these numbers of
     events. `notify` gets each reason to pass some over.
     """
     reasons: set[str] = set()
-    # one at a time, since states may be large, and each may be damaged
+    # one query for each, since states may be large, and any may be damaged
     for (number,) in _numbers(file, notify, events):
         try:
             ((text, link, state, digest),) = file.rows(
@@ -282,10 +283,12 @@ def snapshots(
 
 
 def _numbers(file: LogFile, notify: Notify, events: range | None) -> list[tuple[int]]:
-    first, end = (events.start, events.stop) if events is not None else (0, sys.maxsize)
+    first_events, end_events = (events.start, events.stop) if events is not None else (0, sys.maxsize)
     try:
         return file.rows(
-            "SELECT number FROM snapshot WHERE events >= ? AND events < ? ORDER BY events DESC", first, end
+            "SELECT number FROM snapshot WHERE events >= ? AND events < ? ORDER BY events DESC",
+            first_events,
+            end_events,
         )
     except InputError as error:
         notify(f"the snapshots cannot be read ({error})")
@@ -310,11 +313,11 @@ def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: 
 def start_before(
     file: LogFile, content: Content, time: float, notify: Notify = silent, *, latest: Start | None = None
 ) -> Start:
-    """Return the latest place up to a time [s] where a replay can begin: at a snapshot, or at a known place."""
-    first = latest.cursor.events + 1 if latest is not None and latest.cursor is not None else 1
+    """Return the latest start of a replay up to a time [s]: a snapshot, or the known start `latest`."""
+    first_events = latest.cursor.events + 1 if latest is not None and latest.cursor is not None else 1
     done = bisect_right(content.events, time, key=attrgetter("time"))
-    found = snapshots(file, content, notify, events=range(first, done + 1))
-    start = next((start for start in found if start.cursor and start.cursor.time <= time), latest)
+    candidates = snapshots(file, content, notify, events=range(first_events, done + 1))
+    start = next((start for start in candidates if start.cursor and start.cursor.time <= time), latest)
     return start or Start(file.head.ensemble.initial_state())
 
 
@@ -324,7 +327,7 @@ def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify
     if start is None or start.cursor is None:
         notify(f"{file.path}: has no snapshot with its rows; the replay starts at the beginning")
         return Start(file.head.ensemble.initial_state())
-    notify(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
+    notify(f"{file.path}: continuing from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
     return start
 
 

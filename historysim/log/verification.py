@@ -151,8 +151,8 @@ def _compare_result(
     job = file.head.replay(events)
     if "asperity" not in result.dimensions:
         job = attrs.evolve(job, record="totals")
-    if (found := len(result.dimensions["step"])) != (steps := job.steps()):
-        raise InputError(f"{output}: has {found:,} steps; its log makes {steps:,}")
+    if (recorded_steps := len(result.dimensions["step"])) != (steps := job.steps()):
+        raise InputError(f"{output}: has {recorded_steps:,} steps; its log makes {steps:,}")
     target = job.recorder(_Comparer, file=result)
     for variable, values in asperity_coordinates(job.ensemble, job.asperities):
         target.compare(variable.name, values)
@@ -231,7 +231,7 @@ def _events_of_result(file: LogFile, output: Path, result: "netCDF4.Dataset") ->
     digest = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
     if getattr(result, "scenario", "") != file.head.settings["scenario"]:
         raise InputError(f"{output}: holds another scenario than {file.path}: one of the two was changed or swapped")
-    if (made_of := content.up_to(digest)) is not None:
+    if (made_of := content.content_at_digest(digest)) is not None:
         return made_of.events, digest
     raise InputError(
         f"{output}: is not the result of {file.path}: it names the digest {digest[:12] or 'none'}…, and the log has "

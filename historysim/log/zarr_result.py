@@ -17,7 +17,7 @@ from historysim.basics.wording import progress_bar
 from historysim.errors import InputError
 from historysim.log.file import LogFile
 from historysim.log.lazy_history import open_lazily
-from historysim.log.result import RunOptions, created, write_result
+from historysim.log.result import RunOptions, current_time_text, write_result
 
 BLOCKS_PER_WORKER = 4  # blocks in one batch of steps, so that no worker waits long for the last one
 CONNECT_SECONDS = 20.0  # to reach the scheduler of a cluster
@@ -60,7 +60,7 @@ def check_options(output: Path, options: RunOptions) -> None:
 
 
 def _write_store(file: LogFile, store: Path, totals: Path, options: RunOptions, workers: int) -> None:
-    history = open_lazily(file.path, chunks="auto", totals=totals).assign_attrs(date_created=created())
+    history = open_lazily(file.path, chunks="auto", totals=totals).assign_attrs(date_created=current_time_text())
     if "totals" in {options.record, str(file.head.settings["record"])}:
         history = history.drop_dims("asperity")
     # one call for the metadata and all that is in memory already
@@ -73,8 +73,8 @@ def _write_store(file: LogFile, store: Path, totals: Path, options: RunOptions, 
     batch = max(1, BLOCKS_PER_WORKER * workers // across) * rows[0]
     steps = history.sizes["step"]
     with progress_bar(options.progress, "step", steps, desc="asperities", delay=2) as done:
-        for first in range(0, steps, batch):
-            part = slice(first, min(first + batch, steps))
+        for offset in range(0, steps, batch):
+            part = slice(offset, min(offset + batch, steps))
             blocks.isel(step=part).to_zarr(store, region={"step": part}, consolidated=False)
             done(part.stop - part.start)
 

@@ -80,7 +80,7 @@ class BuiltScenario:
         # where asperities evolve an event may take a second
         rows = WALKED_AT_ONCE if job.changes.steady else 1
         try:
-            job.walk(job.recorder(StateOnly), most_rows=rows, after=look)
+            job.walk(job.recorder(StateOnly), most_rows=rows, on_event=look)
         except _EndedError as ended:
             return float(ended.args[0])
         return None

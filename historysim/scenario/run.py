@@ -102,7 +102,7 @@ def run(  # noqa: PLR0913 - the options of the command
     if output is None:
         header, events, link = source.content(notify)
         attributes = header.attributes | digest_attribute(link)
-        job = options.selected(header.replay(events, options.threads))
+        job = options.apply_record(header.replay(events, options.threads))
         with source.locate_errors():
             return job.dataset(attributes=attributes, progress=progress)
     write(source, Path(output), options)

@@ -57,7 +57,7 @@ def snapshots_everywhere(log):
         add_snapshot(file, content, cursor, state)
 
     job = head.replay(content.events)
-    job.walk(job.recorder(StateOnly), most_rows=1, after=keep)
+    job.walk(job.recorder(StateOnly), most_rows=1, on_event=keep)
 
 
 def test_a_log_replays_as_the_events_do(path):

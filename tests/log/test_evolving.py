@@ -157,7 +157,7 @@ def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
     monkeypatch.undo()
     notes = []
     hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1, resume=True, notify=notes.append)
-    assert any("going on from" in note for note in notes)
+    assert any("continuing from" in note for note in notes)
     with xr.open_dataset(tmp_path / "s.nc", decode_times=False) as again:
         for name in history.variables:
             assert again[name].values.tobytes() == history[name].values.tobytes(), name

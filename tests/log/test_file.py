@@ -224,7 +224,7 @@ def test_changes_past_the_triggers_are_detected(made, statement, sound):
     assert problem
     assert len(events) == sound
     with LogFile(made) as file:
-        with pytest.raises(hs.InputError, match=rf"is damaged: .*event {sound} and what follows cannot be trusted"):
+        with pytest.raises(hs.InputError, match=rf"is damaged: .*event {sound} and later ones cannot be trusted"):
             file.sound()
         with pytest.raises(hs.InputError, match="is damaged"):
             file.append([hs.NormalLoad(9.0, 0.01)])
@@ -260,7 +260,7 @@ def test_files_other_than_logs_are_refused(path):
     other = sqlite3.connect(path)
     other.execute("CREATE TABLE notes (text)")
     other.close()
-    with pytest.raises(hs.InputError, match="is no log, or damaged: it holds table notes and has no table head"):
+    with pytest.raises(hs.InputError, match="is not a log, or is damaged: it holds table notes and has no table head"):
         LogFile(path)
 
 

@@ -139,7 +139,7 @@ def test_any_block_has_the_bits_of_a_whole_run(tmp_path, monkeypatch, name, snap
     for _ in range(12):
         key = {axis: random_key(rng, expected.sizes[axis]) for axis in ("step", "asperity")}
         fresh = xr.open_dataset(path, engine=HistoryBackend)
-        lazy_history._opened.cache_clear()
+        lazy_history._open_history.cache_clear()
         assert_same_bits(fresh.isel(key), expected.isel(key))
 
 
@@ -177,13 +177,13 @@ def test_a_cache_keeps_what_was_computed_last_within_its_size(log, monkeypatch):
     monkeypatch.setattr(lazy_history, "CACHE_BYTES", 2000)
     history = LogReference.of(log).history
     for step in range(8):
-        history._cached(np.array([step]), np.arange(COUNT))
+        history._cached_block(np.array([step]), np.arange(COUNT))
         held = [future.result() for future in history._cache._blocks.values()]
         assert sum(values.nbytes for values in held[-1].values()) < 2000
         assert sum(values.nbytes for block in held for values in block.values()) <= 2000
     assert len(held) > 1
     monkeypatch.setattr(lazy_history, "CACHE_BYTES", 1)
-    history._cached(np.array([2, 3]), np.arange(COUNT))
+    history._cached_block(np.array([2, 3]), np.arange(COUNT))
     assert len(history._cache._blocks) == 1
 
 
@@ -209,7 +209,7 @@ def test_a_selection_replays_from_the_last_snapshot_only(log, monkeypatch):
         return walk(self, target, **options)
 
     history = xr.open_dataset(log, engine=HistoryBackend)
-    lazy_history._opened.cache_clear()
+    lazy_history._open_history.cache_clear()
     history.step.size  # noqa: B018 - opens it
     monkeypatch.setattr(hs.Replay, "walk", count)
     history.normal_load.isel(step=slice(-4, None), asperity=[2, 5]).load()
@@ -392,14 +392,14 @@ def test_queries_and_pictures_answer_as_on_a_result(scenario, tmp_path, chunks):
 def test_a_query_reads_what_it_needs_only(log, monkeypatch):
     history = xr.open_dataset(log, engine=HistoryBackend)
     read = []
-    cached = lazy_history.LazyHistory._cached
+    cached = lazy_history.LazyHistory._cached_block
 
     def note(self, steps, columns):
         if columns is not None:
             read.append((steps.size, columns.size))
         return cached(self, steps, columns)
 
-    monkeypatch.setattr(lazy_history.LazyHistory, "_cached", note)
+    monkeypatch.setattr(lazy_history.LazyHistory, "_cached_block", note)
     history.contact.slides_first()
     history.contact.preliminary_displacement()
     assert read == []
@@ -442,7 +442,7 @@ def test_a_log_that_grows_stays_as_it_was_opened(log):
     with hs.EventLog(log) as writer:
         writer.append([hs.NormalLoad(30.0, 0.001), hs.TangentialLoad(31.0, 0.0)])
     # as a worker that opens it later
-    lazy_history._opened.cache_clear()
+    lazy_history._open_history.cache_clear()
     assert_same_bits(history.compute(), expected)
     assert history.contact.asperity(3, time=20.5 if expected.time[-1] > 20.5 else 7.5)
     assert hs.open(log, chunks={}).sizes["step"] > expected.sizes["step"]
@@ -455,7 +455,7 @@ def test_a_log_that_was_replaced_is_refused(log, tmp_path):
     # memory still holds the log; its snapshots are of another one
     with pytest.warns(UserWarning, match="another log than before; it was replaced"):
         history.normal_load.isel(step=-1).load()
-    lazy_history._opened.cache_clear()
+    lazy_history._open_history.cache_clear()
     with pytest.raises(InputError, match=r"is not the log that the history was opened from.*replaced"):
         history.normal_load.isel(step=-1).load()
 
@@ -463,7 +463,7 @@ def test_a_log_that_was_replaced_is_refused(log, tmp_path):
 def test_a_worker_without_the_file_is_told_which_file_it_needs(log):
     history = hs.open(log, chunks={})
     log.unlink()
-    lazy_history._opened.cache_clear()
+    lazy_history._open_history.cache_clear()
     with pytest.raises(InputError, match=r"run\.history: there is no such file on .*every machine.*same path"):
         history.normal_load.compute()
 
@@ -471,7 +471,7 @@ def test_a_worker_without_the_file_is_told_which_file_it_needs(log):
 def test_another_version_is_refused(log, monkeypatch):
     history = hs.open(log, chunks={})
     monkeypatch.setattr(lazy_history, "program", lambda _: "historysim 99")
-    lazy_history._opened.cache_clear()
+    lazy_history._open_history.cache_clear()
     with pytest.raises(InputError, match=r"was opened by historysim .*, and historysim 99 is installed on"):
         history.normal_load.compute()
 

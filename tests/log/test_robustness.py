@@ -188,7 +188,7 @@ def test_a_failed_write_sync_or_rename_is_reported_and_resumed(tmp_path):
 def test_a_full_disk_is_reported_and_the_run_resumes_later(folder, whole, monkeypatch):
     scenario, output, written = interrupted(folder, monkeypatch)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6)))
-    with pytest.raises(OSError, match=r"the disk is full: the result needs .* then go on with --resume"):
+    with pytest.raises(OSError, match=r"the disk is full: the result needs .* then continue with --resume"):
         hs.run(scenario, output, resume=True, snapshot_every=EVERY)
     monkeypatch.undo()
     assert not output.exists()
