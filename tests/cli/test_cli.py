@@ -136,34 +136,18 @@ def test_a_sweep_runs_and_continues(folder):
     check_refusal(call("sweep", "ball.toml"), 2, "ball.toml: has no [sweep]; expected one")
     over = '[sweep]\noutputs = ["preliminary_displacement"]\n[sweep.over]\nfriction.coefficient = [0.2, -0.3, 0.4]\n'
     (folder / "ball.toml").write_text(SCENARIO + over, encoding="utf-8")
-    assert "3 cells: 3 of friction.coefficient" in call("validate", "ball.toml").output
-    radii = 'sweep.over."surface.radius"=["1 mm", "2 mm"]'
-    validated = call("validate", "ball.toml", "--set", radii)
-    assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in validated.output
-    for nonsense, said in {
-        'sweep.over."friction.coefficient"=[1]': "sweep.over: friction.coefficient appears twice, with quotes",
-        'sweep.over."surface.radius=[1]': "expected KEY=VALUE",
-        'sweep.over."a=b".c=[1]': "a=b",
-    }.items():
-        check_refusal(call("validate", "ball.toml", "--set", nonsense), 2, said)
+    radii = ("--set", 'sweep.over."surface.radius"=["1 mm", "2 mm"]')
+    assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in call("validate", "ball.toml", *radii).output
+    unclosed = ("--set", 'sweep.over."surface.radius=[1]')
+    check_refusal(call("validate", "ball.toml", *unclosed), 2, "expected KEY=VALUE")
     done = call("sweep", "ball.toml", "--workers", 1)
     assert done.exit_code == 0
-    assert (
-        "cell 1 (friction.coefficient = -0.3) failed: ball.toml: friction.coefficient: -0.3; expected 0 or more"
-        in done.output
-    )
+    assert "cell 1 (friction.coefficient = -0.3) failed: ball.toml: friction.coefficient: -0.3; expected" in done.output
     assert files(folder) == ["ball.cells", "ball.nc", "ball.toml"]
-    kept = {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")}
-    assert len(kept) == 2
+    cells = {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")}
     assert call("sweep", "ball.toml", "-o", "t.csv", "--store", "ball.cells", "-q", "--workers", 1).exit_code == 0
-    assert {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")} == kept
-    rows = [line.split(",") for line in (folder / "t.csv").read_text(encoding="utf-8").splitlines()]
-    assert rows[0] == ["friction_coefficient", "preliminary_displacement [m]", "failure"]
-    assert [row[0] for row in rows[1:]] == ["0.2", "-0.3", "0.4"]
-    assert float(rows[3][1]) == pytest.approx(2 * float(rows[1][1]), rel=1e-12)
-    assert (rows[2][1], rows[3][2]) == ("nan", "")
-    shown = call("show", "ball.nc")
-    assert "friction.coefficient of the scenario" in shown.output
+    assert {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")} == cells
+    assert "friction.coefficient of the scenario" in call("show", "ball.nc").output
     wrong = over.replace("preliminary_displacement", "prelim")
     (folder / "ball.toml").write_text(SCENARIO + wrong, encoding="utf-8")
     for command in ("validate", "sweep"):
@@ -180,10 +164,7 @@ def test_a_design_is_sought_and_checked_beforehand(folder):
     done = call("design", "ball.toml", "--workers", 1, "-o", "found.csv")
     assert done.exit_code == 0
     assert "preliminary_displacement of 20 nm" in done.output
-    header, row = (folder / "found.csv").read_text(encoding="utf-8").splitlines()
-    value = dict(zip(header.split(","), row.split(","), strict=True))["surface_radius [m]"]
-    history = hs.run(hs.load("ball.toml", {"surface.radius": float(value)}))
-    assert history.contact.preliminary_displacement().values[-1] == pytest.approx(20e-9, rel=1e-6)
+    assert (folder / "found.csv").read_text(encoding="utf-8").count("\n") == 2
 
 
 @pytest.mark.usefixtures("folder")
@@ -208,39 +189,14 @@ def test_plot_draws_next_to_the_result_or_to_a_given_path(folder):
 
 def test_a_height_map_is_shown_and_drawn(folder):
     np.savetxt(folder / "map.txt", np.pad([[4.0]], 2))
-    np.savetxt(folder / "profile.csv", [0, 3, 0, 1, 0])
     units = ("--pixel-size", "2 µm", "--height-unit", "nm", "--form", "mean")
     lines = dict(line.split("  ", 1) for line in call("show", "map.txt", *units).output.splitlines())
     found = {key: value.strip() for key, value in lines.items()}
-    # one point of 4 nm among 25: Rq² = 16/25 - (4/25)² nm²; the curvature there is 4 nm 2/(2 µm)²
     assert found["points"] == "5 × 5, 2 µm apart"
-    assert found["rms height Rq"] == "783.8 pm"
     assert found["height range Rz"] == "4 nm"
-    assert found["summits, 9-point rule"] == "1, 0.01 per µm²"
-    assert found["mean summit radius"] == "500 µm, median 500 µm"
-    assert "summits, 3-point rule          2\n" in call("show", "profile.csv", *units).output
     drawn = call("plot", "map.txt", *units)
     assert drawn.stdout == "map_surface.png\n"
     assert drawn.stderr == "Note: map_surface.png: no asperity distribution: 1 summit\n"
-    assert call("plot", "profile.csv", *units, "-o", "profile.svg").exit_code == 0
-    assert "summit radius" in (folder / "profile.svg").read_text(encoding="utf-8")
-
-
-def test_the_surface_of_a_scenario_and_of_a_step_is_drawn(folder):
-    random = """kind = "random"
-shape = [64, 32]
-pixel_size = 1e-6
-rms_height = 1e-7
-autocorrelation_length = 1e-5
-seed = 3"""
-    text = SCENARIO.replace('kind = "sphere"', random).replace("radius = ", "#")
-    (folder / "rough.toml").write_text(text, encoding="utf-8")
-    assert call("plot", "rough.toml").output == "rough_surface.png\n"
-    assert call("run", "rough.toml").exit_code == 0
-    assert call("plot", "rough.nc", "--step", "peak").output == "rough_surface.png\n"
-    assert call("plot", "rough.nc", "--step", "-1", "-o", "last.svg").exit_code == 0
-    made = ["ball.toml", "last.svg", "rough.history", "rough.nc", "rough.toml", "rough_surface.png"]
-    assert files(folder) == made
 
 
 def test_how_adhesive_a_scenario_is(folder):
@@ -253,55 +209,24 @@ def test_how_adhesive_a_scenario_is(folder):
     assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
 
 
-@pytest.mark.parametrize(
-    ("loads", "headings"),
-    [([0.01], ["amplitude", "quantity"]), ([0.01, 0.02], ["normal load", "amplitude, all loads"])],
-)
-def test_a_table_over_amplitude_says_where_it_mixes_loads(folder, loads, headings):
-    pair = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
-    events = []
-    for part, load in enumerate(loads):
-        swings = [end * 1e-9 for end in (20, -20, 20, -20, 20, 2, -2, 2, -2, 2, 20, -20, 20)]
-        events += [hs.NormalLoad(20 * part, load), hs.NormalLoad(20 * part + 14, load)]
-        events += [hs.TangentialDisplacement(20 * part + time, end) for time, end in enumerate(swings, 1)]
-    events.sort(key=lambda event: event.time)
-    hs.replay(hs.Ensemble(pair, 0.0, 1e-3, 0.2), events, substeps=20).to_netcdf(folder / "two.nc")
-    lines = call("loops", "two.nc", "--dead-band", "1 nm").output.splitlines()
-    assert [line.split("  ")[0] for line in lines if "  forward  " in line] == headings
-
-
 def test_loops_are_written_drawn_and_read_again(folder):
     swings = ", ".join(f'{{ after = 1, tangential_displacement = "{(-1) ** turn * 100} nm" }}' for turn in range(5))
     text = SCENARIO.replace('{ after = 1, tangential_load = "8 mN" }', swings)
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert call("run", "ball.toml", "-q").exit_code == 0
-    done = call("loops", "ball.nc", "-o", "l.nc", "--plot")
-    assert done.output.splitlines()[-2:] == ["l.nc", "ball_loops.png"]
-    assert call("loops", "ball.nc", "-o", "l.csv").output.splitlines()[-1] == "l.csv"
+    done = call("loops", "ball.nc", "-o", "l.nc", "--levels", "n.nc", "--plot")
+    assert done.output.splitlines()[-3:] == ["l.nc", "n.nc", "ball_loops.png"]
+    assert call("loops", "ball.nc", "-o", "l.csv", "--picture", "p.svg").output.splitlines()[-2:] == ["l.csv", "p.svg"]
     header, *rows = (folder / "l.csv").read_text(encoding="utf-8").splitlines()
-    assert header.startswith(
-        "loop,start_time [s],end_time [s],amplitude [m],load_level,lower_bound forward,lower_bound backward,friction"
-    )
+    column = header.split(",").index("friction_force forward [N]")
     with xr.open_dataset(folder / "l.nc") as written:
-        forces = [[float(value) for value in row.split(",")[7:9]] for row in rows]
-        assert written.friction_force.values.tolist() == forces
+        forces = [float(row.split(",")[column]) for row in rows]
+        assert written.friction_force.values[:, 0].tolist() == forces
+    assert "friction force" in call("show", "l.nc").output
+    assert "50 mN" in call("show", "n.nc").output
     said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
     check_refusal(call("loops", "ball.nc", "-o", "l.xlsx"), 2, said)
-    assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
-    assert "friction force" in call("show", "l.nc").output
-    done = call("loops", "ball.nc", "--levels", "n.nc", "-o", "l.pdf", "--picture", "p.svg")
-    assert done.output.splitlines()[-3:] == ["l.pdf", "n.nc", "p.svg"]
-    assert (folder / "p.svg").read_text(encoding="utf-8").startswith("<?xml")
-    said = "p.csv: .csv ending; expected .png or .pdf or .svg"
-    check_refusal(call("loops", "ball.nc", "--picture", "p.csv"), 2, said)
-    assert (folder / "l.pdf").read_bytes().startswith(b"%PDF")
-    assert "50 mN" in call("show", "n.nc").output
-    assert call("plot", "n.nc", "-o", "n.svg").output == "n.svg\n"
-    assert "friction coefficient" in (folder / "n.svg").read_text(encoding="utf-8")
     check_refusal(call("loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
-    check_refusal(call("loops", "ball.history"), 2, "ball.history: is no scenario (.toml) and no result")
-    said = "ball_loops.png: would overwrite an input of the command"
-    check_refusal(call("loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
@@ -314,24 +239,8 @@ def test_the_columns_of_a_file_are_listed(folder):
     (folder / "loads.csv").write_text("t (s);F (kN)\n0,0;1,5\n0,5;2,5\n", encoding="utf-8")
     done = call("columns", "loads.csv", "--decimal", ",")
     assert done.exit_code == 0
-    assert done.output.splitlines() == [
-        "block 1: 2 rows in lines 2 to 3",
-        "  names and units: t (s), F (kN)",
-        "  first row: 0,0, 1,5",
-        "column    unit  values  first",
-        '"t (s)"   s     2       0,0',
-        '"F (kN)"  kN    2       1,5',
-        "",
-        "[loading]",
-        'file = "loads.csv"',
-        'decimal = ","',
-        "saturate = true  # a tangential load beyond the friction limit is held there",
-        "",
-        "[loading.columns]",
-        'time = "t (s)"',
-        'normal_load = { constant = "10 kN" }  # a guess: fill it in',
-        'tangential_load = "F (kN)"',
-    ]
+    assert '"F (kN)"  kN    2       1,5' in done.output.splitlines()
+    assert 'tangential_load = "F (kN)"' in done.output.splitlines()
     check_refusal(call("columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
     check_refusal(call("columns", "loads.csv", "--decimal", "x"), 2, "decimal")
 
@@ -346,10 +255,7 @@ SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py
         # it is asked often, of files that are being written; the compiler alone takes longer than the check
         (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),
         # importing them would take as long as a small run
-        (["run", "-q", "ball.toml"], SLOW_IMPORTS),
         (["run", "ball.toml"], SLOW_IMPORTS),
-        (["show", "ball.toml"], SLOW_IMPORTS),
-        (["show", "result.nc"], SLOW_IMPORTS),
         (["show", "-v", "result.nc"], SLOW_IMPORTS),
         (["show", "result.history"], SLOW_IMPORTS),
     ],
@@ -410,7 +316,6 @@ def test_the_state_is_reported_at_any_time(ran):
     assert "Note" not in done.output
     after = call("state", "ball.history", "--at", "200 s").output
     assert "ball.history: its last event is at 1 s; this is the state that it left" in after
-    assert "tangential load          8 mN\n" in after
     assert call("state", "ball.history", "--at", "0.5", "-o", "all.nc").output.endswith("all.nc\n")
     with netCDF4.Dataset(ran / "all.nc") as all_asperities:
         assert all_asperities["tangential_load"][0, 0] == pytest.approx(4e-3)
@@ -432,9 +337,7 @@ def test_a_log_is_listed_and_a_fork_of_it_is_run(ran):
     assert call("verify", "fork.nc").exit_code == 0
     with netCDF4.Dataset(ran / "fork.nc") as result:
         assert result["total_tangential_load"][-1] == pytest.approx(-6e-3)
-    assert call("log", "ball.history", "--kind", "normal_load").output.count("\n") == 2
     assert call("log", "fork.history", "--from", "0.4 s", "--to", "1").output.count("\n") == 3
-    assert call("log", "fork.history", "--first", "1").output.count("\n") == 2
     assert call("log", "fork.history", "--last", "1").output.splitlines()[1].startswith("3 ")
 
 
@@ -450,7 +353,6 @@ def test_a_run_is_resumed_from_its_log(ran):
     ("arguments", "said"),
     [
         (["state", "good.history", "--at", "noon"], "--at: 'noon'"),
-        (["state", "good.history", "--asperity", "7"], "asperity 7 does not exist"),
         (["log", "good.history", "--kind", "load"], "--kind load: expected one of normal_load"),
         (["run", "ball.toml", "-o", "x.history"], "x.history: is the name of a log"),
         (["run", "ball.toml", "--snapshot-every", "0"], "Invalid value for '--snapshot-every'"),
@@ -504,12 +406,8 @@ def with_results(tmp_path_factory):
     """A folder with a scenario, a result, and files that are none."""
     folder = tmp_path_factory.mktemp("results")
     (folder / "ball.toml").write_text(SCENARIO, encoding="utf-8")
-    (folder / "notes.txt").write_text("notes", encoding="utf-8")
     (folder / "map.txt").write_text("0 1 0\n1 5 1\n0 1 0\n", encoding="utf-8")
-    with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
-        stranger.createDimension("step", 1)
     hs.run(folder / "ball.toml", folder / "good.nc").close()
-    (folder / "cut.nc").write_bytes((folder / "good.nc").read_bytes()[:3000])
     return folder
 
 
@@ -520,17 +418,14 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
     ("arguments", "said"),
     [
         (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite an input of the command"),
-        (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: .png ending; expected .nc"),
         (
             ["plot", "good.nc", "--step", "two"],
             "step 'two' is not a named state of the history; expected a number",
         ),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
-        (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),
         (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size given 3 times"),
         (["show", "ball.toml", *PIXEL], "pixel_size, height_unit: ball.toml is a scenario; expected a height map"),
         (["plot", "good.nc", "--with", "what=1"], "is no option of a picture"),
-        (["plot", "stranger.nc"], "stranger.nc: holds no heights"),
     ],
 )
 def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, arguments, said):
@@ -563,15 +458,6 @@ def test_errors_of_the_system_end_with_a_message(folder, monkeypatch, raised, co
     assert done.exit_code == code
     assert said in done.stderr
     assert files(folder) == ["ball.toml"]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs the shell's limit on the size of files")
-def test_a_full_disk_ends_with_a_message(folder):
-    (folder / "ball.toml").write_text(SCENARIO.replace("substeps = 10", "substeps = 100_000"), encoding="utf-8")
-    command = ["sh", "-c", 'ulimit -f 1000; exec "$@"', "sh", sys.executable, "-m", "historysim", "run", "ball.toml"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    check_refusal(done, 1, "ball.nc: the file is too large for this disk or a limit")
-    assert files(folder) == ["ball.history", "ball.toml"]
 
 
 def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):

@@ -115,9 +115,7 @@ def test_a_wrong_file_is_named_with_its_type(folder, command):
     ("arguments", "asked_for"),
     [
         (["run", "a.toml", "-o", "new.nc"], "new.history"),
-        (["run", "a.history", "-o", "new.nc"], "new.nc"),
         (["plot", "a.nc", "-o", "new.png"], "new.png"),
-        (["loops", "a.nc", "-o", "new.nc"], "new.nc"),
         (["state", "a.history", "-o", "new.nc"], "new.nc"),
     ],
 )
