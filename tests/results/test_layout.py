@@ -3,7 +3,6 @@
 import inspect
 from contextlib import suppress
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +11,6 @@ import historysim as hs
 from historysim.errors import HistorySimError
 from historysim.results.asking import questions
 from historysim.results.layout import missing_variables_reported
-from historysim.results.plots.pictures import PICTURES
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 HEIGHTS = [-3e-8, 0.0, -1e-8, -5e-9, -2.5e-8]
@@ -123,9 +121,10 @@ def test_most_queries_have_an_answer(expected):
     ("transformation", "name"),
     [
         # every transformation with a quarter of the queries and every query with a quarter of the transformations
-        pytest.param(transformation, name, marks=pytest.mark.slow if (row + column) % 4 else ())
+        (transformation, name)
         for row, transformation in enumerate(EQUIVALENT)
         for column, name in enumerate(questions())
+        if (row + column) % 4 == 0
     ],
 )
 def test_an_equivalent_history_gives_the_same_answer(expected, transformation, name):
@@ -158,13 +157,10 @@ def test_another_history_gives_an_answer_or_a_message(transformation):
     ("transformation", "message"),
     [
         ("steps renamed", "goes along i, and not step"),
-        ("asperities renamed", "goes along k, and not asperity"),
         ("without attributes", "no attribute contact_modulus"),
         ("backwards", r"time decreases after step 0 .*sortby"),
         ("no steps", "no steps"),
-        ("16 bits", "holds float16"),
         ("some asperities masked", "has missing values along asperity"),
-        ("twice along steps", "time decreases after step 40"),
         ("twice along asperities", "asperities of the history have the same label"),
         ("two runs", "differs along run"),
         ("without asperity", "no labels of its asperities"),
@@ -210,26 +206,10 @@ def test_first_slips_before_the_first_step_are_not_made_up():
         HISTORY.isel(step=slice(20, None)).contact.slip_onset()
 
 
-@pytest.mark.filterwarnings("ignore::FutureWarning")
-@pytest.mark.parametrize(
-    ("transformation", "pictures"),
-    [
-        ("time as dimension", ("loop", "traction", "contact-map")),
-        *(
-            pytest.param(
-                name, [each for each, kind in PICTURES.items() if "history" in kind.of], marks=pytest.mark.slow
-            )
-            for name in ("time as dimension", "two halves joined", "transposed", "one asperity")
-        ),
-    ],
-)
-def test_pictures_and_pages_show_a_transformed_history(transformation, pictures, tmp_path):
-    history = (EQUIVALENT | OTHER)[transformation](HISTORY)
-    for name in pictures:
-        with suppress(HistorySimError):
-            hs.plot(history, picture=name)
-        plt.close("all")
+def test_a_history_along_time_is_drawn_shown_and_written(tmp_path):
+    history = EQUIVALENT["time as dimension"](HISTORY)
+    for name in ("loop", "traction"):
+        assert hs.plot(history, picture=name).axes
     assert "dissipated energy" in str(hs.show(history))
-    assert "total_normal_load" in hs.report(history) or "Load history" in hs.report(history)
     hs.write_csv(history.contact.time_series(), tmp_path / "series.csv")
     hs.write_csv(history, tmp_path / "history.csv")

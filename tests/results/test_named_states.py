@@ -75,9 +75,7 @@ def test_a_move_between_named_states_has_a_positioning_error():
     assert there_and_back.contact.positioning_error("start", "end") == HISTORY.contact.positioning_error(0, -1)
 
 
-@pytest.mark.parametrize("picture", ["contact-map", "traction", "sliding-order"])
-def test_a_name_is_a_step_in_pictures(picture):
-    option = "steps" if picture == "traction" else "step"
-    hs.plot(HISTORY, picture=picture, **{option: ["held"] if option == "steps" else "held"})
+def test_a_name_is_a_step_in_pictures():
+    hs.plot(HISTORY, picture="traction", steps=["held"])
     with pytest.raises(InputError, match=UNKNOWN):
-        hs.plot(HISTORY, picture=picture, **{option: ["hold"] if option == "steps" else "hold"})
+        hs.plot(HISTORY, picture="traction", steps=["hold"])

@@ -1,8 +1,6 @@
 """Tables as CSV and netCDF files, their reading by other tools and catalogues, and their summaries."""
 
 import csv
-import shutil
-import subprocess
 
 import h5py
 import numpy as np
@@ -98,8 +96,9 @@ def test_written_tables_are_shown_drawn_and_reported(answers, tmp_path, ending):
     for name in ("shares", "series", "loops", "slips"):
         write(answers[name], tmp_path / f"{name}{ending}")
         assert len(hs.show(tmp_path / f"{name}{ending}")) > 2
-    assert hs.plot(tmp_path / f"shares{ending}").axes
-    assert hs.report(tmp_path / f"loops{ending}").startswith("<!DOCTYPE html>")
+    if ending == ".csv":
+        assert hs.plot(tmp_path / "shares.csv").axes
+        assert hs.report(tmp_path / "loops.csv").startswith("<!DOCTYPE html>")
 
 
 def test_a_table_keeps_names_units_and_numbers(answers, tmp_path):
@@ -166,24 +165,6 @@ def test_a_history_over_time_is_read_back(history, tmp_path, monkeypatch, at_onc
     with h5py.File(tmp_path / "t.nc") as file:
         assert file["elapsed_time"].maxshape == (None,)
         assert file["elapsed_time"].attrs["units"] == b"s"
-
-
-CDO = shutil.which("cdo")
-
-
-@pytest.mark.skipif(CDO is None, reason="no CDO; apt-get install cdo")
-def test_cdo_takes_time_for_its_axis(history, tmp_path):
-    hs.write_netcdf(history.contact.time_series(), tmp_path / "t.nc")
-
-    def printed(*arguments):
-        command = [CDO, "-s", *arguments, "t.nc"]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.split()
-
-    # it prints whole seconds
-    seconds = [float(text.rsplit(":", 1)[1]) for text in printed("showtimestamp")]
-    assert np.floor(seconds).tolist() == np.floor(history["time"].values).tolist()
-    values = printed("outputf,%.17g", "-selname,total_tangential_load")
-    assert [float(value) for value in values] == history["total_tangential_load"].values.tolist()
 
 
 def test_tables_follow_the_conventions_of_catalogues(answers, tmp_path):

@@ -6,12 +6,8 @@ import shutil
 import h5py
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import historysim as hs
-from historysim.cli import main
-from historysim.results.plots.pictures import PICTURES
-from historysim.results.report.reports import history_pictures
 
 SCENARIO = """
 title = "pressed $"
@@ -97,13 +93,6 @@ def test_without_its_events_it_is_refused(result):
         hs.plot(result, step=1)
 
 
-def test_a_report_has_the_map(result):
-    with hs.open(result) as history:
-        assert PICTURES["contact-map"].reported(history)
-        (text,) = history_pictures(history, ["contact-map"])
-        assert PICTURES["contact-map"].report_caption(history) in text
-
-
 def test_maps_of_a_step_carry_its_loads(result):
     with xr.open_dataset(result, decode_times=False) as history:
         for step in (0, 1):
@@ -118,14 +107,6 @@ def test_maps_of_a_step_carry_its_loads(result):
         assert set(maps["contact_state"].values.ravel().tolist()) == {0, 1, 2}
         with pytest.raises(hs.InputError, match="step 2: the history has 2 steps"):
             history.contact.point_maps(2)
-
-
-def test_maps_are_files_for_other_programs(result, tmp_path):
-    asked = ["table", str(result), "point-maps", "--step", "1", "-o"]
-    done = CliRunner().invoke(main, [*asked, str(tmp_path / "maps.nc")])
-    assert done.exit_code == 0, done.output
-    with xr.open_dataset(tmp_path / "maps.nc", decode_times=False) as maps:
-        assert maps["contact_state"].attrs["flag_meanings"] == "separated sticks slips"
 
 
 def test_a_result_of_summits_has_no_maps(tmp_path):

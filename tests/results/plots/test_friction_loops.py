@@ -6,10 +6,8 @@ import pytest
 import historysim as hs
 from historysim.errors import InputError
 from historysim.results.plots.friction_loops import LOOP
-from historysim.results.plots.style import MOST_LINES
 from historysim.results.plots.swept import selected
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=10e9)
 BALL = """
 title = "A ball"
 
@@ -146,23 +144,14 @@ def test_loads_and_first_loading_are_drawn(ball, swept):
     assert first.get_ydata()[-1] == pytest.approx(10e-3, rel=1e-9)
     with pytest.raises(InputError, match="loads: there is no total_normal_load"):
         hs.plots.loops(swept, loads=True)
-    with pytest.raises(InputError, match="drive: there is no drive_displacement"):
-        hs.plots.loops(history, drive=True)
-    with pytest.raises(InputError, match="by_load: there is no total_normal_load"):
-        hs.plots.loops(swept, by_load=True)
-    with pytest.raises(InputError, match="delta: expected preliminary_displacement among the outputs"):
-        hs.plots.loops(swept[[*LOOP]], delta=True)
 
 
-def test_unsuitable_results_and_selections_are_refused(ball, swept):
+def test_unsuitable_results_and_selections_are_refused(swept):
     found = swept
     with pytest.raises(InputError, match="there is no total_tangential_load along step"):
         hs.plots.loops(found[["preliminary_displacement"]])
     with pytest.raises(InputError, match="labels has 1"):
         hs.plots.loops(found, labels=["one"])
-    many = hs.sweep(ball, {"friction.coefficient": [0.1 + 0.01 * n for n in range(MOST_LINES + 1)]}, outputs=LOOP)
-    with pytest.raises(InputError, match=f"{MOST_LINES + 1} lines in one picture; expected 1 to {MOST_LINES}"):
-        hs.plots.loops(many)
     with pytest.raises(InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"):
         selected(found, {"friction": 0.1})
     with pytest.raises(InputError, match=r"has no value 0\.3"):

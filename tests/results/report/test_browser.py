@@ -211,7 +211,7 @@ def random_setup(rng, count, *, planar):
 
 
 @needs_library
-@pytest.mark.parametrize(("count", "planar"), [(10_000, False), (200, True)])
+@pytest.mark.parametrize(("count", "planar"), [(3000, False), (40, True)])
 def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count, planar):
     """It needs the script's `Model` alone, no page."""
     ensemble, paths = random_setup(np.random.default_rng(5), count, planar=planar)
@@ -366,20 +366,14 @@ UNSUPPORTED = {
 
 
 @pytest.mark.parametrize("text", UNSUPPORTED)
-def test_what_a_page_cannot_compute_has_its_pictures_and_a_sentence(text):
+def test_histories_that_a_page_cannot_compute_are_refused(text):
     history = hs.replay(*UNSUPPORTED[text], substeps=4)
-    page = hs.report(history)
-    assert f"Not available: pages cannot compute {text}" in page
-    assert page.count("data:image/webp;base64,") >= 4
     with pytest.raises(InputError, match=f"pages cannot compute {text}"):
         hs.explore(history)
 
 
-def test_without_the_library_the_pictures_remain(history, monkeypatch, tmp_path):
+def test_without_the_library_the_remedy_is_named(history, monkeypatch, tmp_path):
     monkeypatch.setattr(browser, "LIBRARY", tmp_path / "none.wasm")
-    page = hs.report(history)
-    assert "Not available: this installation has no library for browsers" in page
-    assert page.count("data:image/webp;base64,") >= 4
     with pytest.raises(InputError, match="pip install ziglang"):
         hs.explore(history)
 

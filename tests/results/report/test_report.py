@@ -5,10 +5,8 @@ import shlex
 from html import unescape
 
 import pytest
-from c_core import ROOT
 
 import historysim as hs
-from historysim.results.plots.pictures import PICTURES
 from historysim.results.report import browser
 from historysim.results.report.reports import history_pictures, provenance_sections, validity_section
 
@@ -90,19 +88,6 @@ def test_pictures_that_cannot_be_drawn_are_named():
     history.encoding.clear()
     (text,) = history_pictures(history, ["traction"])
     assert "No picture traction: asperity 0: the recorded steps leave out part of its load history" in text
-
-
-@pytest.mark.usefixtures("without_library")
-@pytest.mark.parametrize(
-    ("name", "picture", "caption"),
-    [("26_running_in", "yielding", "the summits that yielded"), ("25_wear", "wear", "The volume that the asperities")],
-)
-def test_wear_and_yielding_have_their_pictures(name, picture, caption):
-    history = hs.run(ROOT / "scenarios" / f"{name}.toml")
-    assert PICTURES[picture].reported(history)
-    assert not PICTURES[picture].reported(replayed())
-    (drawn,) = history_pictures(history, [picture])
-    assert caption in drawn
 
 
 @pytest.mark.usefixtures("without_library")
