@@ -92,33 +92,6 @@ def lines_of(axes, colour):
     return [line for line in axes.lines if to_hex(line.get_color()) == colour and len(line.get_xdata()) > 2]
 
 
-def test_the_picture_shows_measurement_and_model(compared):
-    figure = hs.plots.comparison(compared, title="of $5 and 3 % more")
-    loops, loads, energies, difference, left = figure.axes
-    assert figure.get_size_inches()[0] == pytest.approx(180 / 25.4, rel=0.01)
-    assert figure.get_suptitle() == r"of \$5 and 3 % more"
-    observed, response = compared.observation, compared.response
-    (measured,), (model,) = lines_of(loops, plots.MEASURED), lines_of(loops, plots.MODEL)
-    assert loops.get_xlabel() == "tangential displacement $U$ (nm)"
-    assert loops.get_ylabel() == "tangential load $T$ (mN)"
-    assert_allclose(measured.get_xdata(), observed.displacement)
-    assert_allclose(measured.get_ydata(), observed.tangential_load)
-    assert sorted(model.get_ydata()) == pytest.approx(sorted(response.tangential_load))
-    (measured,), (model,) = lines_of(loads, plots.MEASURED), lines_of(loads, plots.MODEL)
-    assert_array_equal(measured.get_xdata(), observed.time)
-    assert_allclose(model.get_ydata(), response.tangential_load)
-    points = [line for line in difference.lines if len(line.get_xdata()) > 2]
-    assert_allclose(points[0].get_ydata(), compared.difference)
-    assert difference.get_ylabel() == "$ΔT$ (mN)"
-    assert left.get_legend_handles_labels()[1] == ["forward", "backward"]
-    named = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-    assert {"forward", "backward"} <= {*named}
-    of_loops = {line.get_label(): line for line in energies.lines}
-    assert_allclose(of_loops["measured"].get_ydata(), compared.measured.dissipated_energy)
-    assert_allclose(of_loops["model"].get_ydata(), compared.model.dissipated_energy)
-    assert_array_equal(of_loops["model"].get_xdata(), compared.model.number)
-
-
 def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared):
     (model,) = lines_of(hs.plots.comparison(compared).axes[0], plots.MODEL)
     back = np.diff(model.get_xdata())

@@ -5,8 +5,7 @@ import pytest
 import synthetic
 from numpy.testing import assert_allclose, assert_array_equal
 
-from historysim.errors import InputError
-from historysim.measured.correction import find_hum, low_pass, notch, running_median, sampling_rate
+from historysim.measured.correction import find_hum, low_pass, notch, running_median
 
 RATE = 500.0
 TIME = np.arange(4000) / RATE
@@ -42,23 +41,6 @@ def test_a_median_takes_spikes_off_and_leaves_turns():
     step = 1 / RATE
     assert np.abs(found - triangle()).max() <= 2 * step
     assert_array_equal(running_median(np.sign(sine(1)), 5), np.sign(sine(1)))
-
-
-def test_unsuitable_input_of_filters_is_refused():
-    uneven = TIME.copy()
-    uneven[2000:] += 0.01
-    with pytest.raises(
-        InputError, match=r"samples are 0\.012 s apart after 3\.998 s, and 0\.002 s elsewhere.*interval"
-    ):
-        notch(uneven, triangle(), 50.0)
-    with pytest.raises(InputError, match=r"260 Hz is beyond half of the sampling rate of 500 Hz, where .* at 240 Hz"):
-        low_pass(TIME, triangle(), 260.0)
-    with pytest.raises(InputError, match="one sample has no sampling rate"):
-        sampling_rate(TIME[:1])
-    for wrong in (4, 1, 4001, 2.5):
-        with pytest.raises(InputError, match="expected an odd number of samples from 3 to 4,000"):
-            running_median(triangle(), wrong)
-    assert sampling_rate(TIME) == pytest.approx(RATE)
 
 
 def noise(seed, size=0.1):

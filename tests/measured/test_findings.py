@@ -9,11 +9,6 @@ def test_clean_records_have_no_finding():
     assert findings.false_alarms(range(findings.FEW)) == {}
 
 
-@pytest.mark.slow
-def test_many_clean_records_have_no_finding():
-    assert findings.false_alarms(range(findings.MANY)) == {}
-
-
 @pytest.mark.parametrize("finding", findings.FINDINGS, ids=lambda each: each.finding)
 def test_the_advice_makes_the_record_better(finding):
     errors = findings.effect(finding)

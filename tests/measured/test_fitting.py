@@ -1,7 +1,5 @@
 """Fits of loops whose parameters are known."""
 
-import re
-
 import attrs
 import numpy as np
 import pytest
@@ -25,11 +23,9 @@ def start_of(kind, factor):
     return {name: factor * value for name, value in synthetic.TRUTHS[kind].items()}
 
 
-@pytest.mark.parametrize(
-    ("kind", "factor"), [("ball, shear modulus", 1.3), pytest.param("rough", 0.3, marks=pytest.mark.slow)]
-)
-def test_without_noise_the_truth_is_found(kind, factor):
-    found = fit_parameters(synthetic.model(kind), start_of(kind, factor), observe(exact(kind)))
+def test_without_noise_the_truth_is_found():
+    kind = "ball, shear modulus"
+    found = fit_parameters(synthetic.model(kind), start_of(kind, 1.3), observe(exact(kind)))
     for parameter in found.parameters:
         truth = synthetic.TRUTHS[kind][parameter.name]
         # a turn is expected beyond the outermost sample, and here it is on it: the estimate leaves a little of that
@@ -40,54 +36,20 @@ def test_without_noise_the_truth_is_found(kind, factor):
     assert found.values == {parameter.name: parameter.value for parameter in found.parameters}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "factor"), [("ball", 10), ("ball, shear modulus", 0.1)])
-def test_a_start_ten_times_off_leads_to_the_same_fit(kind, factor):
-    observation = observe(synthetic.measured(kind, 1, rate=5.02))
-    near = fit_parameters(synthetic.model(kind), start_of(kind, 1), observation)
-    far = fit_parameters(synthetic.model(kind), start_of(kind, factor), observation)
-    for one, other in zip(near.parameters, far.parameters, strict=True):
-        # much closer than they are known
-        assert abs(one.value - other.value) < 0.02 * (one.high - one.low)
-    assert not far.notes
-
-
-@pytest.mark.parametrize("kind", ["ball", "rough"])
-def test_turning_points_between_samples_are_found(kind):
+def test_turning_points_between_samples_are_found():
     """Free of noise, 5 nm a sample: how far the turns are from the samples follows."""
-    found = fit_parameters(synthetic.model(kind), start_of(kind, 1.3), observe(exact(kind, loads=(0.05,), rate=5.02)))
+    record = observe(exact("ball", loads=(0.05,), rate=5.02))
+    found = fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), record)
     for name, value in found.values.items():
-        assert value == pytest.approx(synthetic.TRUTHS[kind][name], rel=5e-5)
+        assert value == pytest.approx(synthetic.TRUTHS["ball"][name], rel=5e-5)
 
 
-@pytest.mark.parametrize(("count", "misses"), [(2, 1), pytest.param(6, 3, marks=pytest.mark.slow)])
-def test_intervals_hold_the_truth_where_turning_points_fall_between_coarse_samples(count, misses):
-    """Two parameters of some records at 12 nm a sample; more misses come once in 50 or 400 times at 5 % each."""
-    found = [synthetic.fitted("ball", seed, rate=2.09) for seed in range(100, 100 + count)]
+def test_intervals_hold_the_truth_where_turning_points_fall_between_coarse_samples():
+    """Two parameters of two records at 12 nm a sample; one miss of four is expected at times."""
+    found = [synthetic.fitted("ball", seed, rate=2.09) for seed in (100, 101)]
     for ends in (("low", "high"), ("noise_low", "noise_high")):
         held = [synthetic.holds(parameter, *ends) for each in found for parameter in each.parameters]
-        assert stats.binom.sf(misses, 2 * count, 0.05) < 1 / 50
-        assert held.count(False) <= misses
-    if count < 6:
-        return
-    # 3.5 standard errors of six are exceeded once in 60 times
-    off = np.array([each.values["lateral_stiffness"] for each in found]) / synthetic.STIFFNESS - 1
-    assert abs(off.mean()) < 3.5 * off.std(ddof=1) / np.sqrt(off.size)
-
-
-def test_intervals_of_the_halves_of_a_record_overlap():
-    """Friction that runs in and scatters from branch to branch, correlated noise; `fit_intervals.py` counts many."""
-    record = synthetic.reciprocating(3, 16, 1_000, scatter=0.02, correlation=0.5, run_in=0.05, hum=5e-5)
-    first, second = (synthetic.fitted_friction(half).parameters[0] for half in synthetic.random_half(record, 0))
-    assert first.low <= second.high
-    assert second.low <= first.high
-    whole = synthetic.fitted_friction(record)
-    assert whole.loops_compared == 16
-    first, *rest = whole.summary()
-    assert first[0] == "the model does not fit"
-    assert first[1].startswith("rms residual 1.")
-    assert "% offsets of branches" in first[1]
-    assert "were samples independent" in dict(rest)["friction"]
+        assert held.count(False) <= 1
 
 
 def test_few_loops_have_the_interval_of_noise_alone():
@@ -125,47 +87,6 @@ def with_load(record, load):
     return attrs.evolve(record, response={"tangential_load": load})
 
 
-def test_a_record_that_begins_in_mid_stroke_is_noted_and_its_remedy_helps():
-    """Partial slip, whose first quarter is remembered: cut off, and with a zero of its own, friction is far too low."""
-    whole = synthetic.measured("ball", 1, 30e-9, (0.05,), 5, 10.03, 5e-9, noise=0.05)
-    cut = synthetic.part(whole, np.arange(30, whole.time.size))
-    moved = cut["tangential_displacement"]
-    own_zero = attrs.evolve(cut, channels={**cut.channels, "tangential_displacement": moved - moved[0]})
-    model, start = (lambda values: synthetic.model("ball")({**synthetic.TRUTHS["ball"], **values})), {"friction": 0.26}
-    # centred = true is what a cut record of even strokes is without its own zero
-    bad, good, rest = (
-        fit_parameters(model, start, observation)
-        for observation in (observe(own_zero), observe(cut, skip=1), observe(whole))
-    )
-    assert abs(bad.values["friction"] / 0.2 - 1) > 0.1
-    assert "the record does not begin at rest" in notes_of(bad)
-    for each in (good, rest):
-        assert each.values["friction"] == pytest.approx(0.2, rel=0.01)
-        assert "begin at rest" not in notes_of(each)
-
-
-def test_a_parameter_that_no_sample_shows_is_not_determined_by_the_scatter_of_loops():
-    """Samples are so far apart that the contact slides at each of them: the stiffness is unknown, at any scatter."""
-    record = synthetic.measured("ball", 3, rate=2.09, loads=(0.05,), loops=4, amplitude=4e-6, speed=5e-7)
-    friction, stiffness = synthetic.fitted_both(record).parameters
-    assert synthetic.holds(friction)
-    assert synthetic.holds(stiffness)
-    assert "not determined" in stiffness.text()
-
-
-def test_means_of_a_long_record_give_the_same_intervals():
-    """4,000 samples as about 1,000: the estimates agree to within their intervals, which are as wide."""
-    record = observe(synthetic.measured("ball", 4, rate=62.53, loads=(0.05,), loops=2))
-    whole, averaged = (
-        fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), each) for each in (record, record.average(1_000))
-    )
-    for one, other in zip(whole.parameters, averaged.parameters, strict=True):
-        width = one.noise_high - one.noise_low
-        assert abs(one.value - other.value) < width
-        assert other.noise_high - other.noise_low == pytest.approx(width, rel=0.25)
-    assert averaged.misfit == pytest.approx(1, abs=0.2)
-
-
 def notes_of(found):
     return " | ".join(found.notes)
 
@@ -178,18 +99,6 @@ def test_stiffness_and_shear_modulus_are_not_distinguished_by_short_loops():
     known = {"friction": start.pop("friction")}
     found = fit_parameters(lambda values: synthetic.model(kind)({**known, **values}), start, record)
     assert "these data do not distinguish lateral_stiffness from shear_modulus (correlation -" in notes_of(found)
-
-
-@pytest.mark.slow
-def test_parameters_that_short_loops_do_not_determine_have_intervals_that_hold_the_truth():
-    kind = "ball, shear modulus"
-    record = observe(synthetic.measured(kind, 2, amplitude=30e-9, loads=(0.09,), loops=1))
-    # with friction there are several valleys, as deep but for chance: the intervals hold all of them. Which is the
-    # deepest goes by the last bits of the processor's linear algebra; what is said of friction is the same
-    found = fit_parameters(synthetic.model(kind), start_of(kind, 1.0), record)
-    assert re.search("friction is (hardly|not) determined by these data", notes_of(found))
-    assert "shear_modulus is not determined by these data" in notes_of(found)
-    assert synthetic.holds(found.parameters[0])
 
 
 def sliding(noise=6e-6):

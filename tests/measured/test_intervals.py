@@ -74,15 +74,14 @@ def test_constant_pieces_have_no_variance():
     assert compute_mean_wander(np.array([1.0, 2.0]), 0.95) is None
 
 
-@pytest.mark.parametrize(("correlation", "least"), [pytest.param(0.0, 0.91, marks=pytest.mark.slow), (0.7, 0.87)])
-def test_intervals_hold_the_truth_with_unknown_correlation(correlation, least):
+def test_intervals_hold_the_truth_with_unknown_correlation():
     random = np.random.default_rng(1)
     held = [
         abs(moves.sum()) <= compute_wander(moves, EVEN, 0.95).reach
-        for moves in (drawn(random, EVEN, correlation) for _ in range(100))
+        for moves in (drawn(random, EVEN, 0.7) for _ in range(100))
     ]
     # two standard errors of 100 below what thousands showed
-    assert least - 2 * np.sqrt(0.08 / 100) <= np.mean(held)
+    assert 0.87 - 2 * np.sqrt(0.08 / 100) <= np.mean(held)
 
 
 def test_a_drift_is_recognised():
@@ -95,12 +94,6 @@ def test_a_drift_is_recognised():
     # the mean is as sure as the scatter beside the line leaves it
     assert found.reach < 0.3
     assert sum(compute_mean_wander(random.normal(size=16), 0.95).drifts for _ in range(100)) <= 5
-
-
-def test_one_piece_with_all_information_leaves_no_finite_interval():
-    share = np.array([1.0, *[1e-9] * 9])
-    moves = np.array([0.0, *np.linspace(-1e-12, 1e-12, 9)])
-    assert compute_wander(moves, share, 0.999).reach == np.inf
 
 
 def test_pieces_are_whole_loops():

@@ -71,18 +71,6 @@ def test_a_straight_line_by_another_way():
     assert_allclose([line.intercept_low, line.intercept_high], [intercept - reach[1], intercept + reach[1]], rtol=1e-9)
 
 
-def test_intervals_hold_the_truth_in_95_of_100():
-    """Over loads, with loops that scatter."""
-    random = np.random.default_rng(5)
-    load, held = np.array([0.03, 0.05, 0.07, 0.09]), np.zeros(2)
-    for _ in range(400):
-        force = np.mean(0.2 * load + 1e-4 + 1e-3 * random.normal(size=(3, load.size)), axis=0)
-        line = straight_line(load, force)
-        held += line.slope_low <= 0.2 <= line.slope_high, line.intercept_low <= 1e-4 <= line.intercept_high
-    # four standard deviations of a binomial count
-    assert (np.abs(held - 380) < 4 * np.sqrt(400 * 0.95 * 0.05)).all()
-
-
 def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
     found = made([1.0], amplitudes=(1.0, 0.001, 0.3), loops=2)
     assert found.large.tolist() == (found.amplitude >= 0.5).tolist()
@@ -104,28 +92,6 @@ def test_loads_and_amplitudes_are_grouped():
     # a slow rise is cut wherever it has gone by the share: the logarithm of 2 over that of 1/0.9 is 6.6
     assert same_load(np.linspace(1, 2, 101), 0.1).max() == 6
     assert same_amplitude(np.array([1.0, 0.51, 0.5, 0.1, 0.26])).tolist() == [2, 2, 2, 0, 1]
-
-
-def test_the_dataset_and_the_texts_hold_everything():
-    table = made([1.0, 2.0, 3.0], scatter=0.05).by_load()
-    dataset = table.to_dataset()
-    assert dict(dataset.sizes) == {"level": 3, "direction": 3}
-    assert dataset.loops.values.tolist() == [members.size for members in table.members]
-    for direction in ("forward", "backward", "both"):
-        for group, one in enumerate(table.statistics("preliminary_displacement", direction)):
-            at = {"level": group, "direction": ["forward", "backward", "both"].index(direction)}
-            assert dataset.preliminary_displacement.isel(at) == one.mean
-            assert dataset.preliminary_displacement_standard_deviation.isel(at) == one.standard_deviation
-            assert dataset.preliminary_displacement_count.isel(at) == one.count
-    assert dataset.attrs["friction_line_slope"] == table.friction_line().slope
-    assert dataset.attrs["load_share"] == 0.1
-    heading, label, first, *rows = table.rows()
-    assert heading == ("normal load", "loops", "forward", "backward", "both")
-    assert label == ("friction force", "", "", "", "")
-    size = table.members[0].size
-    texts = (table.statistics("friction_force", each)[0].text("N", size) for each in heading[2:])
-    assert first == ("  1 N", str(size), *texts)
-    assert rows[-1][:4] == ("  3 N", str(table.members[2].size), "", "")
 
 
 def test_energy_is_a_power_of_the_amplitude():

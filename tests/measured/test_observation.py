@@ -1,6 +1,5 @@
 """A measurement, and a model along its displacements: the replay without noise, no false reversals with it."""
 
-import attrs
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +7,6 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
-from historysim.errors import InputError
 from historysim.measured.comparison import FEWEST_MEANS, compute_response, observe
 from historysim.measured.reduction import Measurement, noise_of
 
@@ -156,35 +154,6 @@ def test_spikes_of_the_displacement_are_no_turning_points():
     assert observation.turns.tolist() == observe(record_of(clean, 0.05, dead_band=2e-8)).turns.tolist()
     text = "3 of 400 readings of the displacement stand out from both neighbours: each is replaced by their mean"
     assert dict(observation.remarks)["spikes"] == text
-
-
-def test_unsuitable_records_are_refused():
-    whole = record_of([0, 1e-8], 0.05)
-    with pytest.raises(InputError, match="the record has no tangential_load"):
-        observe(attrs.evolve(whole, response={}))
-    with pytest.raises(InputError, match=r"the sample at t = 1 s: a normal load of -0\.05 N pulls on the contact"):
-        observe(record_of([0, 1e-8], [0.05, -0.05]))
-
-
-def test_repr_is_one_line():
-    measurement = Measurement(
-        np.linspace(0, 90, 1001),
-        {"normal_load": np.full(1001, 0.05), "tangential_displacement": np.linspace(-2e-7, 3e-7, 1001)},
-        {"tangential_load": np.linspace(-0.01, 0.01, 1001)},
-    )
-    assert repr(measurement) == (
-        "<Measurement: 1,001 samples over 90 s, normal_load 50 mN, tangential_displacement -200 nm to 300 nm, "
-        "tangential_load -10 mN to 10 mN>"
-    )
-
-
-def test_a_record_without_lines_names_the_time():
-    record = Measurement(np.array([0.0, 2.0, 1.0]), {"normal_load": np.ones(3)})
-    with pytest.raises(InputError, match="the sample at t = 1 s: the time 1 s comes after 2 s"):
-        record.events()
-    record = Measurement(np.array([0.0, 2.0]), {"normal_load": np.array([1.0, -1.0])})
-    with pytest.raises(InputError, match="the sample at t = 2 s: a normal load of -1 N pulls"):
-        record.events()
 
 
 def test_a_reduced_record_keeps_the_corners_of_both_channels():

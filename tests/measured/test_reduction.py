@@ -245,28 +245,6 @@ def test_a_normal_load_that_swings_while_the_contact_rests_is_kept():
     assert kept_points(np.zeros(5), normal, dead_band=0.1, normal_dead_band=1.5).tolist() == [0, 3, 4]
 
 
-def test_replay_of_a_varying_normal_load_follows_the_reduced_path():
-    """No bound is proved here; narrower dead bands bring the loads of a smooth path closer."""
-    ensemble = ENSEMBLES[1]
-    time = np.linspace(0, 20, 4001)
-    slide = PAIR.displacement_ratio * 0.5 * ensemble.approach_at(NORMAL_LOAD)
-    displacement, normal = slide * np.sin(time), NORMAL_LOAD * (1 + 0.4 * np.sin(0.7 * time + 1))
-
-    def loads(kept):
-        channels = [(hs.NormalLoad, normal), (hs.TangentialDisplacement, displacement)]
-        events = [kind(time[i], values[i]) for i in kept for kind, values in channels]
-        return hs.replay(ensemble, events, record="totals").total_tangential_load.values
-
-    whole = loads(range(time.size))
-    errors = []
-    for dead_band in (0.02, 0.0025, 0.0003):
-        kept = kept_points(displacement, normal, dead_band=dead_band * slide, normal_dead_band=dead_band * NORMAL_LOAD)
-        assert kept.size < 500
-        errors.append(np.abs(loads(kept) - whole[kept]).max() / (0.5 * NORMAL_LOAD))
-    assert errors[2] < 0.1 * errors[0] < 0.01
-    assert errors[2] < errors[1] < errors[0]
-
-
 # ---------------------------------------------------------------- clocks and gaps
 
 
@@ -293,18 +271,3 @@ def test_resampling_by_hand(steps, values, max_gap, shift):
 
 
 # ---------------------------------------------------------------- bad input
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: turning_points([0, math.nan, 1]), r"values misses 1 of 3 samples \(NaN\); .*whole_samples"),
-        (lambda: turning_points([[1, 2]]), "values is of shape .1, 2."),
-        (lambda: turning_points([0, 1], -1), "dead_band is -1"),
-        (lambda: kept_points([0, 1], [1]), "normal_load has 1 samples"),
-        (lambda: resample([0, 0], [1, 2], [0]), r"time\[1\]: the time 0 s comes after 0 s"),
-    ],
-)
-def test_bad_input_is_explained(call, message):
-    with pytest.raises(hs.InputError, match=message):
-        call()
