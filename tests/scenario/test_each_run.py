@@ -123,19 +123,6 @@ def test_commands_have_a_row_for_each_run(folder, monkeypatch):
     assert call("loops", "e.toml", "--set", "loading.run=2").exit_code == 0
 
 
-@pytest.mark.slow
-def test_a_fit_has_a_row_for_each_run(folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    loaded(folder, 'run = "each"', "e.toml")
-    done = call("fit", "e.toml", "-o", "f.toml")
-    assert done.exit_code == 0, done.output
-    rows = [line.split() for line in done.output.splitlines()]
-    assert float(rows[1][1]) == pytest.approx(0.2, rel=0.01)
-    assert float(rows[2][1]) == pytest.approx(0.15, rel=0.02)
-    assert sorted(path.name for path in folder.glob("f_*")) == ["f_1.png", "f_1.toml", "f_2.png", "f_2.toml"]
-    assert hs.load(folder / "f_2.toml").sections.loading.run == 2
-
-
 def test_columns_show_the_runs(folder, monkeypatch):
     monkeypatch.chdir(folder)
     done = call("columns", "m.csv")

@@ -1,12 +1,8 @@
 """[picture] of a scenario: its keys, what they draw of a result, a sweep or a surface, and the command."""
 
-import re
-
 import pytest
-from click.testing import CliRunner
 
 import historysim as hs
-from historysim.cli import main
 from historysim.errors import InputError
 from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
@@ -146,10 +142,6 @@ seed = 1""",
             "[picture]\nwork = true\n",
             "picture.kind: missing; expected one of adhesion-map, area-laws, bars, contact-map",
         ),
-        (
-            '[picture]\nkind = "bars"\nquantity = "drift"\ngroups = { a = "b" }\n',
-            "picture.groups.a: 'b'; expected an array",
-        ),
     ],
 )
 def test_an_invalid_picture_is_reported_with_its_path(write, text, message):
@@ -165,37 +157,8 @@ def test_an_invalid_picture_is_reported_with_its_path(write, text, message):
             'waypoints = [{time=0, normal_load=1, name="K"}, {after=1, normal_load=2, name="K"}]',
             r"waypoints\[1\].name: 'K' stands before",
         ),
-        (
-            '[[loading.blocks]]\nwaypoints = [{after=1, normal_load=1, name="K"}]',
-            r"blocks\[0\].waypoints\[0\].name: a block may run several times",
-        ),
     ],
 )
 def test_names_of_waypoints_differ(write, loading, message):
     with pytest.raises(InputError, match=message):
         hs.load(write(f"{BALL[: BALL.index('substeps')]}{loading}\n"))
-
-
-def test_from_the_shell(write, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    path = write(BALL + TWO)
-    call = CliRunner().invoke
-    assert call(main, ["run", str(path), "-o", "a.nc", "--plot", "-q"]).exit_code == 0
-    assert (tmp_path / "a.png").exists()
-    assert call(main, ["run", str(path), "-o", "b.nc", "-q"]).exit_code == 0
-    for arguments in (
-        ["a.nc", "b.nc", "--picture", "traction", "--steps", "K,-1", "--across", "diameter"],
-        ["a.nc", "--picture", "loops", "--with", "first_loading=20 mN", "--with", "loads=true"],
-    ):
-        done = call(main, ["plot", *arguments, "-o", "p.png"])
-        assert done.exit_code == 0, done.output
-    for arguments, message in (
-        (["a.nc", str(path)], "Scenario is no history; expected results of historysim"),
-        (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, sliding-order, traction"),
-        (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
-        (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite an input of the command"),
-    ):
-        target = [] if "-o" in arguments else ["-o", "p.png"]
-        done = call(main, ["plot", *arguments, *target])
-        assert done.exit_code == 2, arguments
-        assert re.search(message, done.output), done.output

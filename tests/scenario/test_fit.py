@@ -104,16 +104,6 @@ def refusal(folder, fit=ALL, **options):
     return str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("fit", "said"),
-    [
-        ('parameters = ["friction"]\nload_noise = "-1 N"', "fit.load_noise: -1 N; expected 0 N or more"),
-    ],
-)
-def test_a_wrong_section(folder, fit, said):
-    assert refusal(folder, fit).startswith(f"s.toml: {said}")
-
-
 def test_parameters_that_the_scenario_does_not_have(folder):
     assert "fit.parameters: lateral_stiffness: expected [instrument]" in refusal(folder, more="")
     assert "fit.parameters: height_scale: all summits are equally high" in refusal(folder, base=BALL)
@@ -265,33 +255,3 @@ def test_the_model_that_made_the_record_is_as_far_from_it_as_the_noise(compared)
     assert np.sqrt(np.mean(found.difference**2)) < synthetic.STIFFNESS * synthetic.DISPLACEMENT_NOISE
     assert found.instrument.lateral_stiffness == 334e3
     assert len(found.measured) == len(found.model) == 4
-
-
-def test_its_loops_are_those_that_are_found(compared):
-    loaded = hs.load(compared / "s.toml")
-    found, loops = hs.compare(loaded, skip=1), hs.loops(loaded, skip=1)
-    assert found.measured.ends.tolist() == loops.ends.tolist()
-    assert found.observation.dead_band == loops.dead_band
-    assert dict(found.summary())["dead band"] == dict(loops.summary())["dead band"].split(",")[0]
-
-
-def test_a_record_without_a_whole_loop_is_compared(compared, tmp_path):
-    write_columns(tmp_path / "m.csv", t=range(4), N=np.ones(4), u=[0, 1, 2, 3], T=[0, 0.1, 0.15, 0.16])
-    (tmp_path / "s.toml").write_text((compared / "s.toml").read_text(encoding="utf-8"), encoding="utf-8")
-    found = hs.compare(tmp_path / "s.toml")
-    assert found.measured is found.model is None
-    assert dict(found.summary())["loops"] == "none"
-
-
-@pytest.mark.parametrize("scenario", [None, {}])
-def test_objects_other_than_scenarios_are_refused(scenario):
-    for call in (hs.load, hs.compare, hs.fit):
-        with pytest.raises(hs.InputError, match="is no scenario; expected the path of a TOML file"):
-            call(scenario)
-
-
-def test_several_files_are_found_from_another_folder(folder):
-    of = loaded(folder)
-    several = scenario.load(of.path, {"loading.file": ["m.csv", "m.csv"], "loading.block": 1})
-    text = fitted_text(several, found(friction=0.25), folder / "out" / "fitted.toml")
-    assert tomllib.loads(text)["loading"]["file"] == ["../m.csv", "../m.csv"]

@@ -92,11 +92,8 @@ def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
 @pytest.mark.parametrize(
     ("name", "options", "title"),
     [
-        ("r.nc", {"step": "peak"}, "Asperity distribution"),
         ("l.nc", {}, "friction force (mN)"),
-        ("s.toml", {}, "Asperity distribution"),
         ("s.toml", {"adhesion": True}, "Adhesion map"),
-        ("map.txt", {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"}, "Surface and summits"),
     ],
 )
 def test_files_are_drawn_by_their_type(files, name, options, title):

@@ -91,15 +91,6 @@ def test_invalid_preparation_is_refused_by_its_key(folder, keys, said):
     assert str(refused.value).startswith(f"s.toml: {said}")
 
 
-def test_statistics_are_told_before_and_after(folder):
-    told = dict(summary(loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True})))
-    plain = loaded(folder, MAP).surface()
-    assert f"{len(plain.summits):,} summits" in told["map as it comes"]
-    after = loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True}).surface()
-    assert f"{len(after.summits):,} summits" in told["map as prepared"]
-    assert "map as prepared" not in dict(summary(loaded(folder, MAP)))
-
-
 def test_steps_too_coarse_for_radii_are_reported_and_a_filter_mends_it(folder):
     heights = random_surface((64, 64), 1e-6, 1e-8, 20e-6, seed=2, autocorrelation="gaussian").heights
     step = 2e-9

@@ -62,15 +62,6 @@ def test_a_log_is_refused_as_a_log(folder):
         hs.loops(folder / "s.history")
 
 
-@pytest.mark.parametrize(
-    ("record", "said"),
-    [(None, "None: cannot be evaluated; expected a history"), ("none.toml", "none.toml: there is no such file")],
-)
-def test_objects_without_loops_are_refused(record, said):
-    with pytest.raises(hs.InputError, match=said):
-        hs.loops(record)
-
-
 def test_loops_the_wrong_way_round_are_refused_by_all(folder):
     text = scenario_text(
         COLUMNS, {"tangential_load": '{ column = "T", scale = -1 }'}, more='[fit]\nparameters = ["friction"]\n'
@@ -110,30 +101,3 @@ def test_all_ways_lead_to_the_same_friction(slider):
     history.close()
     assert simulated.window_mean[5:] == pytest.approx(0.2)
     assert hs.sliding("s.nc").window_mean.tolist() == simulated.window_mean.tolist()
-
-
-def test_the_command_prints_writes_and_draws(slider):
-    done = call("sliding", "s.toml", "--windows", "20", "-o", "mu.csv")
-    assert done.exit_code == 0, done.output
-    assert done.output.startswith("slides                  10 µm, in 20 windows of 500 nm\n")
-    assert "\nsteady value            0.2 (95 %: 0.2 to 0.2" in done.output
-    header, *rows = (slider / "mu.csv").read_text(encoding="utf-8").splitlines()
-    assert header == "distance [m],coefficient,standard_deviation,count"
-    assert len(rows) == 20
-    assert call("sliding", "s.toml", "--over", "time", "-o", "mu.pdf").exit_code == 0
-    assert (slider / "mu.pdf").read_bytes().startswith(b"%PDF")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("m.csv",), "m.csv: is no scenario (.toml) and no result of historysim run"),
-        (("s.toml", "-o", "mu.xlsx"), "mu.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"),
-        (("s.toml", "-o", "m.csv"), "m.csv: would overwrite an input of the command"),
-    ],
-)
-@pytest.mark.usefixtures("slider")
-def test_bad_input_is_explained(arguments, said):
-    done = call("sliding", *arguments)
-    assert done.exit_code == 2
-    assert said in done.output

@@ -68,8 +68,6 @@ def test_joined_runs_are_noted_and_the_note_names_the_key(proposed):
     ("name", "cycles", "expected"),
     [
         ("Cycle No.", (1, 10, 100), (1, 10, 100)),
-        ("Zyklus", (5, 7), (5, 7)),
-        ("Run", (1, 2, 3), (1, 2, 3)),
         ("Cycle", (1, 2, 3), None),  # these follow each other without a gap
         ("Cycle", (1, 10, 1), None),
         ("Recycling", (1, 10, 100), None),
@@ -78,19 +76,3 @@ def test_joined_runs_are_noted_and_the_note_names_the_key(proposed):
 def test_a_run_column_is_known_by_its_name_and_its_blocks(tmp_path, name, cycles, expected):
     found = find_run_column(fretting_log(tmp_path / "m.csv", name, cycles), Format())
     assert (found and found.numbers) == expected
-
-
-def test_the_picture_of_loops_has_the_title_of_the_scenario(proposed, monkeypatch):
-    from historysim.results.plots.found_loops import MeasuredLoopsPicture
-
-    titles = []
-    draw = MeasuredLoopsPicture.draw
-    monkeypatch.setattr(
-        MeasuredLoopsPicture, "draw", lambda self, canvas, data: titles.append(self.title) or draw(self, canvas, data)
-    )
-    text = proposed.read_text(encoding="utf-8")
-    for title, expected in (('title = "Rig 3"', "Rig 3"), ("", "s.toml")):
-        proposed.write_text(text.replace('title = "log"', title), encoding="utf-8")
-        result = CliRunner().invoke(main, ["loops", "s.toml", "-o", f"{expected}.png"])
-        assert result.exit_code == 0, result.output
-        assert titles[-1] == expected

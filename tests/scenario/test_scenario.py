@@ -1,25 +1,14 @@
 """Scenario files: what they build, and what is said about those that cannot be used."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 from broken import (
     BLOCKS,
-    DENSITY,
     DOCUMENTS,
     FILES,
     MEASURED,
-    ROUGH_ON_ROUGH,
     SPHERE,
     WAYPOINTS,
-    broken_bytes,
-    broken_documents,
-    keep_small,
 )
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from historysim.errors import InputError
 from historysim.loads.events import (
@@ -144,57 +133,6 @@ def test_tables_give_summits_friction_and_loads(folder):
     )
 
 
-FROM_FILE = """
-[loading]
-file = "{file}"
-{layout}
-[loading.columns]
-time = {time}
-normal_load = {normal_load}
-"""
-
-
-@pytest.mark.parametrize(
-    ("file", "content", "layout", "time", "normal_load"),
-    [
-        ("r.txt", "t\tF\n0\t50\n1\t70\n", 'delimiter = "\\t"', '"t"', '{ column = "F", unit = "mN" }'),
-        ("r.csv", "0;0,05;9\n1;0,07;9\n", 'decimal = ","', "{ column = 1 }", "{ column = 2 }"),
-        (
-            "r.json",
-            '{"t": [0, 1], "m": [[9, 9], [50, 70]], "m unit": "mN"}',
-            "transposed = true",
-            '"t"',
-            '{ column = "m", index = 2 }',
-        ),
-    ],
-)
-def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, normal_load):
-    (folder / file).write_text(content, encoding="utf-8")
-    loading = FROM_FILE.format(file=file, layout=layout, time=time, normal_load=normal_load)
-    events = loaded(folder, SPHERE + loading).events()
-    assert [event.time for event in events] == [0.0, 1.0]
-    assert [event.value for event in events] == pytest.approx([0.05, 0.07])
-    assert all(type(event.time) is float and type(event.value) is float for event in events)
-
-
-@pytest.mark.parametrize(
-    ("layout", "column", "said"),
-    [
-        ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',' is also the delimiter"),
-    ],
-)
-def test_messages_about_how_a_file_is_written(folder, layout, column, said):
-    (folder / "r.csv").write_text("t,F,F / kN,x [mm]\n0,1,2,3\n", encoding="utf-8")
-    loading = FROM_FILE.format(file="r.csv", layout=layout, time='"t"', normal_load=column)
-    assert f"s.toml: {said}" in refusal(folder, SPHERE + loading)
-
-
-def test_importing_the_module_loads_nothing_heavy():
-    code = "import sys, historysim.scenario.scenario; print({'numpy', 'xarray', 'netCDF4', 'pint'} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"
-
-
 # -- what is said about those that cannot be used --------------------------------------------------
 
 
@@ -202,7 +140,6 @@ def test_importing_the_module_loads_nothing_heavy():
 WRONG = {
     WAYPOINTS: [
         ("[loading]", "[laoding]", "laoding: unknown key; did you mean 'loading'?"),
-        ("time = 0, ", "", "loading.waypoints[0]: neither time nor after"),
         (", normal_load = 0.01", "", "loading.waypoints[0]: nothing to reach"),
         (
             "normal_load = 0.01",
@@ -220,7 +157,6 @@ WRONG = {
             "friction = [1, 2, 3]",
             "loading: friction at t = 0 s: friction has shape (3,); expected one",
         ),
-        ('kind = "sphere"', "", "surface.kind: missing; expected one of measured, "),
         ("contact_modulus = 1.0", "", "materials: shear_modulus given; expected either first and second"),
         (
             "[surface]",
@@ -229,8 +165,6 @@ WRONG = {
         ),
     ],
     BLOCKS: [
-        ('first = "silicon"', 'first = "silikon"', "materials.first: 'silikon' is not a built-in material"),
-        ('"10 nm"', '"10 nN"', "surface.height[1]: '10 nN': 'nN' is not"),
         ("repeat = 4", "repeat = 1_000_000_000", "loading.blocks: 9000000003 events; expected 10,000,000 at most"),
         (
             '"90 mN"]',
@@ -240,8 +174,6 @@ WRONG = {
         ('after = "250 ms"', "time = 1", "loading.blocks[0].waypoints[0].time: a block runs"),
     ],
     MEASURED: [
-        ('file = "loads.csv"', 'file = "load.csv"', "loading.file: load.csv: there is no such file"),
-        ('time = "t"', 'time = "tt"', "loading.file: loads.csv: there is no column 'tt'; did you mean 't'?"),
         ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "friction: given both here and"),
     ],
 }
@@ -258,10 +190,8 @@ def test_messages_name_the_field(folder, document, old, new, said):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"t;U;N\n0;0;50\n1;0\n", "line 3: 2 values where the header names 3 columns"),
         (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, set"),
         (b"t;U;N\n1;0;50\n2;0;-1\n", "line 3: a normal load of -0.001 N pulls on the contact"),
-        (b"t;U;N\n0;0;" + b"1" * 200_000 + b"\n", "is not a CSV table: field larger than field limit"),
     ],
 )
 def test_messages_name_line_and_column(folder, content, said):
@@ -305,7 +235,7 @@ def test_files_that_are_no_scenario(tmp_path, content, said):
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("none.toml", "there is no such file"), (".", "is a folder"), ("a\0b", "path"), ("n" * 5000, "cannot")],
+    [(".", "is a folder"), ("n" * 5000, "cannot")],
 )
 def test_places_where_no_scenario_is(tmp_path, name, said):
     with pytest.raises(InputError) as refused:
@@ -313,53 +243,6 @@ def test_places_where_no_scenario_is(tmp_path, name, said):
     assert said in str(refused.value)
 
 
-# -- everything that hypothesis can break ----------------------------------------------------------
-
-
-def check_that_it_is_built_or_refused(folder, document):
-    (folder / "s.toml").write_bytes(document)
-    message = "s.toml: fine"
-    try:
-        scenario.load(folder / "s.toml").build()
-    except InputError as error:
-        message = str(error)
-    assert message.startswith("s.toml: ")
-    assert message.removeprefix("s.toml: ").strip()
-    assert "Traceback" not in message
-
-
-fuzz = settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-@pytest.fixture
-def small(folder, monkeypatch):
-    keep_small(monkeypatch)
-    return folder
-
-
 @pytest.mark.parametrize("document", DOCUMENTS)
-def test_the_documents_to_be_broken_are_good(small, document):
-    assert built(small, document)
-
-
-@fuzz
-@given(document=broken_documents())
-def test_broken_documents_are_refused(small, document):
-    check_that_it_is_built_or_refused(small, document)
-
-
-@fuzz
-@given(document=broken_bytes(DOCUMENTS))
-def test_broken_text_is_refused(small, document):
-    check_that_it_is_built_or_refused(small, document)
-
-
-@fuzz
-@given(data=st.data(), document=st.sampled_from([MEASURED, DENSITY, ROUGH_ON_ROUGH]))
-def test_broken_tables_are_refused(small, data, document):
-    names = [name for name in FILES if name in document]
-    broken = data.draw(st.sampled_from(names))
-    for name, content in FILES.items():
-        Path(small / name).write_text(content, encoding="utf-8")
-    (small / broken).write_bytes(data.draw(broken_bytes([FILES[broken]])))
-    check_that_it_is_built_or_refused(small, document.encode())
+def test_the_documents_that_are_broken_elsewhere_are_good(folder, document):
+    assert built(folder, document)

@@ -32,13 +32,9 @@ def test_columns_of_a_scenario(value, expected):
 @pytest.mark.parametrize(
     ("value", "said"),
     [
-        (3, "3; expected a string"),
         ("", "''; expected a string that is not blank"),
-        ({}, "column: missing; expected the name of a column in the file"),
         ({"column": "F", "units": "N"}, "units: unknown key; did you mean 'unit'?"),
         ({"column": 0}, "column: 0; expected a name, or a position counted from 1"),
-        ({"column": "F", "unit": 3}, "unit: 3; expected a string that is not blank"),
-        ({"column": "F", "occurrence": 0}, "occurrence: 0; expected an integer of 1 or more"),
     ],
 )
 def test_columns_that_are_none(value, said):
