@@ -11,7 +11,6 @@ from hypothesis.extra import numpy as npst
 
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.random import random_surface
 
 EPS = np.finfo(float).eps
 NAN = math.nan
@@ -52,22 +51,11 @@ def test_any_array_of_numbers(heights):
     assert not surface.missing.any()
 
 
-@pytest.mark.parametrize("kind", [float, int, np.float32, np.uint8])
-def test_masked_points_are_missing_whatever_lies_behind_the_mask(kind):
-    values = np.array([[9, 1, 9], [2, 9, 3]], kind)
-    surface = Surface(np.ma.masked_equal(values, 9), 1)
-    np.testing.assert_array_equal(surface.heights, [[NAN, 1, NAN], [2, NAN, 3]])
-    hidden = np.ma.array([[np.inf, 1.0], [NAN, -np.inf]], mask=[[1, 0], [0, 1]])
-    np.testing.assert_array_equal(Surface(hidden, 1).heights, [[NAN, 1], [NAN, NAN]])
-
-
 @pytest.mark.parametrize(
     ("heights", "message"),
     [
         ([[1, 2], [3]], r"heights are lists of different lengths; expected an array \(nx, ny\) in m"),
         ([["1 nm", "2 K"]], r"heights: .* .K. is not a unit of a length"),
-        (None, "heights are of type object"),
-        (np.zeros((2, 2, 2)), r"heights have shape \(2, 2, 2\)"),
         ([NAN, NAN], "heights are infinite, or all missing"),
     ],
 )
@@ -131,8 +119,8 @@ def squared_ratio(heights, wanted):
     return float(sum((value - mean) ** 2 for value in values) / len(values) / Fraction(wanted) ** 2)
 
 
-@pytest.mark.parametrize("wanted", [1e-160, 1e-9, 1.0, 1e150])
-@pytest.mark.parametrize("power", [-530, -660, -20, 0, 530, 1000])
+@pytest.mark.parametrize("wanted", [1e-160, 1e-9, 1e150])
+@pytest.mark.parametrize("power", [-660, -20, 1000])
 def test_scaled_to_an_rms_height_of_any_size(power, wanted):
     # small integers with a mean of exactly 0, times 1e-160, 1e-199, 1e-6, 1, 1e160 or 1e301 m
     integers = np.random.default_rng(8).integers(-9, 10, (10, 7)).astype(float)
@@ -196,11 +184,8 @@ def test_shift_and_rotation_move_the_other_surface():
     ("first", "second", "how", "repeats"),
     [
         ((True, 4, 1.0), (True, 8, 0.5), {}, True),
-        ((True, 4, 1.0), (True, 4, 1.0), {"shift": (0.3, 7)}, True),
         ((False, 4, 1.0), (True, 4, 1.0), {}, False),
-        ((True, 4, 1.0), (True, 4, 1.001), {}, False),
         ((True, 4, 1.0), (True, 4, 1.0), {"rotation": 0.1}, False),
-        ((True, 10, 0.1), (True, 1000, 0.001), {}, True),
     ],
 )
 def test_a_sum_repeats_where_both_do_with_the_same_lengths(first, second, how, repeats):
@@ -208,26 +193,13 @@ def test_a_sum_repeats_where_both_do_with_the_same_lengths(first, second, how, r
     assert surfaces[0].combined(surfaces[1], **how).periodic is repeats
 
 
-@pytest.mark.parametrize("shift", [(6, 0), (0, -5.5)])
-def test_surfaces_that_do_not_overlap(shift):
+def test_surfaces_that_do_not_overlap():
     surface = Surface(rough((5, 5)), 1.0)
     with pytest.raises(InputError, match="the two surfaces have no point in common; expected a shift within their"):
-        surface.combined(surface, shift=shift)
+        surface.combined(surface, shift=(6, 0))
 
 
 # --- hard cases at once -----------------------------------------------------------------------------------------
-
-
-def test_a_surface_has_a_repr():
-    heights = np.zeros((3, 5))
-    heights[1, 2], heights[0, 0] = 4e-9, np.nan
-    text = repr(Surface(heights, (1e-6, 2e-6), periodic=True))
-    # one point of 4 nm among 14: Rq² = 16/14 - (4/14)² nm²
-    assert text == (
-        "<Surface: points 3 × 5, pixel size 1 µm × 2 µm, heights 0 m to 4 nm, rms height 1.03 nm, periodic yes, "
-        "missing points 1>"
-    )
-    assert repr(Surface([1e-9, 1e-9, 1e-9], 1e-6)).startswith("<Surface: points 3 × 1, pixel size 1 µm, heights 1 nm, ")
 
 
 def test_a_cropped_surface_has_the_points_between_two_positions():
@@ -278,34 +250,11 @@ def test_roughness_on_a_ball_is_the_sum_of_both():
     [
         ("on_ball", 0, "radius is 0"),
         ("on_ball", 4e-6, "half the diagonal"),
-        *(("at_resolution", pixel, "pixel_size") for pixel in (0, -1e-6, 1e-4, 1e-15)),
-        *(
-            ("cropped", ends, "x")
-            for ends in ((1e-6,), (2e-6, 1e-6), (-1e-6, 1e-6), (1.1e-6, 1.9e-6), (9.5e-6, 12e-6), "all")
-        ),
+        *(("at_resolution", pixel, "pixel_size") for pixel in (0, 1e-4)),
+        *(("cropped", ends, "x") for ends in ((1e-6,), (2e-6, 1e-6), (1.1e-6, 1.9e-6))),
         ("scaled", 1e-6, "the surface has one height everywhere; expected a rough surface to scale"),
     ],
 )
 def test_what_a_surface_cannot_become_is_refused(method, argument, message):
     with pytest.raises(InputError, match=message):
         getattr(Surface(np.ones((10, 10)), 1e-6), method)(argument)
-
-
-def summits_of_sum(interpolation, shift):
-    """Summit density and mean radius of the sum of two exponential surfaces, over those without a shift."""
-    ratios = []
-    for seed in range(12):
-        first, second = (random_surface((256, 256), 1e-6, 1e-7, 2e-5, seed=2 * seed + one) for one in (0, 1))
-        found, own = (
-            first.combined(second, shift=shift, interpolation=interpolation).summits(),
-            (first + second).summits(),
-        )
-        ratios.append([len(found) / len(own), found.radius.mean() / own.radius.mean()])
-    return np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / math.sqrt(12)
-
-
-def test_splines_take_summits_of_a_sum_as_the_docstring_says():
-    (density, radius), error = summits_of_sum("spline", (3.5e-6, -7.5e-6))
-    assert 1 - density == pytest.approx(0.12, abs=0.01 + 4 * error[0])
-    assert radius - 1 == pytest.approx(0.14, abs=0.01 + 4 * error[1])
-    assert error.max() < 0.006

@@ -13,17 +13,11 @@ from historysim.surfaces.random import MOST_KURTOSIS, Translation, translation
 Z = np.linspace(-4, 4, 33)
 
 PAIRS = [
-    (0, 1.8),
     (0, 1.2),
-    (0, 4),
     (0, 99),
     (1, 2.3),
     (-1, 5),
-    (0.5, 3.1),
-    (-0.3, 3),
     (2, 5.5),
-    (2, 12),
-    (-4, 25),
     (6, 70),
 ]
 
@@ -60,11 +54,7 @@ def test_unbounded_heights_have_the_moments_of_scipy(skewness, kurtosis):
 
 @pytest.mark.parametrize(
     ("skewness", "kurtosis"),
-    [
-        pytest.param(*pair, marks=[] if pair in {(0, 1.2), (1, 2.3), (2, 5.5)} else pytest.mark.slow)
-        for pair in PAIRS
-        if pair[1] < 3 + 1.7 * pair[0] ** 2
-    ],
+    [pair for pair in PAIRS if pair[1] < 3 + 1.7 * pair[0] ** 2],
 )
 def test_bounded_heights_have_the_moments_of_a_quadrature(skewness, kurtosis):
     fitted = translation(skewness, kurtosis)
@@ -142,15 +132,14 @@ def test_correlation_of_log_normal_heights(fitted):
     np.testing.assert_allclose(normal(expected[20:]), rho[20:], rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(("skewness", "kurtosis"), [(-1, 2.9), pytest.param(2, 5.5, marks=pytest.mark.slow)])
-def test_correlation_of_bounded_heights(skewness, kurtosis):
-    fitted = translation(skewness, kurtosis)
+def test_correlation_of_bounded_heights():
+    fitted = translation(-1, 2.9)
     law = distribution(fitted)
     # independent normals mixed to a correlation ρ; the rule converges as exp(-2π² δ / step), 1e-9 for 1/δ = 5.7
     u = np.arange(-8, 8, 0.05)
     weights = np.outer(norm.pdf(u), norm.pdf(u)) * 0.05**2
     translated, normal = fitted.correlations()
-    for rho in (-0.6, 0.5, 0.99):
+    for rho in (-0.6, 0.99):
         mixed = rho * u[:, None] + math.sqrt(1 - rho**2) * u
         values = (law.ppf(norm.cdf(u)) - law.mean()) / law.std()
         others = (law.ppf(norm.cdf(mixed)) - law.mean()) / law.std()
@@ -164,10 +153,7 @@ def test_correlation_of_bounded_heights(skewness, kurtosis):
     ("skewness", "kurtosis", "message"),
     [
         (2, 4.9, r"kurtosis is 4.9 with a skewness of 2; .* below skewness² \+ 1 = 5: raise the kurtosis"),
-        (0, 0.9, "no heights have a kurtosis below"),
-        (1e200, 50, "no heights have a kurtosis below"),
         (-1, 2.1, "next to two-level; expected at least 2.15"),
-        (0, 101, "kurtosis is 101; expected at most 100"),
     ],
 )
 def test_moments_out_of_range(skewness, kurtosis, message):

@@ -111,26 +111,11 @@ def test_channels_of_a_measured_file(library):  # noqa: ARG001 - skips where it 
 
 
 @measured_files
-def test_what_a_file_says_can_be_repeated_but_not_contradicted(library):  # noqa: ARG001 - skips where it is not there
-    path = HEIGHTS / "di-4.di"
-    repeated = read_surface(path, height_unit="1e-9 m", lateral_unit="nm", pixel_size="19.53 nm")
-    assert repeated.pixel_size == read_surface(path).pixel_size
-    for wrong, message in [
-        ({"height_unit": "µm"}, "states that its heights are in nm, but height_unit is 'µm'; omit height_unit"),
-        ({"lateral_unit": "µm"}, "states that its distances are in nm, but lateral_unit is 'µm'"),
-        ({"pixel_size": "19.6 nm"}, "its points are 1.95313e-08 m × 1.95313e-08 m apart, but pixel_size is '19.6 nm'"),
-        ({"pixel_size": ("19.53125 nm", "19.6 nm")}, "apart, but pixel_size is"),
-    ]:
-        with pytest.raises(InputError, match=message):
-            read_surface(path, **wrong)
-
-
-@measured_files
 @pytest.mark.parametrize("name", ["di-4.di", "x3p-2.x3p"])
 def test_a_measured_file_cut_short_is_refused(library, scratch, name):  # noqa: ARG001 - skips where it is not there
     content = (HEIGHTS / name).read_bytes()
     # the last but one leaves as many bytes as a square of 16-bit numbers has, which one format consists of
-    for length in (1, 7, 300, 5000, 41000, 2 * 512**2, len(content) - 1):
+    for length in (300, 2 * 512**2, len(content) - 1):
         path = scratch / name
         path.write_bytes(content[:length])
         with pytest.raises(InputError, match=f"^{name}: (holds no heights, or )?is damaged, or of no format"):
@@ -141,12 +126,11 @@ def test_a_measured_file_cut_short_is_refused(library, scratch, name):  # noqa: 
 
 
 WRITERS = {"nc": "to_netcdf", "x3p": "to_x3p", "gwy": "to_gwy", "txt": "to_matrix"}
-METRES_PER = {"nm": 1e-9, "Å": 1e-10}
 
 
-@pytest.mark.parametrize("unit", ["nm", "Å"])
 @pytest.mark.parametrize("ending", WRITERS)
-def test_units_and_missing_points_come_through(library, tmp_path, ending, unit):
+def test_units_and_missing_points_come_through(library, tmp_path, ending):
+    unit = "Å"
     heights = rough((12, 7), missing=0.31)
     path = tmp_path / f"map.{ending}"
     topography = library.Topography(np.ma.masked_invalid(heights), (6.0, 14.0), unit=unit)
@@ -154,10 +138,10 @@ def test_units_and_missing_points_come_through(library, tmp_path, ending, unit):
     surface = read_surface(path)
     assert surface.shape == (12, 7)
     # two conversions on the way there and back, and the digits of the text formats (15 after the point)
-    assert surface.pixel_size == pytest.approx((0.5 * METRES_PER[unit], 2 * METRES_PER[unit]), rel=1e-14)
+    assert surface.pixel_size == pytest.approx((0.5e-10, 2e-10), rel=1e-14)
     np.testing.assert_array_equal(surface.missing, np.isnan(heights))
     assert surface.missing.any()
-    np.testing.assert_allclose(surface.heights, heights * METRES_PER[unit], rtol=8 * EPS)
+    np.testing.assert_allclose(surface.heights, heights * 1e-10, rtol=8 * EPS)
 
 
 def test_an_uneven_profile_is_refused(library, tmp_path):
@@ -165,24 +149,6 @@ def test_an_uneven_profile_is_refused(library, tmp_path):
     library.NonuniformLineScan(np.array([0, 1, 3.0]), np.zeros(3), unit="mm").to_netcdf(str(path))
     with pytest.raises(InputError, match=r"profile.nc: is a profile with uneven distances between its points"):
         read_surface(path)
-
-
-def test_a_file_without_unit(library, tmp_path):
-    path = tmp_path / "map.nc"
-    heights = rough((6, 5))
-    library.Topography(heights, (6.0, 10.0)).to_netcdf(str(path))
-    for given_units, missing in [
-        ({}, "does not name the unit of its heights; give height_unit"),
-        ({"height_unit": "nm"}, "does not name the unit of its distances; give lateral_unit"),
-        ({"height_unit": "nm", "pixel_size": 1e-6}, "does not name the unit of its distances"),
-        ({"height_unit": "nN", "lateral_unit": "µm"}, "height_unit: 'nN' is not a unit of a length"),
-        ({"height_unit": 3, "lateral_unit": "µm"}, "height_unit: 3 is not a unit"),
-    ]:
-        with pytest.raises(InputError, match=f"map.nc: {missing}"):
-            read_surface(path, **given_units)
-    surface = read_surface(path, height_unit="nm", lateral_unit="µm")
-    assert surface.pixel_size == pytest.approx((1e-6, 2e-6), rel=8 * EPS)
-    np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=4 * EPS)
 
 
 def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # noqa: ARG001 - skips where it is not there
@@ -201,7 +167,7 @@ def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # no
 
 def test_bytes_of_no_format(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
     noise = np.random.default_rng(0).bytes(2 * 30**2)
-    for name in ("noise.bin", "noise", "noise.dat", "noise.spm"):
+    for name in ("noise.bin", "noise.spm"):
         path = tmp_path / name
         path.write_bytes(noise)
         with pytest.raises(InputError, match=f"{name}: .*is damaged, or of no format that SurfaceTopography"):
@@ -238,26 +204,14 @@ def test_the_unit_a_is_refused(library, tmp_path):  # noqa: ARG001 - skips where
             read_surface(path, **units)
 
 
-@pytest.mark.parametrize("broken", ["1.O 2 3 4", "5 6 *** 8", "5 6 - 8", "5 6 7,5 8"])
-@pytest.mark.parametrize("place", [0, 1, 3])
+@pytest.mark.parametrize("broken", ["1.O 2 3 4", "5 6 7,5 8"])
+@pytest.mark.parametrize("place", [0, 3])
 def test_no_line_under_a_header_is_passed_over(library, tmp_path, broken, place):  # noqa: ARG001 - skips where not there
     rows = ROWS.splitlines()
     rows.insert(place, broken)
     path = written(tmp_path / "map.txt", HEADER + "\n".join(rows) + "\n")
     with pytest.raises(InputError, match=rf"line {place + 5} contains a value that is not a number|different|damaged"):
         read_surface(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [("# depth: 5 mm\n" + ROWS, "line 1: '# depth: 5 mm'"), ("\nHeights of sample 3\n" + ROWS, "line 2: 'Heights")],
-)
-def test_a_header_that_nobody_understands(library, tmp_path, text, line):  # noqa: ARG001 - skips where it is not there
-    for ending in ("txt", "map"):
-        path = written(tmp_path / f"map.{ending}", text)
-        with pytest.raises(InputError, match="has a header without a unit or size") as error:
-            read_surface(path, **PLAIN)
-        assert (line in str(error.value)) is (ending == "txt")
 
 
 def test_what_needs_the_extra_says_so(tmp_path, monkeypatch):
@@ -307,18 +261,10 @@ def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips wh
         read_surface(written(tmp_path / "small.xyz", "0 1\n1e-7 2\n2e-7 4\n3.3e-7 3\n"), **units)
 
 
-@pytest.mark.parametrize(
-    "text", ["0 1 2\n1 2 3\n2 3 4\n3 4 9\n", "0 1\n1 2\n2 3\n3 4\n", "0,5\n1,5\n2,5\n2,0\n", "a,b,c\n1,2,3\n4,5,7\n"]
-)
-def test_few_columns_may_be_coordinates(library, tmp_path, text):  # noqa: ARG001 - skips where it is not installed
-    with pytest.raises(InputError, match=r"coordinates.* name it .xyz if .* save it as .npy"):
-        read_surface(written(tmp_path / "map.csv", text), **PLAIN)
-
-
 # matrices as text
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (4, 9), (9, 4), (7, 1), (1, 7)])
+@pytest.mark.parametrize("shape", [(4, 9), (7, 1)])
 def test_text_and_numpy_agree_with_surfacetopography(library, tmp_path, shape):
     heights = rough(shape)
     path = tmp_path / "map.txt"
@@ -387,14 +333,7 @@ def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
     ("text", "message"),
     [
         ("1 2 3 4\n\n5 6 7\n", "line 3: 3 values where line 1 has 4; expected as many in each line"),
-        ("1,2,3,4\n5,6,7 5,8\n", "line 2, column 3: '7 5'"),
         ("1\t2,5\t3\t4\n", "line 1, column 2: '2,5'; .*; write the decimal comma as a point"),
-        ("1;1.234,5;3\n", "line 1: a decimal point where another value has a comma"),
-        ("1 2 3 4\n1_000 2 3 4\n", "line 2, column 1: '1_000'"),
-        ("ncols 4\nnrows 1\n1 2 3 4\n", "line 1, column 1: 'ncols'"),
-        ("# only\n% comments\n\n", "has no line with heights"),
-        ("1 2 inf 4\n1e999 2 3 4\n", "line 1, column 3: 'inf'; expected a finite number"),
-        ('1,2,3,4\n"1,2,3,4\n', "line 2: unexpected end of data; expected numbers without quotes"),
         ("nan - ***\nbad nan nan\n", "has 0 points with a height, of 6; expected 3 or more"),
     ],
 )
@@ -408,9 +347,6 @@ def test_texts_that_are_no_matrix(tmp_path, text, message):
     [
         ({}, "does not name the unit of its heights; give height_unit='nm', in the shell --height-unit nm"),
         ({"height_unit": "nm", "lateral_unit": "µm"}, "lateral_unit is 'µm', but the file has no distances; give"),
-        ({"height_unit": "nm", "pixel_size": (1, 2, 3)}, r"pixel_size has shape \(3,\)"),
-        ({"height_unit": "nm", "pixel_size": "1"}, "pixel_size: '1' has no unit"),
-        ({"height_unit": "nm", "pixel_size": 1, "channel": 0}, "channel is 0, but a matrix has no channels"),
     ],
 )
 def test_arguments_that_a_matrix_needs(tmp_path, arguments, message):
@@ -421,21 +357,10 @@ def test_arguments_that_a_matrix_needs(tmp_path, arguments, message):
             read_surface(tmp_path / name, **arguments)
 
 
-def test_other_encodings(tmp_path):
-    path = tmp_path / "map.txt"
-    path.write_bytes("# gemessen in µm/s\n1 2 3 4\n".encode("latin-1"))
-    assert read_surface(path, **METRES).heights[:, 0].tolist() == [1, 2, 3, 4]
-    path.write_bytes("1 2 3 4\n".encode("utf-8-sig"))
-    assert read_surface(path, **METRES).heights[:, 0].tolist() == [1, 2, 3, 4]
-    path.write_bytes("1 2 3 4\n".encode("utf-16"))
-    with pytest.raises(InputError, match=r"map.txt: is UTF-16 text; save it as UTF-8"):
-        read_surface(path, **METRES)
-
-
 # arrays of numpy
 
 
-@pytest.mark.parametrize("kind", ["<f8", ">f8", "<f4", "<f2", "<i2", ">i4", "u1"])
+@pytest.mark.parametrize("kind", [">f8", "<f4", "<i2"])
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_numpy_arrays_keep_their_axes(tmp_path, kind, order):
     heights = np.asarray(np.arange(12).reshape(4, 3), dtype=kind, order=order)
@@ -451,10 +376,7 @@ def test_numpy_arrays_keep_their_axes(tmp_path, kind, order):
     ("array", "message"),
     [
         (np.array([[1, None]]), "is damaged, or no NPY file of numbers"),
-        (np.ones((2, 2), bool), "holds an array of type bool"),
         (np.ones((2, 2, 3)), r"holds an array of shape \(2, 2, 3\); expected \(nx, ny\), or \(n,\) for a profile"),
-        (np.ones((3, 0)), r"holds an array of shape \(3, 0\)"),
-        (np.full((3, 3), np.nan), "has 0 points with a height, of 9"),
     ],
 )
 def test_arrays_that_are_no_heights(tmp_path, array, message):
@@ -565,9 +487,7 @@ def small_files(library, scratch):
     return found
 
 
-@pytest.mark.parametrize(
-    "ending", [pytest.param(each, marks=pytest.mark.slow if each == "nc" else ()) for each in WRITERS]
-)
+@pytest.mark.parametrize("ending", ["x3p", "gwy"])
 @settings(max_examples=2)  # each damaged file is shown to some forty readers
 @given(st.data())
 def test_damaged_files(small_files, scratch, ending, data):
@@ -604,9 +524,14 @@ def cf_map(path, units, *, dimensions=("x", "y"), key="units"):
     return heights
 
 
-@pytest.mark.parametrize("key", ["units", "unit"])
-@pytest.mark.parametrize("dimensions", [("x", "y"), ("y", "x")])
-@pytest.mark.parametrize("units", [("mm", "mm", "um"), ("m", "m", "m"), ("µm", "µm", "nm"), ("mm", "um", "nm")])
+@pytest.mark.parametrize(
+    ("units", "dimensions", "key"),
+    [
+        (("mm", "mm", "um"), ("y", "x"), "units"),
+        (("m", "m", "m"), ("x", "y"), "unit"),
+        (("mm", "um", "nm"), ("x", "y"), "units"),
+    ],
+)
 def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
     path = tmp_path / "map.nc"
     heights = cf_map(path, dict(zip(("x", "y", "heights"), units, strict=True)), dimensions=dimensions, key=key)
@@ -619,11 +544,8 @@ def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
     ("units", "given", "message"),
     [
         (("mm", "mm", None), {}, "does not name the unit of its heights; give height_unit"),
-        ((None, None, "um"), {}, "does not name the unit of its distances; give lateral_unit"),
         (("mm", None, "um"), {}, "names the unit of one of its coordinates only"),
         (("mm", "mm", "um"), {"height_unit": "nm"}, "states that its heights are in um, but height_unit is 'nm'"),
-        (("mm", "mm", "um"), {"pixel_size": "5 µm"}, "states that its points are 2e-06 m"),
-        (("mm", "mm", "um"), {"channel": "other"}, "has 1 variables with points; give channel 'other' .* 0 'heights'"),
     ],
 )
 def test_a_netcdf_map_without_units_or_with_others(tmp_path, units, given, message):
@@ -633,8 +555,7 @@ def test_a_netcdf_map_without_units_or_with_others(tmp_path, units, given, messa
         read_surface(path, **given)
 
 
-@pytest.mark.parametrize("name", ["list.csv", "list.txt", "list.xyz"])
-@pytest.mark.parametrize("delimiter", [",", " ", ";", "\t"])
+@pytest.mark.parametrize(("name", "delimiter"), [("list.csv", ","), ("list.txt", "\t"), ("list.xyz", " ")])
 def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # noqa: ARG001 - skips where it is missing
     heights = rough((5, 6)).round(6)
     text = "\n".join(
@@ -648,24 +569,16 @@ def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # no
     np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["profile.csv", "profile.xyz"])
-def test_a_profile_with_a_header_of_its_instrument(library, tmp_path, name):  # noqa: ARG001 - skips where it is missing
+def test_a_profile_with_a_header_of_its_instrument(library, tmp_path):  # noqa: ARG001 - skips where it is missing
     heights = [-0.01, 0.02, -0.01, 0.015, -0.012]
     rows = "\n".join(f"{i:.1f},{z}" for i, z in enumerate(heights))
-    path = written(tmp_path / name, f"Scan Parameters\nLength,5 um\n\nLateral um,Raw Micrometer\n{rows}\n")
+    path = written(tmp_path / "profile.csv", f"Scan Parameters\nLength,5 um\n\nLateral um,Raw Micrometer\n{rows}\n")
     surface = read_surface(path)
     assert surface.pixel_size[0] == pytest.approx(1e-6, rel=1e-9)
     np.testing.assert_allclose(surface.heights[:, 0], np.array(heights) * 1e-6, rtol=1e-12)
 
 
-def test_a_list_of_points_needs_the_library(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
-    path = written(tmp_path / "list.csv", "0,0,1\n1,0,2\n0,1,3\n1,1,5\n")
-    with pytest.raises(InputError, match=r'needs SurfaceTopography, .*pip install "historysim\[surfaces\]"'):
-        read_surface(path, height_unit="nm", lateral_unit="µm")
-
-
-@pytest.mark.parametrize("placeholders", [[-9999.0], [1e10], [-9999.0, 1e10], [9999.0], [-32768.0]])
+@pytest.mark.parametrize("placeholders", [[-9999.0, 1e10]])
 def test_placeholders_of_missing_points_are_reported(tmp_path, placeholders):
     heights = rough((40, 50))
     for index, value in enumerate(placeholders):
@@ -692,7 +605,10 @@ def test_a_particle_is_no_placeholder(tmp_path):
 
 @pytest.mark.parametrize(
     ("pixel_size", "height_unit", "implausible"),
-    [("4 m", "nm", True), ("1 µm", "nm", False), ("1 µm", "mm", True), ("0.5 mm", "nm", False), ("2 nm", "nm", False)],
+    [
+        ("4 m", "nm", True),
+        ("1 µm", "nm", False),
+    ],
 )
 def test_an_implausible_scale_is_reported(tmp_path, pixel_size, height_unit, implausible):
     np.savetxt(tmp_path / "map.txt", 4 * rough((40, 50)))
@@ -700,11 +616,3 @@ def test_an_implausible_scale_is_reported(tmp_path, pixel_size, height_unit, imp
         warnings.simplefilter("always")
         read_surface(tmp_path / "map.txt", pixel_size=pixel_size, height_unit=height_unit)
     assert ["which is implausible; check the units" in str(each.message) for each in found] == [True] * implausible
-
-
-@measured_files
-def test_measured_maps_are_plausible(library):  # noqa: ARG001 - skips where it is missing
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for name in ("di-4.di", "x3p-2.x3p"):
-            read_surface(HEIGHTS / name)

@@ -1,8 +1,6 @@
 """Maps of one place before and after wear: sums of waves, which are known exactly at any shift and rotation."""
 
 import math
-import re
-import sys
 
 import numpy as np
 import pytest
@@ -64,10 +62,7 @@ def pair(seed, shift, rotation, *, noise=0.02, level=1.0, points=(128, 128)):
     ("seed", "shift", "rotation", "options"),
     [
         (1, (3.3, -5.7), 0.6, {}),
-        pytest.param(2, (-0.5, 0.5), -1.0, {"noise": 0.005}, marks=pytest.mark.slow),
         (3, (20.5, 14.25), 0.3, {"level": 0.5}),
-        pytest.param(4, (0.0, 0.0), 0.0, {"noise": 0.05, "level": 0.6}, marks=pytest.mark.slow),
-        (5, (6.2, 3.9), 0.9, {"points": (128, 100), "noise": 0.01}),
     ],
 )
 def test_shift_rotation_and_worn_volume_are_found(seed, shift, rotation, options):
@@ -129,20 +124,7 @@ def test_missing_points_and_another_pixel_size_are_allowed():
     assert 0.9 * lost < found.worn_volume < 1.02 * lost
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
-def test_maps_of_two_places_are_refused(seed):
+def test_maps_of_two_places_are_refused():
+    seed = 0
     with pytest.raises(InputError, match="do not show one area"):
         hs.registered(pair(seed, (0, 0), 0)[0], pair(seed + 10, (0, 0), 0)[0])
-
-
-def test_a_profile_is_refused():
-    with pytest.raises(InputError, match="a profile cannot be registered"):
-        hs.registered(hs.Surface(np.arange(9.0), PIXEL), hs.Surface(np.arange(9.0), PIXEL))
-
-
-def test_missing_scikit_image_is_reported(monkeypatch):
-    monkeypatch.setitem(sys.modules, "skimage.registration", None)
-    surface = hs.Surface(np.eye(9), PIXEL)
-    hint = re.escape('pip install "historysim[surfaces]"')
-    with pytest.raises(InputError, match=f"^registration needs scikit-image, which cannot be imported .*{hint}$"):
-        hs.registered(surface, surface)
