@@ -109,16 +109,6 @@ def test_the_command_writes_the_page(folder, tmp_path, monkeypatch):
     assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == 1
 
 
-def test_a_folder_without_scenarios_is_refused(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, ["gallery"])
-    assert done.exit_code == 2
-    assert "scenarios: holds no scenario; expected a folder that does" in done.output
-    done = CliRunner().invoke(main, ["gallery", "-o", "page.pdf"])
-    assert done.exit_code == 2
-    assert "expected .html" in done.output
-
-
 DRAWN = (
     SCRIPT
     + """

@@ -39,37 +39,6 @@ def test_a_label_has_no_mean(found):
     assert not [name for name in spread if str(name).startswith("critical_asperity")]
 
 
-def test_its_picture_has_means_with_their_deviation(found):
-    swept = found.assign(preliminary_displacement=2e-9 * found.drift).assign_attrs(content="sweep")
-    spread = hs.spread(swept)
-    figure = hs.plot(spread)
-    (axes,) = figure.axes
-    (bars,) = axes.containers
-    middle = bars.lines[0].get_ydata()
-    ends = np.array([part[:, 1] for part in bars.lines[2][0].get_segments()[:2]])
-    factor = middle[0] / spread.preliminary_displacement_mean.values[0]
-    np.testing.assert_allclose(middle, factor * spread.preliminary_displacement_mean, rtol=1e-12)
-    deviation = factor * spread.preliminary_displacement_standard_deviation.values[:2]
-    np.testing.assert_allclose(ends, np.array([middle[:2] - deviation, middle[:2] + deviation]).T, rtol=1e-9)
-    assert "mean ± standard deviation" in axes.get_title(loc="left")
-
-
-def test_the_first_of_the_outputs_is_its_picture():
-    scenario = "scenarios/04_normal_up_tangential_up.toml"
-    over, outputs = {"friction.coefficient": [0.2, 0.3]}, ("peak_contact_area", "preliminary_displacement")
-    for asked, label in ((outputs, "real contact area"), ((), "preliminary displacement")):
-        (axes,) = hs.plot(hs.sweep(scenario, over, outputs=asked)).axes
-        assert axes.get_ylabel().startswith(label)
-
-
-def test_nothing_left_is_nan():
-    empty = xr.Dataset({"drift": ("surface_seed", [np.nan, np.nan])})
-    spread = hs.spread(empty)
-    assert spread.drift_mean.isnull()
-    assert spread.drift_quantile.isnull().all()
-    assert spread.drift_count == 0
-
-
 def test_drift_along_a_dimension(found):
     drift = hs.drift_along(found, "load", "drift")
     np.testing.assert_array_equal(drift, np.abs(found.drift - found.drift[0]))
