@@ -22,8 +22,6 @@ from historysim.basics.files import (
     is_netcdf,
     own_file,
     replacing,
-    sync_file,
-    sync_folder,
 )
 from historysim.errors import InputError
 
@@ -116,12 +114,10 @@ def test_whatever_the_system_refuses_is_reported_of_the_name_asked_for(older, re
 @pytest.mark.parametrize(
     ("target", "refused"),
     [
-        ("result", "fsync"),
         ("result", "rename"),
         ("result", "fsync of the folder"),
         # SQLite syncs the bytes of a log by itself
         ("log", "rename"),
-        ("log", "fsync of the folder"),
     ],
 )
 def test_a_failure_at_the_end_names_the_file_asked_for(tmp_path, target, refused, monkeypatch):
@@ -170,15 +166,6 @@ def test_an_error_in_the_block_names_the_file_asked_for_or_another(older, tmp_pa
     with pytest.raises(FileNotFoundError) as caught, replacing(older):
         (tmp_path / "other").read_bytes()
     assert caught.value.filename == str(tmp_path / "other")
-
-
-def test_what_is_not_there_cannot_be_brought_to_the_disk(tmp_path):
-    (tmp_path / "file").touch()
-    sync_file(tmp_path / "file")
-    sync_folder(tmp_path)
-    for sync in (sync_file, sync_folder):
-        with pytest.raises(FileNotFoundError):
-            sync(tmp_path / "none")
 
 
 def test_only_a_file_is_a_file(tmp_path):

@@ -86,13 +86,3 @@ def test_a_clone_that_is_not_installed_says_how_to_mend_it(tmp_path, monkeypatch
     monkeypatch.setitem(sys.modules, _declarations.__name__, None)
     with pytest.raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
         loaded_from(tmp_path)
-
-
-def test_the_command_line_says_it_without_a_traceback(tmp_path):
-    shutil.copytree(PACKAGE, tmp_path / "historysim", ignore=shutil.ignore_patterns(FILE.name, "__pycache__"))
-    code = "from historysim.cli import main; main(['loops', 'record.csv'])"
-    (tmp_path / "record.csv").write_text("time,U,T\n0,0,0\n1,1,1\n2,0,0\n")
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert "Traceback" not in done.stderr
-    assert "`pip install -e .`" in done.stderr

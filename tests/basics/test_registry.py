@@ -69,7 +69,6 @@ def test_a_name_of_this_package_is_never_replaced(tmp_path, monkeypatch):
             "other = json:JSONEncoder",
             "of the package a is .*JSONEncoder.*; expected a subclass of historysim.asperities",
         ),
-        ("other = json:none", "of the package a cannot be loaded from json:none"),
         ("other = nowhere:none", "of the package a cannot be loaded from nowhere:none"),
     ],
 )

@@ -25,23 +25,15 @@ def test_a_number_is_si(number):
     ("text", "unit", "expected"),
     [
         ("50 mN", "N", 0.05),
-        ("70mN", "N", 0.07),
-        ("  1.e3  mN ", "N", 1.0),
-        ("+.5 N", "N", 0.5),
         ("20 gf", "N", 0.196133),
         ("1.5 kip", "N", 6672.33242289075),
         ("-2.5e-3 mm", "m", -2.5e-6),
-        ("100 nm", "m", 1e-7),
         ("100 µm", "m", 1e-4),
         ("100 \u03bcm", "m", 1e-4),
-        ("100 um", "m", 1e-4),
-        ("112 GPa", "Pa", 112e9),
         ("2 min", "s", 120.0),
         ("44.1 mJ/m²", "J m-2", 0.0441),
-        ("44.1 mJ m-2", "J m-2", 0.0441),
         ("1 N/m", "J m-2", 1.0),
         ("334 mN/µm", "N m-1", 334e3),
-        ("0 N", "N", 0.0),
         ("1e-99999999999999999999 N", "N", 0.0),
     ],
 )
@@ -61,30 +53,15 @@ def test_a_unit_changes_no_bit_of_the_number(number):
         ("0.05", "N", r"'0.05' has no unit.*write the plain number 0.05 for SI, or '0.05 N'"),
         ("5 mm", "N", r"'5 mm': 'mm' is not a unit of a force; expected a unit such as mN"),
         ("5 Hz", "s", r"'Hz' is not a unit of a time"),
-        ("5 s since 1970-01-01", "s", "not one number and its unit"),
-        ("5 furlongz", "m", r"'furlongz' is not a known unit.*such as nm"),
-        ("5 unknown", "m", "not a known unit"),
-        ("5 m\0", "m", "is not a known unit|is not a unit"),
         ("20 celsius", "K", "does not start from zero.*0 celsius is 273.15 K"),
-        ("abc", "N", "not one number and its unit.*such as '50 mN'"),
-        ("", "N", "not one number and its unit"),
-        ("nan N", "N", "not one number and its unit"),
         ("1,5 N", "N", "decimal point"),
-        ("10 500 N", "N", "no separators"),
-        ("1.2.3 N", "N", "not one number"),
-        ("5 N*-3", "N", "not one number"),
         ("1_0 N", "N", "not a known unit"),
-        ("1e999 N", "N", "finite"),
         ("1e308 kN", "N", "finite"),
         (float("nan"), "N", "nan is not a finite number"),
-        (float("-inf"), "N", "-inf is not a finite number"),
         (10**400, "N", "beyond the largest float"),
         (True, "N", "True is a bool; expected a force in N"),
-        (None, "Pa", "None is a NoneType; expected a pressure or modulus in Pa"),
         ([1.0], "m", "is a list; expected a length in m, or as a string such as '50 nm'"),
         ("0.2", "1", "'0.2' is a string; expected a plain number such as 0.2, without quotes"),
-        ("20 %", "1", "without quotes or a unit"),
-        (False, "1", "False is a bool; expected a plain number"),
         ("9" * 500, "N", "…"),
     ],
 )
@@ -107,21 +84,11 @@ def test_any_text_is_a_finite_number_or_an_input_error(text):
     ("text", "unit", "message"),
     [
         ("celsius", "K", "does not start from zero"),
-        ("lg(re 1 mN)", "N", "not a known unit"),
-        ("s since 2000-01-01", "s", "not a known unit"),
-        ("1/N", "N", "not a unit of a force"),
-        ("-3 N", "N", "not a known unit"),
         ("0 N", "N", "is 0 N; expected a positive"),
         ("1/0 N", "N", "divides by 0"),
-        ("1e400 N", "N", "is inf N; expected a positive"),
         ("9**9**9", "1", "not a known unit"),
-        ("m²²²", "m", "not a unit of a length"),
         ("KN", "N", "is not a known unit; did you mean 'kN'"),
-        ("mpa", "Pa", "is not a known unit; did you mean 'mPa' or 'MPa'"),
         ("", "N", "'' is not a unit"),
-        (" ", "N", "is not a unit"),
-        ("no_unit", "1", "not a known unit"),
-        (None, "N", "None is not a unit; expected a unit such as mN"),
         ("N\udcff", "N", "not a unit"),
         ("m^1000000", "m", "not a known unit"),
     ],
@@ -165,13 +132,9 @@ def test_plain_units_need_no_library():
     ("value", "text"),
     [
         (0.09, "90 mN"),
-        (-1.5e-6, "-1.5 µN"),
         (0.0, "0 N"),
-        (1000.0, "1 kN"),
         (999.96, "1 kN"),
-        (1e-3, "1 mN"),
         (1e-20, "1e-05 fN"),
-        (1e13, "1e+04 GN"),
     ],
 )
 def test_quantities_get_a_prefix(value, text):
@@ -190,9 +153,13 @@ def test_what_has_no_unit_comes_through(came):
     assert in_si(came, "m") is came
 
 
+@pytest.fixture(scope="module")
+def registry():
+    return pint.UnitRegistry()
+
+
 @pytest.mark.parametrize("unit", [*sorted({*UNIT_OF.values()}), "N m-1", "m3 J-1", "Hz", "Pa m0.5"])
-def test_quantities_of_pint_become_numbers(unit):
-    registry = pint.UnitRegistry()
+def test_quantities_of_pint_become_numbers(registry, unit):
     # the same physical dimension in another unit, by pint's own parser, and its size
     other, factor = {
         "N": ("mN", 1e-3), "m": ("nm", 1e-9), "s": ("ms", 1e-3), "Pa": ("GPa", 1e9), "J m-2": ("mJ/mm**2", 1e3),
@@ -207,12 +174,12 @@ def test_quantities_of_pint_become_numbers(unit):
         in_si(registry.Quantity(3, "K"), unit)
 
 
-@pytest.mark.parametrize("text", ["0.75 MPa √m", "0.75 MPa*√m", "750 kPa √m", "0.75 MPa·√m"])
+@pytest.mark.parametrize("text", ["0.75 MPa √m", "750 kPa*√m"])
 def test_a_toughness_has_the_root_of_a_metre(text):
     assert quantity(text, "Pa m0.5") == 0.75e6
 
 
-@pytest.mark.parametrize("text", ["0.75 MPa", "0.75 m √m", "0.75 √m", "0.75 MPa m", "0.75 MPa √m √m"])
+@pytest.mark.parametrize("text", ["0.75 MPa", "0.75 MPa √m √m"])
 def test_another_unit_is_no_toughness(text):
     with pytest.raises(InputError, match="expected a unit such as"):
         quantity(text, "Pa m0.5")
@@ -222,9 +189,7 @@ def test_another_unit_is_no_toughness(text):
     ("value", "digits", "text"),
     [
         (0.9996, 3, "1 N"),
-        (0.99996, 4, "1 N"),
         (0.123, 2, "120 mN"),
-        (1234.5, 4, "1.234 kN"),
         (-5.000123e-6, 9, "-5.000123 µN"),
     ],
 )
