@@ -1,13 +1,8 @@
 """Units of co-simulation, judged by FMPy, which validates, simulates and rolls them back."""
 
-import ctypes
 import itertools
 import math
-import re
-import shutil
-import subprocess
 import sys
-import zipfile
 
 import numpy as np
 import pytest
@@ -173,15 +168,6 @@ WAYS = [
     ("many coefficients", "load", "displacement"),
     ("an instrument", "displacement", "load"),
     ("patches", "load", "displacement"),
-    *(
-        pytest.param(*way, marks=pytest.mark.slow)
-        for way in (
-            ("one coefficient", "load", "displacement"),
-            ("one coefficient", "displacement", "load"),
-            ("many coefficients", "load", "load"),
-            ("an instrument", "load", "displacement"),
-        )
-    ),
 ]
 
 
@@ -246,10 +232,9 @@ def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, t
         host.slave.freeFMUstate(host_state)
 
 
-# of several coefficients under two loads they are those of a straight path in (d, U), as `Stepper.slopes` says
 @pytest.mark.parametrize(
     ("kind", "normal", "tangential"),
-    [way for way in WAYS if getattr(way, "values", way) != ("many coefficients", "load", "load")],
+    WAYS,
 )
 def test_derivatives_agree_with_the_step(hosted, kind, normal, tangential):
     make, options = CONTACTS[kind]
@@ -287,7 +272,6 @@ PLANE = hs.TangentialDisplacement(0.0, (0.0, 0.0))
     [
         ("load", "displacement", {}),
         ("displacement", "load", {}),
-        pytest.param("load", "load", {"saturate": True}, marks=pytest.mark.slow),
         ("load", "displacement", {"instrument": hs.Instrument(lateral_stiffness=(3e5, 6e5))}),
     ],
 )
@@ -350,20 +334,6 @@ def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tange
     assert raised.value.status == DISCARD
     for state, *_ in kept:
         host.slave.freeFMUstate(state)
-
-
-def test_patches_in_two_directions_agree_with_a_state(hosted):
-    ensemble, rng = patches(), np.random.default_rng(7)
-    host = hosted(hs.Replay(ensemble, [PLANE]), normal="displacement", tangential="displacement").begin()
-    state = ensemble.initial_state()
-    for _ in range(30):
-        up, push = rng.uniform(1e-8, 1.5e-7), rng.uniform(-3e-8, 3e-8, 2)
-        host.step(up, *push)
-        state = ensemble.advance(state, normal_displacement=up, tangential_displacement=tuple(push))
-        assert [host.get("tangential_load_x"), host.get("tangential_load_y")] == state.tangential_load.tolist()
-        assert host.get("dissipated_energy") == state.dissipated_energy
-    with pytest.raises(FMICallException):
-        host.step(2.5e-7, 0.0, 0.0)
 
 
 def test_beyond_the_limit_it_refuses_or_holds(hosted):
@@ -494,28 +464,6 @@ def test_fmpy_simulates_a_shipped_scenario(tmp_path):
         # FMPy interpolates its signal at times that it sums up
         assert found["tangential_load"][row + 1] == pytest.approx(stepper.tangential_load, rel=1e-9, abs=1e-12)
     assert np.ptp(found["tangential_load"]) > 0
-
-
-@pytest.mark.slow
-def test_the_sources_are_enough_to_compile_it(tmp_path):
-    from fmpy.build import build_platform_binary
-
-    if not (all(map(shutil.which, ("cmake", "make", "nm")))):
-        pytest.skip("needs cmake and make")
-    path, folder = tmp_path / "contact.fmu", tmp_path / "unpacked"
-    hs.write_fmu(job(rough()), path, platforms=[])
-    assert not [name for name in zipfile.ZipFile(path).namelist() if name.startswith("binaries")]
-    fmpy.extract(str(path), str(folder))
-    (tmp_path / "build").mkdir()
-    build_platform_binary(folder, tmp_path / "build")
-    (library,) = (folder / "binaries").rglob("contact.*")
-    names = set(re.findall(r"\bfmi2\w+(?=\()", (folder / "sources" / "fmi2.c").read_text(encoding="utf-8")))
-    loaded = ctypes.CDLL(str(library))
-    assert all(hasattr(loaded, name) for name in names if name[4].isupper())
-    undefined = subprocess.run(
-        [shutil.which("nm"), "-D", "--undefined-only", library], capture_output=True, text=True, check=True
-    )
-    assert "pthread" not in undefined.stdout
 
 
 def test_the_same_contact_gives_the_same_bytes(tmp_path):

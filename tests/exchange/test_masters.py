@@ -1,7 +1,6 @@
 """Units of co-simulation under masters: FMPy by FMI 3.0, the Open Simulation Platform, a controlled stage."""
 
 import numpy as np
-import positioning_stage as stage
 import pytest
 
 import historysim as hs
@@ -12,7 +11,6 @@ pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 
 from fmpy import read_model_description, simulate_fmu  # noqa: E402
 from fmpy.fmi1 import FMICallException  # noqa: E402
-from fmpy.fmi2 import FMU2Slave  # noqa: E402
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
 
@@ -88,94 +86,3 @@ def test_a_unit_by_fmi_3_is_the_same(tmp_path):
     unit.freeInstance()
     found = simulate_fmu(str(path), stop_time=1.0, output_interval=0.1)
     assert found["normal_load"][-1] == pytest.approx(0.02, rel=1e-12)
-
-
-def test_a_controlled_stage_moves_as_in_python(tmp_path):
-    ensemble, duration = stage.rough_contact(100), 0.03
-    expected = stage.controlled(ensemble, duration)
-    path = tmp_path / "stage.fmu"
-    hs.write_fmu(pressed(ensemble, stage.NORMAL_LOAD), path, at=-1.0, normal="displacement")
-    start = ensemble.advance(ensemble.initial_state(), normal_load=stage.NORMAL_LOAD)
-    unit, names = unpacked(FMU2Slave, path, tmp_path / "stage")
-    unit.setupExperiment()
-    unit.enterInitializationMode()
-    unit.exitInitializationMode()
-    inputs, force = (
-        [names["prescribed_approach"], names["prescribed_tangential_displacement"]],
-        [names["tangential_load"]],
-    )
-
-    def step(time, length, place):
-        unit.setReal(inputs, [start.approach, place])
-        unit.doStep(time, length)
-        return unit.getReal(force)[0]
-
-    # the worked case, with the unit in the place of the contact
-    pause = stage.SAMPLE / stage.SUBSTEPS
-    contact = step(0.0, pause, 0.0)
-    place = velocity = integral = 0.0
-    before, record = stage.wanted(0.0), []
-    for sample in range(round(duration / stage.SAMPLE)):
-        error = stage.wanted(sample * stage.SAMPLE + 0.0) - place
-        integral += error * stage.SAMPLE
-        motor = (
-            stage.PROPORTIONAL * error + stage.INTEGRAL * integral + stage.DERIVATIVE * (error - before) / stage.SAMPLE
-        )
-        before = error
-        for part in range(stage.SUBSTEPS):
-            velocity += pause / stage.MASS * (motor - contact)
-            place += pause * velocity
-            contact = step(sample * stage.SAMPLE + part * pause, pause, place)
-        record.append((place, contact, motor))
-    unit.freeInstance()
-    found = np.array(record).T
-    for mine, theirs in zip(found, (expected.place, expected.contact_force, expected.motor_force), strict=True):
-        # the normal load is put on in one path less, so that rounding differs
-        np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-12 * np.abs(theirs).max())
-
-
-@pytest.mark.slow
-def test_the_open_simulation_platform_steps_two_units(tmp_path):
-    pytest.importorskip("libcosimpy", reason="needs libcosimpy")
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimManipulator import CosimManipulator
-    from libcosimpy.CosimObserver import CosimObserver
-    from libcosimpy.CosimSlave import CosimLocalSlave
-
-    first, second = pressed(ball()), pressed(ball(2e-3), 0.03)
-    hs.write_fmu(first, tmp_path / "first.fmu", at=0.0)
-    hs.write_fmu(second, tmp_path / "second.fmu", at=0.0, tangential="load", saturate=True)
-    names = [
-        {
-            each.name: each.valueReference
-            for each in read_model_description(str(tmp_path / f"{name}.fmu")).modelVariables
-        }
-        for name in ("first", "second")
-    ]
-    execution = CosimExecution.from_step_size(int(1e7))
-    slaves = [
-        CosimLocalSlave(fmu_path=str(tmp_path / f"{name}.fmu"), instance_name=name) for name in ("first", "second")
-    ]
-    one, other = (execution.add_local_slave(slave) for slave in slaves)
-    handing = one, names[0]["tangential_load"], other, names[1]["prescribed_tangential_load"]
-    assert execution.connect_real_variables(*handing) == 0
-    by_hand, seen = CosimManipulator.create_override(), CosimObserver.create_last_value()
-    execution.add_manipulator(by_hand)
-    execution.add_observer(seen)
-    steppers = [
-        first.ensemble.stepper(first.state(until=0.0)),
-        second.ensemble.stepper(second.state(until=0.0), saturate=True),
-    ]
-    handed = 0.0
-    for number in range(200):
-        place = 25e-9 * np.sin(0.1 * number) * (1 + 0.3 * np.sin(0.037 * number))
-        by_hand.slave_real_values(one, [names[0]["prescribed_tangential_displacement"]], [place])
-        execution.step()
-        steppers[1].step(normal_load=0.03, tangential_load=handed)
-        steppers[0].step(normal_load=0.02, tangential_displacement=place)
-        # what the first one has reached goes to the second one's next step
-        handed = steppers[0].tangential_load
-        assert seen.last_real_values(one, [names[0]["tangential_load"]]) == [steppers[0].tangential_load]
-        assert seen.last_real_values(other, [names[1]["tangential_displacement"]]) == [
-            steppers[1].tangential_displacement
-        ]
