@@ -22,8 +22,8 @@ def alone(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def quick_pictures(request, monkeypatch):
-    """Draw pictures without layout and at a low resolution, except in tests/results, which checks both."""
-    if "results" in request.path.parts:
+    """Draw pictures without layout and at a low resolution, except in tests/results/plots, which checks both."""
+    if "plots" in request.path.parts:
         return
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: {})
     monkeypatch.setattr(canvas, "_fit", lambda _: True)

@@ -193,13 +193,6 @@ def test_pictures_and_pages_name_a_missing_variable():
     assert "No picture history: the history has no variable tangential_displacement; expected" in hs.report(history)
 
 
-def test_one_asperity_answers_as_all_do_for_it():
-    one, whole = (each.contact.stick_ratio() for each in (HISTORY.isel(asperity=3), HISTORY))
-    xr.testing.assert_allclose(one, whole.isel(asperity=3))
-    first = HISTORY.isel(asperity=3).contact.slip_onset()
-    xr.testing.assert_identical(first["slide_time"], HISTORY.contact.slip_onset()["slide_time"].isel(asperity=3))
-
-
 def test_first_slips_before_the_first_step_are_not_made_up():
     # all asperities slide forward between 0 and 1 s
     with pytest.raises(hs.InputError, match=r"asperities slid before the first step of the history, at 2\.5 s"):

@@ -70,11 +70,6 @@ def test_a_name_is_a_step_in_every_query(query):
         QUERIES[query](HISTORY.contact, "hold")
 
 
-def test_a_move_between_named_states_has_a_positioning_error():
-    there_and_back = HISTORY.assign_attrs(named_states_attribute({"start": 0.0, "end": 3.0}))
-    assert there_and_back.contact.positioning_error("start", "end") == HISTORY.contact.positioning_error(0, -1)
-
-
 def test_a_name_is_a_step_in_pictures():
     hs.plot(HISTORY, picture="traction", steps=["held"])
     with pytest.raises(InputError, match=UNKNOWN):

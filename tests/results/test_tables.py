@@ -74,14 +74,6 @@ def test_a_row_for_each_member_of_the_first_dimension_and_others_in_the_header(t
     assert read(tmp_path / "t.csv") == [["load [N]", "drift [m]"], ["0.1", "0.0"], ["0.2", "4.0"]]
 
 
-def test_a_table_without_rows_is_refused(tmp_path):
-    with pytest.raises(InputError, match="has no dimension"):
-        hs.write_csv(xr.Dataset({"a": 1.0}), tmp_path / "t.csv")
-    with pytest.raises(OSError, match="nowhere"):
-        hs.write_netcdf(TABLE, tmp_path / "nowhere" / "t.nc")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_no_string_is_a_formula_to_a_spreadsheet(tmp_path):
     formulas, others = ["=1+1", "+1", "-1 nm", "@SUM(A1)", "\tx", "\rx"], ["plain", "1 nm", ""]
     table = xr.Dataset({"text": ("row", np.array([*formulas, *others], dtype=object)), "number": ("row", [-1.5] * 9)})
@@ -112,21 +104,6 @@ def test_a_table_keeps_names_units_and_numbers(answers, tmp_path):
     assert set(again) == set(found)
     for label, each in found.items():
         np.testing.assert_array_equal(each.values, again[label].values)
-
-
-@pytest.mark.parametrize("ending", [".csv", ".nc"])
-def test_ranges_have_units_without_prefixes_of_powers_and_count_missing_values(tmp_path, ending):
-    path, known = tmp_path / f"t{ending}", [2e-12, np.nan, 3e-6]
-    units = {"area": "m2", "density": "m-2", "stiffness": "N m-1", "energy": "J"}
-    write(xr.Dataset({name: ("loop", known, {"units": unit}) for name, unit in units.items()}), path)
-    lines = dict(hs.show(path))
-    assert [lines[name].removesuffix(", 1 missing") for name in units] == [
-        "2e-12 m2 to 3e-06 m2",
-        "2e-12 m-2 to 3e-06 m-2",
-        "2 pN/m to 3 µN/m",
-        "2 pJ to 3 µJ",
-    ]
-    assert all(lines[name].endswith(", 1 missing") for name in units)
 
 
 def test_foreign_truncated_and_empty_tables_are_refused(tmp_path):

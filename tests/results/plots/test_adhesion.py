@@ -9,16 +9,6 @@ import historysim as hs
 from historysim.contact.adhesion import Regime, regime
 from historysim.errors import InputError, LoadError
 
-CONTACTS = {
-    "ball on glass, 10 mN": (20.0, 1e4),
-    "AFM tip": (0.05, 3.0),
-    "another AFM tip": (0.052, 3.3),
-    "blunt AFM tip": (0.049, 3.6),
-    "a nanoparticle of silica": (2e-3, 1.0),
-    "rubber": (80.0, 20.0),
-    "on the border": (0.1, 10.0),
-}
-
 
 def drawn(figure):
     (axes,) = figure.axes
@@ -55,19 +45,6 @@ def test_zones_agree_with_regime(contacts):
 
 def names(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
-def test_contacts_are_marked_and_named():
-    figure = hs.plots.adhesion_map(CONTACTS)
-    axes = drawn(figure)
-    lines = {line.get_label(): (line.get_xdata()[0], line.get_ydata()[0]) for line in axes.get_lines()}
-    assert {name: lines[name] for name in CONTACTS} == CONTACTS
-    assert names(figure) == [*CONTACTS]
-    assert sorted(text.get_text() for text in axes.texts) == ["DMT", "Hertz", "JKR", "Maugis", "rigid\n(Bradley)"]
-    assert axes.get_xlabel() == r"Maugis parameter $\lambda$"
-    assert axes.get_ylabel() == r"load parameter $N/(\pi W R)$"
-    assert axes.get_xscale() == axes.get_yscale() == "log"
-    assert names(hs.plots.adhesion_map({"costs $5 or $\\frac{": (1.0, 1.0)})) == ["costs \\$5 or \\$\\frac{"]
 
 
 def test_the_map_grows_to_hold_all_contacts():

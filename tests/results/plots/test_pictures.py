@@ -5,7 +5,6 @@ import re
 import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from overlapping import on_top_of_each_other
 from pictured import ball, friction_changes
 
@@ -64,16 +63,6 @@ def test_the_colour_of_the_loop_is_the_slipping_area(history):
         hs.plots.loop(history, colour="stick")
 
 
-def test_a_second_traction_leaves_larger_contacts_in_view(history):
-    light = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 3e-9)])
-    upper, lower = Figure().subplots(2, sharex=True)
-    hs.plots.traction(history, steps=[-1], ax=upper)
-    end = upper.get_xlim()
-    assert end[0] == 0 < end[1]
-    hs.plots.traction(light, steps=[-1], ax=lower)
-    assert upper.get_xlim() == end
-
-
 def test_tractions_equal_the_profiles_of_the_asperity_at_each_step(history):
     figure = hs.plots.traction(history, asperity=1, steps=[3, 8, -1])
     lines = {line.get_label(): line for line in figure.axes[0].get_lines()}
@@ -107,15 +96,6 @@ def test_slip_fronts_end_where_the_stick_zone_does(history):
     spacing = 1.01 * history.contact_radius.values.max() / 400
     found = [line.get_xdata()[-1] for line in sticks]
     assert found == pytest.approx(radii[radii > 0].tolist(), abs=spacing)
-
-
-def test_panels_are_chosen(history):
-    figure = hs.plot(history, panels=("energy", "loads"))
-    titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["Dissipated energy", "Loads", ""]
-    for panels in ((), ("loops",), "loops"):
-        with pytest.raises(InputError, match="expected some of loop, loads, states, energy"):
-            hs.plot(history, panels=panels)
 
 
 @pytest.mark.parametrize(
@@ -162,12 +142,6 @@ def test_pictures_without_patch_data_are_refused():
             with pytest.raises(InputError, match="is of patches of an interacting contact, which have no"):
                 hs.plot(patches, picture=picture)
         hs.plot(patches, picture="slip-map").draw_without_rendering()
-
-
-@pytest.mark.parametrize("picture", sorted(OF_TWO_DIRECTIONS))
-def test_a_picture_of_two_directions_is_of_nothing_else(history, picture):
-    with pytest.raises(InputError, match="the history has one tangential direction"):
-        hs.plot(history, picture=picture)
 
 
 def test_a_path_in_the_plane_fits_its_size(planar):
@@ -254,10 +228,3 @@ def test_the_traction_stays_within_friction_times_pressure():
     assert len(dots) == len(one.reversal_points)
     assert axes.get_xlabel() == "radius (µm)"
     assert axes.get_title(loc="left") == "asperity 0, partial slip"
-
-
-def test_an_asperity_that_does_not_touch_is_drawn_too():
-    apart = ball().asperity(0, ball().initial_state())
-    (axes,) = hs.plots.asperity(apart).axes
-    assert axes.get_title(loc="left") == "asperity 0, separated"
-    assert not axes.get_lines()[2].get_ydata().any()

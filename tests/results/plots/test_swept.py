@@ -62,12 +62,6 @@ def test_keys_have_short_labels_and_wide_ranges_are_logarithmic():
     (axes,) = hs.plots.curve(stiff.isel({load: slice(3)}), quantity="stiffness").axes
     assert axes.get_ylabel() == "stiffness (MN/m)"
     assert axes.get_xscale() == "linear"
-    first = xr.Dataset(
-        {"area": ("materials_first", [1.0, 2.0])},
-        {"materials_first": ("materials_first", ["a", "b"], {"long_name": "materials.first of the scenario"})},
-    )
-    (axes,) = hs.plots.curve(first, quantity="area").axes
-    assert axes.get_xlabel() == "material"
 
 
 def test_a_band_of_quantiles():
@@ -78,16 +72,6 @@ def test_a_band_of_quantiles():
     heights = band.get_paths()[0].vertices[:, 1]
     assert (heights.min() <= low) & (heights.max() >= high)
     assert any(np.isclose(heights, low)) & any(np.isclose(heights, high))
-
-
-def test_among_names_the_longest_dimension_is_the_axis():
-    values = xr.Dataset(
-        {"drift": (("scaling", "count"), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])},
-        {"scaling": ["similar", "kept"], "count": ["[1, 1]", "[2, 2]", "[4, 4]"]},
-    )
-    figure = hs.plots.curve(values, quantity="drift")
-    assert figure.axes[0].get_xlabel() == "number of asperities $n$"
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["similar", "kept"]
 
 
 @pytest.mark.parametrize(
@@ -121,8 +105,6 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
         ({"quantity": "name"}, "quantity is 'name'"),
         ({"over": "load"}, "drift does not go over 'load'"),
         ({"over": "seed", "each": "seed"}, "each is 'seed', which is on the axis already"),
-        ({"spread": "variance"}, "spread is 'variance'"),
-        ({"fit": "cubic"}, "fit is 'cubic'"),
     ],
 )
 def test_wrong_options_are_refused(options, message):
