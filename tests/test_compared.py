@@ -41,15 +41,6 @@ def test_errors_of_the_page_agree_with_the_laws(scored):
                 assert was is None or max(was, value) < 1e-8 or value == pytest.approx(was, rel=0.12), before[0]
 
 
-def test_the_picture_of_the_page_has_every_error(scored):
-    (axes,) = compared.draw_scores(scored).axes
-    shown = [x for line in axes.lines for x in line.get_xdata()]
-    errors = [error for label, cases in scored.items() if label != "bound" for error, _ in cases.values()]
-    assert len(shown) == sum(error is not None for error in errors)
-    low, high = axes.get_xlim()
-    assert low <= min(shown) <= max(shown) <= high
-
-
 def test_a_file_has_as_many_bytes_as_the_page_says(tmp_path):
     contact = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), np.zeros(2000), 1.0, 0.2)
     events = [hs.NormalLoad(0.0, 1.0), hs.TangentialLoad(1.0, 0.1)]

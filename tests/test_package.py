@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -110,12 +109,6 @@ def test_importing_the_package_imports_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
-def test_modules_of_the_package_are_reached_before_anybody_imports_them():
-    code = "import historysim as hs; print(hs.analysis.__name__, callable(hs.analysis.summary))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["historysim.results.analysis", "True"]
-
-
 @pytest.mark.parametrize("name", sorted(CONTRACT - {*NAMESPACES, "__version__", "design", "sweep"}))
 def test_signatures_are_short_enough_to_read(name):
     thing = getattr(hs, name)
@@ -125,44 +118,6 @@ def test_signatures_are_short_enough_to_read(name):
     # what stands for anything that numpy takes is a page of types
     assert "_SupportsArray" not in signature
     assert all(": Any" not in part for part in signature.split(", "))
-
-
-TYPED = """
-import historysim as hs
-
-pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=[1.0, 2.0], friction=0.2)
-hs.replay(ensemble, events=[hs.NormalLoad(0.0, 1e-3), hs.FrictionChange(1.0, [0.1, 0.2])])
-"""
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        ("", ""),
-        ("hs.replay(ensemble, evnts=[])", 'Unexpected keyword argument "evnts" for "replay"'),
-        ("hs.rplay(ensemble, [])", 'Module has no attribute "rplay"'),
-        ('hs.NormalLoad(0.0, "a")', 'Argument 2 to "NormalLoad" has incompatible type "str"; expected "float"'),
-    ],
-)
-@pytest.mark.slow
-def test_a_type_checker_finds_what_is_misspelt(tmp_path, wrong, said):
-    pytest.importorskip("mypy")
-    (tmp_path / "user.py").write_text(TYPED + wrong + "\n", encoding="utf-8")
-    root = Path(hs.__file__).parent
-    assert (root / "py.typed").is_file()
-    options = ["--strict", "--follow-imports=silent", "--ignore-missing-imports"]
-    cache = tmp_path.parent / "mypy_cache"
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", *options, "--cache-dir", str(cache), "user.py"],
-        cwd=tmp_path,
-        env={**os.environ, "MYPYPATH": str(root.parent)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == bool(wrong), done.stdout + done.stderr
-    assert said in done.stdout
 
 
 def test_what_is_cited_is_this_version():

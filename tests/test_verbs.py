@@ -1,8 +1,5 @@
 """What can be asked of anything, or of its file: it is opened, shown and drawn."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -84,24 +81,11 @@ def test_a_map_in_coarse_steps_is_reported_though_a_plane_was_taken_off(tmp_path
 def test_unsupported_objects_are_refused(tmp_path):
     with pytest.raises(InputError, match="3 cannot be shown; expected a history"):
         hs.show(3)
-    with pytest.raises(InputError, match="this Dataset is no history"):
-        hs.show(xr.Dataset({"a": 1}))
     with pytest.raises(InputError, match="expected with the path of a height map alone"):
         hs.show(hs.Surface(np.eye(4), 1.0), pixel_size=1.0)
     (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
     with pytest.raises(InputError, match=r"form: .*s.toml is a scenario; expected a height map"):
         hs.show(tmp_path / "s.toml", form="plane")
-
-
-def test_a_new_process_imports_matplotlib_and_pictures_on_demand(tmp_path):
-    (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
-    program = """
-import sys, historysim as hs
-print(hs.run("s.toml").sizes["step"], "matplotlib" in sys.modules)
-print(hs.plot("s.toml", picture="surface").axes[0].get_title(loc="left"))
-"""
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert done.stdout == "2 False\nAsperity distribution\n"
 
 
 SWINGS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]

@@ -4,7 +4,6 @@ import math
 from fractions import Fraction
 
 import numpy as np
-import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
@@ -13,7 +12,6 @@ from historysim.surfaces.heights import Surface
 EPS = np.finfo(float).eps
 NAN = math.nan
 PIXEL = (2e-6, 3e-6)
-BOTH = pytest.mark.parametrize("periodic", [False, True])
 shapes = st.tuples(st.integers(1, 5), st.integers(1, 5))
 pixels = st.tuples(st.integers(1, 9), st.integers(1, 9)).map(lambda pair: (pair[0] * 1e-7, pair[1] * 1e-7))
 
@@ -34,17 +32,6 @@ def rough(shape, seed=0, holes=0.0):
     z = 1e-7 * rng.normal(size=shape) + 3e-7
     z[rng.random(shape) < holes] = NAN
     return z
-
-
-def numbers(statistics):
-    names = ("mean", "rms_height", "mean_deviation", "height_range", "skewness", "kurtosis", "rms_slope")
-    names += ("rms_curvature", "bandwidth", "missing_fraction")
-    moments = [getattr(statistics.moments, name) for name in ("m0", "m2", "m4", "alpha")]
-    return np.array([getattr(statistics, name) for name in names] + moments)
-
-
-def assert_same(first, second, rtol):
-    np.testing.assert_allclose(numbers(first), numbers(second), rtol=rtol)
 
 
 class Points:
