@@ -126,11 +126,14 @@ HS_WIDE static void activate(hs_ring_problem *problem, int32_t active) {
 }
 
 /* Add what more rings are pulled with. */
-static void pull(hs_ring_problem *problem, int32_t active) {
+HS_WIDE static void pull(hs_ring_problem *problem, int32_t active) {
+    hs_vector *restrict load = problem->load;
     for (int32_t k = problem->solved + 1; k <= active; ++k) {
-        problem->load[k].x = problem->load[k].y = 0.0;
-        for (int32_t i = 1; i <= k; ++i)
-            problem->load[i] = hs_plus(problem->load[i], problem->mass[k] * AT(deflection_of, k, i), problem->trial[k]);
+        const double *restrict row = &AT(deflection_of, k, 0);
+        const double mass = problem->mass[k];
+        const hs_vector trial = problem->trial[k];
+        load[k].x = load[k].y = 0.0;
+        for (int32_t i = 1; i <= k; ++i) load[i] = hs_plus(load[i], mass * row[i], trial);
     }
     problem->solved = active;
 }
@@ -188,7 +191,7 @@ HS_WIDE static void substitute(const double *factor, int64_t stride, int32_t cou
 }
 
 /* The matrix of Newton's step, factorised: a ring that slips turns, one that sticks goes anywhere. */
-static int linearise(hs_ring_problem *problem) {
+HS_WIDE static int linearise(hs_ring_problem *problem) {
     const int64_t stride = 2 * problem->room;
     int32_t count = 0;
     for (int32_t i = 1; i <= problem->active; ++i) {
@@ -235,7 +238,7 @@ static void newton(hs_ring_problem *problem) {
 }
 
 /* The innermost ring beyond its limit, 0 where there is none; v is known, tractions from a ring on are worked out. */
-static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
+HS_WIDE static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
     const double *r = problem->depth;
     const hs_vector *v = problem->found;
     hs_vector *slope = problem->slope;
@@ -250,6 +253,12 @@ static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
         if (hs_length(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) found = i;
     }
     return found;
+}
+
+/* Compute v of the unknown rings from their tractions. */
+HS_WIDE static void deflect(hs_ring_problem *problem) {
+    for (int32_t k = 1; k <= problem->active; ++k)
+        problem->found[k] = product(&AT(deflection_of, k, 1), problem->traction + 1, k);
 }
 
 /* Whether no ring holds a traction that floats could tell from 0. */
@@ -287,8 +296,7 @@ void hs_ring_solve(hs_ring_problem *problem, hs_vector displacement, hs_watch *w
         slide(problem);
         int settled = sweep(problem) <= SETTLED;
         if (!settled) newton(problem);
-        for (int32_t k = 1; k <= problem->active; ++k)
-            problem->found[k] = product(&AT(deflection_of, k, 1), problem->traction + 1, k);
+        deflect(problem);
         beyond = innermost_beyond(problem, problem->active + 1);
         if (settled && !beyond) break;
         /* one more ring at once: what slips deeper mostly spreads */
