@@ -98,27 +98,50 @@ static hs_contact *blank(int64_t count, int64_t groups, int knots, const hs_unit
     contact->references = 1;
     contact->query_count = 0;
     contact->query_label = NULL;
+    contact->clusters = contact->sorted_clusters = NULL;
     return contact;
+}
+
+/* Make clusters for the groups that have many asperities, and for all asperities if they are many. */
+static int make_clusters(hs_contact *contact) {
+    int64_t most = 0;
+    if (contact->load || contact->count < HS_LEAST_CLUSTERED) return HS_OK;
+    for (int64_t g = 0; g < contact->groups; ++g)
+        if (contact->first[g + 1] - contact->first[g] > most) most = contact->first[g + 1] - contact->first[g];
+    if (most >= HS_LEAST_CLUSTERED) {
+        contact->clusters = hs_clusters_new(contact->gap, contact->weight, contact->count);
+        if (!contact->clusters) return HS_OUT_OF_MEMORY;
+    }
+    contact->sorted_clusters = contact->groups == 1
+                                   ? contact->clusters
+                                   : hs_clusters_new(contact->sorted_gap, contact->sorted_weight, contact->count);
+    if (!contact->sorted_clusters) return HS_OUT_OF_MEMORY;
+    hs_contact_refresh_clusters(contact);
+    return HS_OK;
 }
 
 /* Make a contact with the units of another, in order; gaps and weights are in the caller's numbering. */
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
                           int knots, const hs_units *units, double datum) {
     hs_contact *contact = blank(count, groups, knots, units, datum);
-    if (!contact || put_in_order(contact, gap, weight, group) == HS_OK) return contact;
-    free(contact);
+    if (!contact || (put_in_order(contact, gap, weight, group) == HS_OK && make_clusters(contact) == HS_OK)) return contact;
+    hs_contact_free(contact);
     return NULL;
 }
 
 /* Copy all arrays from a contact of as many asperities and groups. */
 void hs_contact_assign(hs_contact *contact, const hs_contact *from) {
     memcpy((double *)contact->gap, from->gap, size_of_arrays(from->count, from->groups, from->load != NULL));
+    hs_contact_refresh_clusters(contact);
 }
 
 hs_contact *hs_contact_copy(const hs_contact *contact) {
     hs_contact *copy = blank(contact->count, contact->groups, contact->load != NULL, &contact->units, contact->datum);
-    if (copy) hs_contact_assign(copy, contact);
-    return copy;
+    if (!copy) return NULL;
+    hs_contact_assign(copy, contact);
+    if (make_clusters(copy) == HS_OK) return copy;
+    hs_contact_free(copy);
+    return NULL;
 }
 
 int hs_contact_alike(const hs_contact *one, const hs_contact *other) {
@@ -164,6 +187,8 @@ hs_contact *hs_contact_retain(hs_contact *contact) {
 void hs_contact_free(hs_contact *contact) {
     if (!contact || __atomic_sub_fetch(&contact->references, 1, __ATOMIC_ACQ_REL) > 0) return;
     free(contact->query_label);
+    if (contact->sorted_clusters != contact->clusters) free(contact->sorted_clusters);
+    free(contact->clusters);
     free(contact);
 }
 

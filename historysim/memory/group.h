@@ -18,7 +18,7 @@ typedef struct hs_group {
 static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
     const hs_contact *contact = memory->contact;
     int64_t start = contact->first[index];
-    return HS_MADE(hs_group){{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
+    return HS_MADE(hs_group){hs_curve_of(contact, start, contact->first[index + 1] - start),
                              memory->dissipated_each + start, memory->vertices + index * memory->capacity, memory->friction[index], start,
                              (hs_memory *)memory, contact->groups == 1 ? (hs_memory *)memory : NULL};
 }

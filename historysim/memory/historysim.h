@@ -83,6 +83,8 @@ typedef struct hs_contact {
     const int64_t *first;        /* (groups + 1) position of the first asperity of each group */
     const double *sorted_gap;    /* (count) of all asperities by ascending gap */
     const double *sorted_weight; /* (count) */
+    struct hs_clusters *clusters;        /* proxies of many asperities at a time, for their sums; NULL if no group has many */
+    struct hs_clusters *sorted_clusters; /* those of all asperities by ascending gap; NULL of few, or of a normal curve */
     hs_units units;
     int64_t query_count;         /* labels in `query_label`, or 0 */
     double *query_label;         /* ascending labels that are queried for sliding in place of asperities */

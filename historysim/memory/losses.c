@@ -2,7 +2,6 @@
  * at the ends of the straight pieces of a polyline; in closed form (README.md, theory 10). */
 
 #include "losses.h"
-#include "lanes.h"
 
 /* ∫ slip·drag·N'' da of one asperity of gap h and weight k over labels from low to high > h.
  *
@@ -71,11 +70,16 @@ double hs_add_energy(hs_curve curve, double *each, const hs_slip *slip) {
         return part[0];
     }
     int64_t count = hs_count_touching(curve.gap, curve.count, slip->high);
-    for (int64_t begin = 0; begin < count; begin += HS_BLOCK) {
-        int size = hs_size_of_block(count - begin);
-        parts(curve.gap + begin, curve.weight + begin, size, slip, part);
-        hs_add(lane, part, size);
-        for (int i = 0; each && i < size; ++i) each[begin + i] += part[i];
+    hs_part some;
+    if (each) curve.clusters = NULL;
+    for (int64_t begin = 0; begin < count; begin += some.size) {
+        hs_next_part(curve, begin, count, slip->low, &some);
+        hs_slip shifted = *slip;
+        shifted.low -= some.origin;
+        shifted.high -= some.origin;
+        parts(some.gap, some.weight, some.count, &shifted, part);
+        hs_add(lane, part, some.count);
+        for (int i = 0; each && i < some.count; ++i) each[begin + i] += part[i];
     }
     return hs_lanes_sum(lane);
 }

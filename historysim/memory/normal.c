@@ -2,7 +2,6 @@
  * P = Σ k (a - h)^(3/2), or from knots, between which P is a parabola (README.md, theory 8). */
 
 #include "normal.h"
-#include "lanes.h"
 
 /* Count asperities, in ascending gap, whose gap is below an approach. */
 int64_t hs_count_touching(const double *gap, int64_t count, double approach) {
@@ -29,21 +28,20 @@ static inline void half_chords(const double *restrict gap, const double *restric
 }
 
 /* P(a) and P'(a) of the first asperities, all of which touch. */
-static HS_WIDE hs_load sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+static HS_WIDE hs_load sum_of_loads(hs_curve curve, int64_t touching, double approach) {
     double load[HS_BLOCK], half_chord[HS_BLOCK], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
-    for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
-        int count = hs_size_of_block(touching - begin);
-        half_chords(gap + begin, weight + begin, count, approach, load, half_chord);
-        hs_add(loads, load, count);
-        hs_add(slopes, half_chord, count);
+    hs_part part;
+    for (int64_t begin = 0; begin < touching; begin += part.size) {
+        hs_next_part(curve, begin, touching, approach, &part);
+        half_chords(part.gap, part.weight, part.count, approach - part.origin, load, half_chord);
+        hs_add(loads, load, part.count);
+        hs_add(slopes, half_chord, part.count);
     }
     return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
 }
 
 /* The versions for several processors cannot be hidden from programs that link the library, unless they are static. */
-hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
-    return sum_of_loads(gap, weight, touching, approach);
-}
+hs_load hs_sum_of_loads(hs_curve curve, int64_t touching, double approach) { return sum_of_loads(curve, touching, approach); }
 
 /* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */
 hs_load hs_load_between_knots(hs_curve curve, double approach) {
@@ -84,10 +82,11 @@ static hs_normal normal_between_knots(hs_curve curve, double approach) {
 /* P(a), P'(a) and both integrals of the first asperities, all of which touch. */
 HS_WIDE static hs_normal sum_of_normals(hs_curve curve, int64_t touching, double approach) {
     double power[4][HS_BLOCK], lane[4][HS_LANES] = {{0}}, sum[4];
-    for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
-        int count = hs_size_of_block(touching - begin);
-        half_powers(curve.gap + begin, curve.weight + begin, count, approach, power);
-        for (int n = 0; n < 4; ++n) hs_add(lane[n], power[n], count);
+    hs_part part;
+    for (int64_t begin = 0; begin < touching; begin += part.size) {
+        hs_next_part(curve, begin, touching, approach, &part);
+        half_powers(part.gap, part.weight, part.count, approach - part.origin, power);
+        for (int n = 0; n < 4; ++n) hs_add(lane[n], power[n], part.count);
     }
     for (int n = 0; n < 4; ++n) sum[n] = hs_lanes_sum(lane[n]);
     return HS_MADE(hs_normal){sum[1], 1.5 * sum[0], sum[2] / 2.5, sum[3] / (2.5 * 3.5)};

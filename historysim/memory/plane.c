@@ -266,10 +266,7 @@ hs_class *hs_add_class(hs_state *state, int64_t group, int64_t start, int64_t en
     memset(part, 0, sizeof *part);
     part->group = group;
     part->start = start;
-    part->curve.gap = contact->gap + start;
-    part->curve.weight = contact->weight + start;
-    part->curve.load = contact->load;
-    part->curve.count = end - start;
+    part->curve = hs_curve_of(contact, start, end - start);
     return part;
 }
 

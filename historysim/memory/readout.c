@@ -184,10 +184,17 @@ HS_WIDE static void circles(const double *restrict gap, const double *restrict w
 /* Σ k² (a - h), the real contact area over π. */
 static double real_area(const hs_contact *contact, int64_t touching, double approach) {
     double area[HS_BLOCK], lane[HS_LANES] = {0};
-    for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
-        int count = hs_size_of_block(touching - begin);
-        circles(contact->sorted_gap + begin, contact->sorted_weight + begin, count, approach, area);
-        hs_add(lane, area, count);
+    int64_t size;
+    for (int64_t begin = 0; begin < touching; begin += size) {
+        /* linear in the gap, so that a cluster has one proxy at any distance */
+        const hs_cluster *cluster = NULL;
+        size = hs_size_of_block(touching - begin);
+        if (contact->sorted_clusters) cluster = hs_cluster_at(contact->sorted_clusters, begin, touching, HUGE_VAL, &size);
+        if (cluster)
+            area[0] = cluster->circles * (approach - cluster->circles_gap);
+        else
+            circles(contact->sorted_gap + begin, contact->sorted_weight + begin, (int)size, approach, area);
+        hs_add(lane, area, cluster ? 1 : (int)size);
     }
     return hs_lanes_sum(lane);
 }

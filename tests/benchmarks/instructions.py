@@ -123,6 +123,9 @@ def cases():
     yield case("one asperity, ramps of 10 %", one, ramps(50, load[one], 0.1))
     yield case("300 reversals", many, reversals(300))
     yield case("load", many, loads(20, 0.15 * load[many]))
+    crowd = ensemble(50_000)
+    normal = crowd.advance(crowd.initial_state(), normal_displacement=APPROACH).normal_load
+    yield case("normal load of 50,000", crowd, [hs.NormalLoad(1.0 + k, normal * (1.0 + 0.1 * k)) for k in range(20)])
     yield case("approach and displacement", many, together(approaches(10), displacements(10)))
     yield case("own coefficients, load", own, loads(4, 0.15 * load[own]))
     yield case("20 coefficients, ramps of 0.1 %", few, ramps(10, load[few], 1e-3))

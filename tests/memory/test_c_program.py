@@ -75,7 +75,7 @@ def inside(tmp_path_factory):
     library = compiled(CC, None, tmp_path_factory.mktemp("inside"), *WARNINGS, "-fPIC", "-shared", name="core.so")
     ffi = FFI()
     ffi.cdef("""
-        typedef struct { const double *gap, *weight, *load; int64_t count; } hs_curve;
+        typedef struct { const double *gap, *weight, *load; int64_t count; const void *clusters; } hs_curve;
         double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
         double hs_cube_root(double x);
     """)
@@ -98,7 +98,7 @@ def test_a_label_is_found_from_label_and_load_together(inside, count, seed, soft
     weight, compliance, label = rng.uniform(0.5, 1.0, count), 10**softness, 10**depth
     load = np.sum(weight * np.maximum(label - gap, 0.0) ** 1.5)
     kept = ffi.from_buffer("double[]", gap), ffi.from_buffer("double[]", weight)
-    found = lib.hs_label_at((*kept, ffi.NULL, count), label + compliance * load, guess, 1.0, compliance)
+    found = lib.hs_label_at((*kept, ffi.NULL, count, ffi.NULL), label + compliance * load, guess, 1.0, compliance)
     assert found == pytest.approx(label, rel=16 * EPS)
 
 
@@ -124,7 +124,7 @@ def test_a_label_is_found_between_knots(inside, count, seed, softness, part, rig
     x = label - gap[piece]
     total = rigid * label + compliance * (load[piece] + x * (stiffness[piece] + 0.5 * bend * x))
     kept = [ffi.from_buffer("double[]", each) for each in (gap, stiffness, load)]
-    found = lib.hs_label_at((*kept, count + 1), total, 0.0, rigid, compliance)
+    found = lib.hs_label_at((*kept, count + 1, ffi.NULL), total, 0.0, rigid, compliance)
     assert found == pytest.approx(label, rel=256 * EPS)
 
 

@@ -1,0 +1,91 @@
+"""Sums over many asperities by clusters, compared with direct sums in extended precision."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.basics.library import lib
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
+COUNT = 20_000
+TOP = 2e-7  # largest gap [m]
+RANDOM = np.random.default_rng(11)
+GAPS = {
+    "uniform": RANDOM.uniform(0.0, TOP, COUNT),
+    "tail of a Gaussian": np.minimum(RANDOM.exponential(0.1 * TOP, COUNT), TOP),
+    "plateaus": RANDOM.integers(0, 5, COUNT) * (TOP / 4),
+    "geometric": TOP * 10.0 ** RANDOM.uniform(-12.0, 0.0, COUNT),
+    "two narrow peaks": np.where(RANDOM.random(COUNT) < 0.5, 0.0, 0.5 * TOP) + 1e-9 * TOP * RANDOM.random(COUNT),
+}
+RADIUS = RANDOM.uniform(0.5e-6, 2e-6, COUNT)
+
+
+def powers(gap, approach, exponent):
+    """Σ R^(1/2) (a - h)^exponent over the asperities that touch, in extended precision."""
+    depth = np.maximum(np.longdouble(approach) - gap.astype(np.longdouble), 0)
+    touching = depth > 0
+    return np.sum(np.sqrt(RADIUS[touching].astype(np.longdouble)) * depth[touching] ** np.longdouble(exponent))
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_loads_are_those_of_direct_sums(name):
+    height = -GAPS[name]
+    gap = height.max() - height
+    ensemble = hs.Ensemble(PAIR, height, RADIUS, 0.2)
+    assert ensemble.initial_state().memory.line.contact.clusters
+    for approach in (1e-4 * TOP, 0.03 * TOP, 0.25 * TOP, 0.6 * TOP, TOP, 3.0 * TOP):
+        state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
+        contact = state.memory.line.contact
+        load = float(4 / 3 * PAIR.contact_modulus * powers(gap, approach, 1.5))
+        slope = float(2 * PAIR.contact_modulus * powers(gap, approach, 0.5))
+        area = float(np.pi * np.sum(RADIUS * np.maximum(approach - gap, 0.0)))
+        # the gaps that the core computes are rounded as a height is
+        assert state.normal_load == pytest.approx(load, rel=1e-13)
+        assert state.normal_stiffness == pytest.approx(slope, rel=1e-12)
+        assert lib.hs_approach_at(contact, state.normal_load) == pytest.approx(approach, rel=1e-13)
+        totals = hs.replay(ensemble, [hs.NormalDisplacement(0.0, approach)], record="totals")
+        assert float(totals.real_contact_area[-1]) == pytest.approx(area, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_stored_energies_are_those_of_direct_sums(name):
+    """θ μ² [Q(d) - Q(f) - (d - f) P(f)] after a first displacement: Q = ∫P da, and f is the label of the slip front."""
+    ensemble = hs.Ensemble(PAIR, -GAPS[name], RADIUS, 0.2)
+    gap, theta = GAPS[name] - GAPS[name].min(), PAIR.contact_modulus / (4 * PAIR.shear_modulus)
+    held = ensemble.advance(ensemble.initial_state(), normal_displacement=TOP)
+    for slipped in (0.01, 0.3, 0.8):
+        front = (1 - slipped) * TOP
+        state = ensemble.advance(held, tangential_displacement=theta * 0.2 * slipped * TOP)
+        integrals = powers(gap, TOP, 2.5) - powers(gap, front, 2.5)
+        energy = 4 / 3 * PAIR.contact_modulus * (0.4 * integrals - slipped * TOP * powers(gap, front, 1.5))
+        assert state.stored_energy == pytest.approx(theta * 0.2**2 * float(energy), rel=1e-11)
+        tangential = 0.2 * 4 / 3 * PAIR.contact_modulus * (powers(gap, TOP, 1.5) - powers(gap, front, 1.5))
+        assert state.tangential_load == pytest.approx(float(tangential), rel=1e-12)
+
+
+def test_groups_with_and_without_clusters_sum_up():
+    """A large group begins amid a block of 256; a small one has no clusters."""
+    gap, friction = GAPS["uniform"], np.where(np.arange(COUNT) < 300, 0.1, 0.3)
+    ensemble = hs.Ensemble(PAIR, -gap, RADIUS, friction)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.5 * TOP)
+    line = state.memory.line
+    assert line.contact.groups == 2
+    assert line.contact.clusters != line.contact.sorted_clusters
+    state = ensemble.advance(state, tangential_displacement=1e-6)
+    depth = np.maximum(np.longdouble(0.5 * TOP) - (gap - gap.min()), 0)
+    limit = np.sum(friction * np.sqrt(RADIUS.astype(np.longdouble)) * depth**1.5) * 4 / 3 * PAIR.contact_modulus
+    assert state.tangential_load == pytest.approx(float(limit), rel=1e-12)
+
+
+def test_summits_that_wear_have_clusters_of_their_present_shape():
+    height = -GAPS["uniform"]
+    wear = hs.wear.ArchardWear(coefficient=1e-3, hardness=5e9)
+    ensemble = hs.Ensemble(PAIR, height, RADIUS, 0.2, wear=wear)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.02 * TOP)
+    state = ensemble.advance(state, tangential_displacement=2e-8)
+    worn = state.evolved
+    assert np.count_nonzero(worn.worn_volume) > 10
+    approach = np.longdouble(state.memory.line.approach * state.memory.line.contact.units.length)
+    depth = np.maximum(approach - (height.max() - worn.summit_height.astype(np.longdouble)), 0)
+    load = 4 / 3 * PAIR.contact_modulus * np.sum(np.sqrt(worn.summit_radius.astype(np.longdouble)) * depth**1.5)
+    assert state.normal_load == pytest.approx(float(load), rel=1e-12)
