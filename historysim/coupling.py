@@ -1,7 +1,7 @@
-"""The contact inside other solvers: SciPy's integrators, a system of python-control, a stage under a controller.
+"""Coupling of a contact to other solvers: SciPy's integrators, a system of python-control, a controlled stage.
 
-What a contact has been carried to, it remembers. All that solvers only try is therefore tried from the last accepted
-state, and what they accept is committed.
+A contact remembers its load history. Trial steps of a solver therefore start from the last accepted state, and only
+accepted steps are committed.
 """
 
 import inspect
@@ -33,27 +33,27 @@ Motion = Callable[[float, Floats, "State"], ArrayLike]
 Place = Callable[[float, Floats], Mapping[str, float]]
 
 METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
-# Parameters of scipy's solvers that are no options; the last takes all other names.
+# Parameters of scipy's solvers that are not options; the last collects all other names.
 NO_OPTIONS = ("fun", "t0", "y0", "t_bound", "extraneous")
-PARTS = 8  # equal parts of a step, at the ends of which it is looked whether the contact has turned round
-ROUNDING = 1e-12  # share of the way of the contact below which a change of its direction is rounding
-EDGE = 1e-3  # share of a step at either end, in which it is seen which way the contact goes there
-# Share of a step to which a turning point is found; and from its beginning, within which it is that beginning.
+PARTS = 8  # equal parts of a step, at whose ends a reversal of the contact is detected
+ROUNDING = 1e-12  # fraction of the path of the contact below which a change of direction is rounding
+EDGE = 1e-3  # fraction of a step at either end, used to determine the direction of motion there
+# Tolerance of a reversal point, and its least distance from the start of a step, as fractions of the step.
 TURN_TOLERANCE, AT_BEGINNING = 1e-6, 1e-4
 
 
 @attrs.frozen(eq=False)
 class CoupledSolution:
-    """What a solver has found, at the ends of its accepted steps."""
+    """Solution at the ends of the accepted steps."""
 
-    t: Floats  #: (step) Times from the beginning on [s]
+    t: Floats  #: (step) Times, including the start [s]
     y: Floats  #: (variable, step) The variables of the motion
     normal_load: Floats  #: (step) Of the contact [N]
     tangential_load: Floats  #: (step) Of the contact [N]
-    dissipated_energy: Floats  #: (step) What friction has taken since the contact was unloaded [J]
+    dissipated_energy: Floats  #: (step) Energy dissipated by friction since the unloaded state [J]
     state: "State"  #: the contact at the end
-    turns: int  #: steps that were cut where the contact turned round
-    evaluations: int  #: how often the equations were evaluated
+    turns: int  #: steps that were shortened at a reversal of the contact
+    evaluations: int  #: number of evaluations of the equations
 
 
 def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
@@ -69,70 +69,70 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     instrument: Instrument = RIGID,
     **options: object,
 ) -> CoupledSolution:
-    """Integrate equations of motion that a contact is part of, and commit the accepted steps alone.
+    """Integrate equations of motion that include a contact; only accepted steps are committed.
 
-    A step in which the contact turns round is cut there, since its forces have a kink: so a method keeps its order, and
-    each piece of the motion is one straight path of the contact.
+    A step in which the contact reverses is shortened to the reversal point, where its forces have a kink: the method
+    keeps its order, and each step is one straight load path of the contact.
 
     Parameters
     ----------
     motion : callable
-        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the `State` that the contact would be in. Its
+        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the trial `State` of the contact. Its
         force on a body that moves by the tangential displacement is minus its ``tangential_load`` [N].
     t_span : (float, float)
-        Beginning and end [s].
+        Start and end [s].
     y0 : array_like (variable)
-        The variables at the beginning.
+        Initial values of the variables.
     ensemble : Ensemble
     place : callable
-        ``place(t, y)`` returns where the contact is then: what `Ensemble.advance` takes, such as
+        ``place(t, y)`` returns the targets of the contact, as keyword arguments of `Ensemble.advance`, such as
         ``{"tangential_displacement": y[0]}``.
     state : State, optional
-        The contact at the beginning, where ``place(t, y)`` says; the unloaded one by default.
+        Initial state of the contact, before the targets of ``place`` at the start; by default unloaded.
     method : str or class
-        A method of `scipy.integrate.solve_ivp`, or a class of its kind of solvers; ``options`` are its options.
+        A method of `scipy.integrate.solve_ivp`, or a subclass of `scipy.integrate.OdeSolver`, with its ``options``.
     saturate, instrument
         As for `Ensemble.advance`.
 
     Raises
     ------
     InputError
-        What is no time, no variable, no method, no option of it, or what `Ensemble.advance` cannot use.
+        Wrong times, variables, method or options, or targets that `Ensemble.advance` cannot use.
     FrictionLimitError
-        A load beyond the friction limit, also of a trial.
+        A load beyond the friction limit, also in a trial step.
     LoadError
-        The solver cannot go on; the message says where, and why.
+        The solver fails; the message states time and reason.
     """
-    span, start = checked("t_span", t_span), checked("y0", y0)
+    span, start_values = checked("t_span", t_span), checked("y0", y0)
     if span.shape != (2,):
-        raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
-    if start.ndim != 1:
-        raise InputError(f"y0 has {start.ndim} dimensions; expected one, of the variables at the beginning")
-    begin, end = span.tolist()
+        raise InputError(f"t_span is {t_span!r}; expected two times, the start and the end")
+    if start_values.ndim != 1:
+        raise InputError(f"y0 has {start_values.ndim} dimensions; expected one, the initial values of the variables")
+    start_time, end_time = span.tolist()
     make = _solver_class(method, options)
-    _check_targets(place(begin, start))
+    _check_targets(place(start_time, start_values))
     states, times, values = [state or ensemble.initial_state()], [], []
 
-    def tried(t: float, y: Floats) -> "State":
+    def trial_state(t: float, y: Floats) -> "State":
         targets: dict[str, Any] = dict(place(t, y))
-        after: State = ensemble.advance(states[-1], **targets, saturate=saturate, instrument=instrument)
-        return after
+        trial: State = ensemble.advance(states[-1], **targets, saturate=saturate, instrument=instrument)
+        return trial
 
     def accept(t: float, y: Floats) -> None:
-        states.append(tried(t, y))
+        states.append(trial_state(t, y))
         times.append(t)
         values.append(np.array(y))
 
     def rate(t: float, y: Floats) -> Floats:
-        found = checked("dy/dt of motion", motion(t, y, tried(t, y)))
-        if found.shape != y.shape:
-            # one number would pass for all
-            raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
-        return found
+        derivative = checked("dy/dt of motion", motion(t, y, trial_state(t, y)))
+        if derivative.shape != y.shape:
+            # one number would be broadcast to all variables
+            raise InputError(f"motion returned {derivative.tolist()}; expected dy/dt of each of {y.size} variables")
+        return derivative
 
-    # the contact goes to its first place straight from the state that is given
-    accept(begin, start)
-    solver, turns, evaluations = make(rate, begin, start, end, **options), 0, 0
+    # the contact moves from the given state to its first targets in one straight path
+    accept(start_time, start_values)
+    solver, turns, evaluations = make(rate, start_time, start_values, end_time, **options), 0, 0
     while solver.status == "running":
         message = solver.step()
         if solver.status == "failed":
@@ -143,12 +143,12 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
             accept(solver.t, solver.y)
             continue
         turns, evaluations = turns + 1, evaluations + solver.nfev
-        step = min(abs(solver.t - solver.t_old), abs(end - turn))
+        step = min(abs(solver.t - solver.t_old), abs(end_time - turn))
         accept(turn, dense(turn))
-        # a method of several steps must not look back across the turn
-        solver = make(rate, turn, np.array(dense(turn)), end, **{**options, "first_step": step})
+        # multistep methods must not use values from before the reversal
+        solver = make(rate, turn, np.array(dense(turn)), end_time, **{**options, "first_step": step})
     loads = {
-        name: np.array([getattr(each, name) for each in states[1:]])
+        name: np.array([getattr(accepted, name) for accepted in states[1:]])
         for name in ("normal_load", "tangential_load", "dissipated_energy")
     }
     return CoupledSolution(
@@ -162,7 +162,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
 
 
 def _solver_class(method: str | type[Any], options: Mapping[str, object]) -> type[Any]:
-    """Return the class of a solver that has these options."""
+    """Return the class of a solver after checking its options."""
     from scipy import integrate
 
     if isinstance(method, type) and issubclass(method, integrate.OdeSolver):
@@ -171,11 +171,11 @@ def _solver_class(method: str | type[Any], options: Mapping[str, object]) -> typ
         make = getattr(integrate, str(method))
     else:
         raise InputError(f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver")
-    # scipy itself warns of a name that is no option, and goes on without it
-    known = [name for name in inspect.signature(make).parameters if name not in NO_OPTIONS]
+    # scipy only warns of unknown options
+    option_names = [name for name in inspect.signature(make).parameters if name not in NO_OPTIONS]
     for name in options:
-        if name not in known:
-            raise InputError(f"{name!r} is no option of {make.__name__}; {nearest(name, known)}")
+        if name not in option_names:
+            raise InputError(f"{name!r} is not an option of {make.__name__}; {nearest(name, option_names)}")
     return make
 
 
@@ -189,31 +189,33 @@ def _check_targets(where: object) -> None:
         raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
 
 
-def _first_turn(dense: Callable[[float], Floats], start: float, end: float, place: Place) -> float | None:
-    """Return when a channel of the contact first turns round within a step; None where none does."""
+def _first_turn(
+    dense: Callable[[float], Floats], start_time: float, end_time: float, targets_at: Place
+) -> float | None:
+    """Return the time of the first reversal of a channel of the contact within a step; None if there is none."""
     from scipy.optimize import minimize_scalar
 
-    # a turn just behind the beginning, or before the end, is seen by the way the contact goes there
+    # the outer samples detect reversals just after the start or just before the end
     shares = np.concatenate(([0.0, EDGE], np.arange(1, PARTS) / PARTS, [1.0 - EDGE, 1.0]))
-    times = start + shares * (end - start)
-    looks = [place(float(time), dense(time)) for time in times]
-    found = []
-    for name in looks[0]:
-        values = np.array([one[name] for one in looks])
+    times = start_time + shares * (end_time - start_time)
+    sampled_targets = [targets_at(float(time), dense(time)) for time in times]
+    turns = []
+    for name in sampled_targets[0]:
+        values = np.array([targets[name] for targets in sampled_targets])
         moves = np.diff(values)
         moves[np.abs(moves) <= ROUNDING * np.abs(values).max()] = 0.0
-        for first in np.flatnonzero(moves[1:] * moves[:-1] < 0.0):
-            sign = np.sign(moves[first])
+        for index in np.flatnonzero(moves[1:] * moves[:-1] < 0.0):
+            sign = np.sign(moves[index])
             extreme = minimize_scalar(
-                lambda time, name=name, sign=sign: -sign * place(time, dense(time))[name],
-                bounds=sorted(times[[first, first + 2]]),
+                lambda time, name=name, sign=sign: -sign * targets_at(time, dense(time))[name],
+                bounds=sorted(times[[index, index + 2]]),
                 method="bounded",
-                options={"xatol": TURN_TOLERANCE * abs(end - start) / PARTS},
+                options={"xatol": TURN_TOLERANCE * abs(end_time - start_time) / PARTS},
             )
-            if abs(extreme.x - start) > AT_BEGINNING * abs(end - start):
-                found.append(float(extreme.x))
+            if abs(extreme.x - start_time) > AT_BEGINNING * abs(end_time - start_time):
+                turns.append(float(extreme.x))
                 break
-    return min(found, key=lambda time: abs(time - start), default=None)
+    return min(turns, key=lambda time: abs(time - start_time), default=None)
 
 
 INPUTS = ("normal_load", "normal_displacement", "tangential_load", "tangential_displacement")
@@ -243,8 +245,8 @@ def contact_system(
 ) -> "control.NonlinearIOSystem":
     """Return a contact as a discrete-time system of python-control, with direct feedthrough.
 
-    What a contact remembers is no vector of numbers: the one state of the system is the number of the sample. Outputs
-    are tried from the contact at the beginning of the sample. Each simulation begins at 0, with `state`.
+    The memory of a contact is not a vector of fixed length: the only state of the system is the number of the sample.
+    Outputs are computed from the contact at the start of the sample. Each simulation starts at 0, with `state`.
 
     Parameters
     ----------
@@ -253,44 +255,45 @@ def contact_system(
     dt : float
         Sampling time [s], > 0.
     inputs, outputs : sequence of str
-        What drives it, of `INPUTS`, at most one of each channel; the other channel is held as `state` has it. What is
-        read, of `OUTPUTS`. Another name is an InputError.
+        Driven quantities, of `INPUTS`, at most one per channel; the other channel is held at its value in `state`.
+        Output quantities, of `OUTPUTS`. Another name is an InputError.
     name : str
-        Of the system; its signals are ``name.signal``.
+        Name of the system; its signals are ``name.signal``.
     """
     try:
         import control
     except ImportError as error:
         raise InputError("the package control is not installed; expected: pip install control") from error
-    for named, known, what in ((inputs, INPUTS, "inputs"), (outputs, OUTPUTS, "outputs")):
-        if wrong := [each for each in named if each not in known] or not named:
-            raise InputError(f"{what}: {wrong if named else 'none'}; expected some of {', '.join(known)}")
+    for named, allowed, argument in ((inputs, INPUTS, "inputs"), (outputs, OUTPUTS, "outputs")):
+        if wrong := [signal for signal in named if signal not in allowed] or not named:
+            raise InputError(f"{argument}: {wrong if named else 'none'}; expected some of {', '.join(allowed)}")
     for channel in ("normal", "tangential"):
-        if sum(each.startswith(channel) for each in inputs) > 1:
+        if sum(signal.startswith(channel) for signal in inputs) > 1:
             raise InputError(f"inputs: both load and displacement of the {channel} channel; expected one of them")
-    # by the number of the sample: the first one, the present, and the one before
+    # by the number of the sample: the first, the previous and the current one
     states = {0: state or ensemble.initial_state()}
 
-    def moved(x: ArrayLike, u: ArrayLike) -> "tuple[int, State]":
+    def advance_state(x: ArrayLike, u: ArrayLike) -> "tuple[int, State]":
         number = float(np.atleast_1d(x)[0])
         if number not in states:
             raise InputError(
-                f"sample {number:g} of the contact: expected the present one of a simulation that begins at 0. It "
-                "remembers its way and has no state to set or to linearise at; its tangential_stiffness is an output"
+                f"sample {number:g} of the contact: expected the current sample of a simulation that starts at 0. The "
+                "contact remembers its load path and has no state to set or to linearise; use its output "
+                "tangential_stiffness"
             )
         targets: dict[str, Any] = dict(zip(inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
-        after = ensemble.advance(states[int(number)], **targets, saturate=saturate, instrument=instrument)
-        return int(number), after
+        state_after = ensemble.advance(states[int(number)], **targets, saturate=saturate, instrument=instrument)
+        return int(number), state_after
 
     def output(_time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
-        _, after = moved(x, u)
-        return np.array([float(getattr(after, each)) for each in outputs])
+        _, state_after = advance_state(x, u)
+        return np.array([float(getattr(state_after, signal)) for signal in outputs])
 
     def update(_time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
-        number, after = moved(x, u)
+        number, state_after = advance_state(x, u)
         for old in set(states) - {0, number}:
             del states[old]
-        states[number + 1] = after
+        states[number + 1] = state_after
         return np.array([float(number + 1)])
 
     signals = {"inputs": list(inputs), "outputs": list(outputs), "states": ["sample"]}
@@ -299,12 +302,12 @@ def contact_system(
 
 @attrs.frozen(eq=False)
 class StageMotion:
-    """How a stage has moved."""
+    """Motion of a stage and energies at its end."""
 
-    time: Floats  #: (sample) When the controller was asked [s]
-    place: Floats  #: (sample) Of the stage at the end of the sample [m]
+    time: Floats  #: (sample) Times of the calls of the controller [s]
+    place: Floats  #: (sample) Position of the stage at the end of the sample [m]
     contact_force: Floats  #: (sample) Tangential load of the contact at the end of the sample [N]
-    motor_force: Floats  #: (sample) During the sample [N]
+    motor_force: Floats  #: (sample) Force of the motor during the sample [N]
     work: float  #: of the motor [J]
     kinetic: float  #: energy of the motion at the end [J]
     stored: float  #: energy in the tractions at the end [J]
@@ -326,15 +329,15 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
 ) -> StageMotion:
     """Move a stage on a contact by a motor, with a force that a controller sets at each sample.
 
-    The stage begins at rest where `state` is, which is place 0. Between samples it is integrated by the leap-frog
-    method, which tries no place that the stage does not reach.
+    The stage starts at rest at position 0, with the contact in `state`. Between samples it is integrated by the
+    leap-frog method, which visits no position that the stage does not reach.
 
     Parameters
     ----------
     ensemble, saturate, instrument
         As for `solve_ivp`.
     state : State
-        The contact at the beginning, pressed. Its normal channel is held as it is: a load, or an approach.
+        Initial, pressed contact. Its normal channel is held: a load, or an approach.
     controller : callable
         ``controller(time, place)`` returns the force of the motor [N] until the next sample; called once a sample.
     mass, sample_time, duration : float
@@ -344,24 +347,24 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
     """
     mass, sample_time = scalar("mass", mass, above=0), scalar("sample_time", sample_time, above=0)
     samples = round(scalar("duration", duration, above=0) / sample_time)
-    pause = _step_of_stage(state.stiffness(1), mass, sample_time, substeps)
+    time_step = _stage_time_step(state.stiffness(1), mass, sample_time, substeps)
     stepper = ensemble.stepper(state, saturate=saturate, instrument=instrument)
     origin = stepper.tangential_displacement
-    before = stepper.dissipated_energy
-    place = velocity = work = motor = 0.0
+    initial_dissipation = stepper.dissipated_energy
+    position = velocity = work = motor = 0.0
     record = np.empty((3, samples))
     for sample in range(samples):
-        motor = scalar("the force of the controller", controller(sample * sample_time, place))
+        motor = scalar("the force of the controller", controller(sample * sample_time, position))
         for _ in range(substeps):
-            velocity += pause / mass * (motor - stepper.tangential_load)
-            step = pause * velocity
-            place += step
+            velocity += time_step / mass * (motor - stepper.tangential_load)
+            step = time_step * velocity
+            position += step
             work += motor * step
-            stepper.step(tangential_displacement=origin + place)
-        record[:, sample] = place, stepper.tangential_load, motor
-    end = stepper.save()
-    # the velocity is that of half a step before
-    velocity += 0.5 * pause / mass * (motor - end.tangential_load)
+            stepper.step(tangential_displacement=origin + position)
+        record[:, sample] = position, stepper.tangential_load, motor
+    final_state = stepper.save()
+    # the velocity lags by half a step
+    velocity += 0.5 * time_step / mass * (motor - final_state.tangential_load)
     return StageMotion(
         time=np.arange(samples, dtype=np.float64) * sample_time,
         place=record[0],
@@ -369,21 +372,21 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
         motor_force=record[2],
         work=work,
         kinetic=0.5 * mass * velocity**2,
-        stored=end.stored_energy,
-        dissipated=end.dissipated_energy - before,
-        state=end,
+        stored=final_state.stored_energy,
+        dissipated=final_state.dissipated_energy - initial_dissipation,
+        state=final_state,
     )
 
 
-def _step_of_stage(stiffness: float, mass: float, sample_time: float, substeps: int) -> float:
-    """Return the step of the integration [s]; one that is not stable is an InputError."""
+def _stage_time_step(stiffness: float, mass: float, sample_time: float, substeps: int) -> float:
+    """Return the time step of the integration [s]; InputError if it is unstable."""
     if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
         raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
-    pause = sample_time / substeps
+    time_step = sample_time / substeps
     longest = 2.0 * (mass / stiffness) ** 0.5 if stiffness > 0.0 else np.inf
-    if pause >= longest:
+    if time_step >= longest:
         raise InputError(
-            f"substeps is {substeps}: steps of {pause:.3g} s are unstable, as the mass on the contact swings faster; "
-            f"expected {int(sample_time / longest) + 1} or more, and ten times that to follow it well"
+            f"substeps is {substeps}: steps of {time_step:.3g} s are unstable for this mass on the contact; "
+            f"expected {int(sample_time / longest) + 1} or more, and ten times that for accuracy"
         )
-    return pause
+    return time_step

@@ -1,7 +1,7 @@
-"""What can be asked of anything, or of the file of it: `hs.open`, `hs.show`, `hs.plot`, `hs.report`, `hs.explore`.
+"""Verbs for any object or its file: `hs.open`, `hs.show`, `hs.plot`, `hs.report`, `hs.explore`.
 
-A type answers by what is registered where it is defined: a method ``summary``, `figure_of` and `page_of`. What is heavy
-is imported where it is needed: `show` of a result comes without xarray.
+A type supports them by a method ``summary`` and by implementations registered with `figure_of` and `page_of`. Heavy
+packages are imported only if needed: `show` of a result does not import xarray.
 """
 
 import contextlib
@@ -46,11 +46,11 @@ if TYPE_CHECKING:
 
 HISTORIES: "Mapping[str, Callable[[Path], xr.Dataset]]" = {"result": open_history, "zarr": open_zarr_history}
 MOST_CHANNELS = 40  # columns of a record; a height map has as many as points
-MAP_ALONE = "expected with the path of a height map alone, which is read with them"
+MAP_ALONE = "only apply to the path of a height map; expected such a path, or none of them"
 
 
 class Reading(TypedDict, total=False):
-    """What a height map may leave open: arguments of `read_surface`."""
+    """Properties of a height map that its file may lack: arguments of `read_surface`."""
 
     pixel_size: float | str | tuple[float | str, float | str]
     height_unit: str
@@ -72,25 +72,25 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     ----------
     path : path
         A scenario, a log, a result (netCDF or zarr), friction loops, friction over time or distance, a sweep, a table
-        of a question, a reduced model (JSON), or a height map.
+        of a query, a reduced model (JSON), or a height map.
     form : str, optional
-        What is taken off a height map, as by `Surface.detrended`; by default a plane.
+        Form removed from a height map, as by `Surface.detrended`; by default a plane.
     chunks : mapping or "auto", optional
-        Open a log or a result as a history of dask arrays, with so many steps and asperities in a chunk, such as
-        ``{"step": 1000, "asperity": 100_000}``. Variables of asperities are read from a result that holds them, and
-        otherwise computed from the log where they are read. It needs dask (``pip install "historysim[dask]"``).
+        Open a log or a result as a history of dask arrays, with these numbers of steps and asperities in a chunk, such
+        as ``{"step": 1000, "asperity": 100_000}``. Variables of asperities are read from a result that contains them,
+        and otherwise computed from the log on access. Requires dask (``pip install "historysim[dask]"``).
     **reading
-        What a height map leaves open, as for `read_surface`.
+        Properties that the file of a height map lacks, as for `read_surface`.
 
     Returns
     -------
     Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable, ReducedModel or Surface
-        A result is read lazily; it and a log are closed by their ``close()`` or at the end of a ``with`` block.
+        A result is read lazily; results and logs are closed by ``close()`` or at the end of a ``with`` block.
 
     Raises
     ------
     InputError
-        There is no such file, it cannot be used, or it is no height map and options of one are given.
+        The file does not exist or cannot be used, or options of a height map are given for another file.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def _check_reading(path: Path, kind: str, form: str | None, reading: Reading) ->
     """Check that no options of a height map are given for a file of another type."""
     if unused := ([] if form is None else ["form"]) + list(reading):
         called = CALLED.get(kind, f"a {kind}")
-        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
+        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map for these options")
 
 
 def _open_chunked(path: Path, kind: str, chunks: "Mapping[str, int] | str") -> "xr.Dataset":
@@ -157,7 +157,7 @@ def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kind
 
 
 @contextlib.contextmanager
-def opened(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
+def open_content(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
     """Open any file that historysim knows, and close it when the block ends; parameters and errors as for `open`."""
     content: Any = open(path, form=form, **reading)
     with content if hasattr(content, "__exit__") else contextlib.nullcontext(), damage_reported(Path(path)):
@@ -172,13 +172,13 @@ def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
         surface = read_surface(path, **reading)
     except InputError as error:
         read_so = "read as a height map: neither named .toml nor a result of historysim run"
-        raise InputError(_no_map(path, given=bool(reading)) or f"{error} ({read_so})") from error
+        raise InputError(_no_map(path, is_described=bool(reading)) or f"{error} ({read_so})") from error
     with representable():
         return surface.detrended(form)
 
 
-def _no_map(path: Path, *, given: bool) -> str:
-    """Return what a file is that is no height map, a picture or a record; empty where it may be one.
+def _no_map(path: Path, *, is_described: bool) -> str:
+    """Describe a file that is not a height map but a picture or a record; empty if it may be a height map.
 
     A list of points may be a map: one of x and z only if lengths or units are ``given``, or its columns name them.
     """
@@ -190,19 +190,19 @@ def _no_map(path: Path, *, given: bool) -> str:
     if is_netcdf(path):
         return ""
     points = find_coordinates(path)
-    if points and (given or points.evident or path.suffix.lower() == ".xyz"):
+    if points and (is_described or points.evident or path.suffix.lower() == ".xyz"):
         return ""
     with contextlib.suppress(InputError):
         listings = describe(path)
-        names = [each.column for each in listings]
-        # a record has a few columns, with names or far longer than they are many
-        # a text and a large matrix have no number of values
+        names = [listing.column for listing in listings]
+        # a record has few columns, with names, or far more rows than columns;
+        # texts and large matrices have no number of values
         count = listings[0].values.replace(",", "") if listings else ""
         long = count.isdecimal() and int(count) > MOST_CHANNELS * len(names)
         if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
             seen = ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
             command = f"historysim columns {shell_word(path)}"
-            record = f"{path}: is a record with the columns {seen}, and no height map; expected {command}"
+            record = f"{path}: is a record with the columns {seen}, not a height map; expected {command}"
             return f"{record}, or of the points of a profile height_unit and lateral_unit" if points else record
     return ""
 
@@ -213,13 +213,13 @@ def show(what: object, *, form: str | None = None, attributes: bool = False, **r
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, EventLog or Surface
-        Two height maps of one place, or their paths, in a list: what was lost between them (`registered`).
+        Two height maps of one area, or their paths, in a list: the material lost between them (`registered`).
     form : str, optional
-        What is taken off the height map of a file first; by default a plane.
+        Form removed from the height map of a file first; by default a plane.
     attributes : bool
-        Whether the lines of a result go on with its attributes: digests, versions, conventions.
+        Append the attributes of a result: digests, versions, conventions.
     **reading
-        What the height map of a file leaves open, as for `read_surface`.
+        Properties that the file of a height map lacks, as for `read_surface`.
 
     Returns
     -------
@@ -229,7 +229,7 @@ def show(what: object, *, form: str | None = None, attributes: bool = False, **r
     Raises
     ------
     InputError
-        Another object, a file that cannot be used, or an option that does not fit what is shown.
+        An unsupported object, a file that cannot be used, or an option that does not apply.
 
     Examples
     --------
@@ -255,62 +255,73 @@ def show(what: object, *, form: str | None = None, attributes: bool = False, **r
 
         with open_file_history(Path(what)) as history:
             return Lines(summary_lines(history) + (_attribute_lines(history) if attributes else []))
-    with opened(what, form=form, **reading) as content:
+    with open_content(what, form=form, **reading) as content:
         return Lines(_lines(content, attributes=attributes))
 
 
-def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  # noqa: ANN401 - as for `opened`
-    """Return what was lost between two height maps, or those of two files."""
+def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  # noqa: ANN401 - as for `open_content`
+    """Register two height maps, or the maps of two files."""
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.registration import registered
 
     with contextlib.ExitStack() as files:
-        found = [files.enter_context(opened(one, **reading)) if isinstance(one, str | Path) else one for one in maps]
-    others = [str(one) for one, each in zip(maps, found, strict=True) if not isinstance(each, Surface)]
-    if others or len(found) != 2:
-        which = f"; {others[0] if len(others[0]) < 200 else 'one'} is none" if others else ""
-        raise InputError(f"{len(found)} files or maps are given{which}; expected one, or two height maps of one place")
-    return registered(*found)  # type: ignore[arg-type] # both are surfaces
+        surfaces = [
+            files.enter_context(open_content(height_map, **reading))
+            if isinstance(height_map, str | Path)
+            else height_map
+            for height_map in maps
+        ]
+    wrong = [
+        str(height_map) for height_map, surface in zip(maps, surfaces, strict=True) if not isinstance(surface, Surface)
+    ]
+    if wrong or len(surfaces) != 2:
+        which = f"; {wrong[0] if len(wrong[0]) < 200 else 'one'} is not a height map" if wrong else ""
+        raise InputError(
+            f"{len(surfaces)} files or maps are given{which}; expected one, or two height maps of one area"
+        )
+    return registered(*surfaces)  # type: ignore[arg-type] # both are surfaces
 
 
-def _lines(what: Any, *, attributes: bool = False) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a summary
-    if is_dataset(what):
+def _lines(content: Any, *, attributes: bool = False) -> list[tuple[str, str]]:  # noqa: ANN401 - any object with a summary
+    if is_dataset(content):
         from historysim.results import tables
 
         summaries = {"sweep": tables.sweep_summary, "table": tables.table_summary, "loops": tables.loop_summary}
-        if summarise := summaries.get(KINDS.get(str(what.attrs.get("content")), "")):
-            return summarise(what)
-        if "total_normal_load" not in what:
-            raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+        if summarise := summaries.get(KINDS.get(str(content.attrs.get("content")), "")):
+            return summarise(content)
+        if "total_normal_load" not in content:
+            raise InputError(
+                "this Dataset is not a history; expected a Dataset from historysim, with all its variables"
+            )
         from historysim.results.analysis.history_summary import summary
 
-        return [*summary(what), *(_attribute_lines(what) if attributes else [])]
+        return [*summary(content), *(_attribute_lines(content) if attributes else [])]
     from historysim.scenario.scenario import Scenario
     from historysim.scenario.scenario import summary as of_scenario
 
-    if isinstance(what, Scenario):
-        return of_scenario(what)
+    if isinstance(content, Scenario):
+        return of_scenario(content)
     from historysim.surfaces.heights import Surface
 
-    if isinstance(what, Surface):
+    if isinstance(content, Surface):
         from historysim.surfaces.inspection import summary as of_surface
 
-        return of_surface(what)
-    if not hasattr(what, "summary"):
+        return of_surface(content)
+    if not hasattr(content, "summary"):
         raise InputError(
-            f"{brief(what)} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them"
+            f"{brief(content)} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them"
         )
-    return list(what.summary())
+    return list(content.summary())
 
 
 def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tuple[str, str]]:
     from historysim.basics.arguments import representable
     from historysim.surfaces.inspection import quantisation_notice, summary
 
-    # steps in height are seen before a form is taken off
+    # height steps are visible only before form removal
     measured = _height_map(path, "mean", **reading)
     with representable():
-        lines = [*summary(measured.detrended(form)), ("form taken off", form)]
+        lines = [*summary(measured.detrended(form)), ("form removed", form)]
         coarse = quantisation_notice(measured)
     return lines if coarse is None else [*lines, ("warning", coarse)]
 
@@ -318,7 +329,7 @@ def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tup
 def _attribute_lines(history: History) -> list[tuple[str, str]]:
     from historysim.results.analysis.history_summary import readable_attributes
 
-    # strings of many lines, such as the scenario, would hide the rest
+    # multi-line strings, such as the scenario, would hide the other attributes
     texts = readable_attributes(history)
     return [("", ""), *((name, text) for name, text in texts.items() if "\n" not in text.strip())]
 
@@ -340,31 +351,31 @@ def plot(
     ----------
     what : path, xarray.Dataset, Scenario, Surface, Measurement, Loops, LoopTable, Sliding, Comparison, Fit, …
         Of a history: the ``[picture]`` of its scenario, or else the friction loop, the loads, and the slip states. Of
-        a scenario or a height map: the surface with its summits. Of a sweep: its ``[picture]``, or else a number of its
-        cells over what was swept, or their loops over one another. Several histories, or paths of them: their loops,
-        or tractions, in one picture. Two height maps of one place: what was lost between them.
+        a scenario or a height map: the surface with its summits. Of a sweep: its ``[picture]``, or else a summary value
+        over the swept keys, or the loops of its cells in one diagram. Several histories, or paths of them: their loops,
+        or tractions, in one picture. Two height maps of one area: the material lost between them.
     picture : str, optional
-        One of ``historysim kinds plots``. Of a sweep also a number of its cells.
+        One of ``historysim kinds plots``. Of a sweep also a summary value of its cells.
     size : (float, float), optional
         Width and height of a new figure [mm].
     figure : Figure or SubFigure, optional
-        Draw into this figure of matplotlib, or into this part of one.
+        Draw into this matplotlib figure or subfigure.
     ax : Axes, optional
         Draw into these axes: pictures with one panel.
     **options
-        Those of the picture: ``step`` of "contact-map" (which it chooses), ``steps`` of "loops" and "traction",
+        Options of the picture: ``step`` of "contact-map" (which it selects), ``steps`` of "loops" and "traction",
         ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on the adhesion map. Of the
         path of a height map ``form``, ``pixel_size``, …, as for `read_surface`.
 
     Returns
     -------
     Figure, SubFigure or Axes
-        What was given, or a new figure.
+        The given one, or a new figure.
 
     Raises
     ------
     InputError
-        Something that has no picture, a file that cannot be used, or an option that does not fit what is drawn.
+        An object without a picture, a file that cannot be used, or an option that does not apply.
 
     Examples
     --------
@@ -380,21 +391,24 @@ def plot(
     reading = {name: fields.pop(name) for name in ("form", *Reading.__annotations__) if name in fields}
     with contextlib.ExitStack() as files:
         if isinstance(what, str | Path):
-            fields, what = {"name": str(what)} | fields, files.enter_context(opened(what, **reading))
+            fields, what = {"name": str(what)} | fields, files.enter_context(open_content(what, **reading))
         elif isinstance(what, list | tuple):
-            what = [files.enter_context(opened(one, **reading)) if isinstance(one, str | Path) else one for one in what]
+            what = [
+                files.enter_context(open_content(item, **reading)) if isinstance(item, str | Path) else item
+                for item in what
+            ]
             if any(isinstance(each, Surface) for each in what):
                 what = _registration(what)
         elif reading:
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
-        # whoever asks for something else does not get the picture of the scenario
-        if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, target)):
-            return drawn
+        # any explicit option replaces the picture of the scenario
+        if picture is None and not {*fields} - {"name"} and (scenario_figure := _draw_scenario_picture(what, target)):
+            return scenario_figure
         return figure_of(what, picture=picture, target=target, **fields)
 
 
-def _own_picture(content: object, target: "Place") -> "FigureOrAxes | None":
-    """Draw the ``[picture]`` of the scenario of a result or a sweep; None where it has none."""
+def _draw_scenario_picture(content: object, target: "Place") -> "FigureOrAxes | None":
+    """Draw the ``[picture]`` of the scenario of a result or a sweep; None if it has none."""
     import xarray as xr
 
     from historysim.scenario.figure import draw_scenario_figure, drawable
@@ -405,21 +419,21 @@ def _own_picture(content: object, target: "Place") -> "FigureOrAxes | None":
 
 
 def report(what: object, output: str | Path | None = None) -> str:
-    """Return a result as one self-contained HTML page, which opens without a network.
+    """Write a report of a result as one self-contained HTML page, and return it.
 
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, Fit, Loops, LoopTable or Sliding
-        A history, which the page computes: any step, any asperity, and other friction and moduli; a sweep; friction
-        loops, one by one or by their loads; friction over time or distance; a fit. A scenario with a measured loading
-        is fitted, where it has ``[fit]``, or compared with its measurement.
+        A history, which the page recomputes for any step, asperity, friction and moduli; a sweep; friction loops,
+        individually or by load; friction over time or distance; a fit. A scenario with a measured loading is fitted if
+        it has ``[fit]``, or else compared with its record.
     output : path, optional
-        A file to write the page to, which appears when it is complete.
+        File to write the page to, complete or not at all.
 
     Raises
     ------
     InputError
-        An object that has no report, or a file that cannot be used.
+        An object without a report, or a file that cannot be used.
     OSError
         ``output`` cannot be written.
     """
@@ -432,7 +446,7 @@ def report(what: object, output: str | Path | None = None) -> str:
         content: Any = what
         if isinstance(what, str | Path):
             name, reads = str(what), [Path(what)]
-            content = files.enter_context(opened(what))
+            content = files.enter_context(open_content(what))
         if isinstance(content, Scenario):
             reads = [*content.files]
         if output is not None:
@@ -444,7 +458,7 @@ def report(what: object, output: str | Path | None = None) -> str:
     return text
 
 
-def _page(what: object, name: str) -> str:
+def _page(content: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
@@ -453,61 +467,61 @@ def _page(what: object, name: str) -> str:
     from historysim.scenario.fit import compare, fit
     from historysim.scenario.scenario import Scenario
 
-    if isinstance(what, xr.Dataset):
+    if isinstance(content, xr.Dataset):
         try:
-            own = _own_picture(what, {})
-            figures = [] if own is None else [picture(own, "The picture of the scenario.")]
+            scenario_figure = _draw_scenario_picture(content, {})
+            figures = [] if scenario_figure is None else [picture(scenario_figure, "The picture of the scenario.")]
         except InputError as error:
             figures = [paragraph(f"No picture of the scenario: {error}", "note")]
-        return dataset_page(what, figures)
-    if isinstance(what, Scenario) and what.sections.fit is not None:
-        return page_of(fit(what))
-    if isinstance(what, Scenario):
+        return dataset_page(content, figures)
+    if isinstance(content, Scenario) and content.sections.fit is not None:
+        return page_of(fit(content))
+    if isinstance(content, Scenario):
         try:
-            _ = what.measured_files
+            _ = content.measured_files
         except InputError as error:
             raise InputError(f"{error}, and then historysim report of its result") from error
-        return comparison_page(compare(what), what.title or what.path.stem, what.text)
-    if isinstance(what, EventLog):
-        raise InputError(f"{name}: is a log; expected its result; historysim run {shell_word(name)} makes it again")
-    if page_of.dispatch(type(what)) is page_of.dispatch(object):
+        return comparison_page(compare(content), content.title or content.path.stem, content.text)
+    if isinstance(content, EventLog):
+        raise InputError(f"{name}: is a log; expected its result; historysim run {shell_word(name)} recomputes it")
+    if page_of.dispatch(type(content)) is page_of.dispatch(object):
         raise InputError(f"{name}: has no report; {EXPECTED}")
-    return page_of(what)
+    return page_of(content)
 
 
 @attrs.frozen
 class Explorer:
-    """The interactive picture of `explore`, which a notebook shows."""
+    """Interactive picture of `explore` for a notebook."""
 
     #: One self-contained HTML page, to be written to a file.
     page: str = attrs.field(repr=lambda page: f"<{len(page):,} characters of HTML>")
 
     def _repr_html_(self) -> str:
-        # in a frame of its own, which no style or script of the notebook reaches
+        # a frame isolates the page from styles and scripts of the notebook
         frame = "width: 100%; height: 46rem; border: 0"
         return f'<iframe title="through time" style="{frame}" srcdoc="{escape(self.page)}"></iframe>'
 
 
 def explore(history: "str | Path | xr.Dataset") -> Explorer:
-    """Return the interactive part of `report` for a notebook: a time slider, asperities to click, other friction.
+    """Return the interactive part of `report` for a notebook: time slider, selectable asperities, variable friction.
 
     Parameters
     ----------
     history : xarray.Dataset or path
-        A history with asperities, or the file of one.
+        A history with asperities, or its file.
 
     Raises
     ------
     InputError
-        No history, one without asperities, or one that a page cannot compute.
+        Not a history, a history without asperities, or one that a page cannot compute.
     """
     import xarray as xr
 
     from historysim.results.report.reports import interactive_page
 
     if isinstance(history, str | Path):
-        with opened(history) as content:
-            return explore(content)  # type: ignore[arg-type] # what is no Dataset is refused below
+        with open_content(history) as content:
+            return explore(content)  # type: ignore[arg-type] # other types are rejected below
     if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
-        raise InputError(f"explore: {type(history).__name__}; expected a history, such as hs.run gives")
+        raise InputError(f"explore: {type(history).__name__}; expected a history, as returned by hs.run")
     return Explorer(interactive_page(history))

@@ -118,7 +118,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
             lambda contact, _: hs.Ensemble.from_summits(contact.pair, 5, friction=0.2),
             "such as Surface.summits() returns",
         ),
-        (lambda _, history: hs.run(history), "of the type Dataset is no scenario; expected the path of a TOML file"),
+        (lambda _, history: hs.run(history), "of the type Dataset is not a scenario; expected the path of a TOML file"),
         (lambda _, history: hs.verify(history), "path is of the type Dataset; expected the name of a file"),
         (lambda *_: hs.open(5), "path is 5; expected the name of a file"),
         (lambda *_: hs.loops(np.zeros((99, 3))), "of the type ndarray: cannot be evaluated; expected a history"),
@@ -128,7 +128,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
         (lambda _, history: hs.write_netcdf(history, "my.toml"), ".toml ending, of a scenario or a log; expected .nc"),
         (lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"), "expected .nc or .csv"),
         (lambda *_: hs.plots.loop(5), "5 is no history; expected a Dataset from historysim"),
-        (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is no history"),
+        (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is not a history"),
         (lambda *_: hs.material("glas"), "did you mean 'float glass'?"),
     ],
 )

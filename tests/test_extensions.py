@@ -208,7 +208,7 @@ def test_a_step_of_preparation_gives_maps_its_key(path):
     built = hs.load(path).surface()
     assert built.surface.heights.min() == 5e-9
     assert "filled up to 5e-09 m" in built.notices
-    assert hs.load(path).unprepared_surface().surface.heights.min() < 0
+    assert hs.load(path).raw_surface().surface.heights.min() < 0
 
 
 def test_help_lists_it(path):

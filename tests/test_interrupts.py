@@ -201,7 +201,7 @@ def test_an_interrupted_sweep_reports_its_finished_cells(tmp_path, monkeypatch):
 
     monkeypatch.setattr(_Plan, "carry_out", carry_out)
     over = {"friction.coefficient": [0.1, 0.2]}
-    with pytest.raises(KeyboardInterrupt, match=r"cells keeps 2 of 2 cells, and the same sweep goes on there"):
+    with pytest.raises(KeyboardInterrupt, match=r"cells keeps 2 of 2 cells, and the same sweep resumes there"):
         hs.sweep(tmp_path / "s.toml", over, outputs=["peak_contact_count"], store=tmp_path / "cells")
     with pytest.raises(KeyboardInterrupt, match="2 of 2 cells are lost without a store"):
         hs.sweep(tmp_path / "s.toml", over, outputs=["peak_contact_count"])

@@ -18,7 +18,7 @@ CALLERS = {
     # types register their pages
     "report": ("verbs", "scenario.fit", "studies.gallery", "exchange.reduced."),
     "design studies": ("studies.validation",),
-    "adhesion theory": ("scenario.built", "scenario.figure", "scenario.picture_section"),
+    "adhesion theory": ("scenario.build", "scenario.figure", "scenario.picture_section"),
 }
 
 

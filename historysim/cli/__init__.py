@@ -3,7 +3,7 @@
 import click
 
 from historysim._version import __version__
-from historysim.cli.ending import Commands
+from historysim.cli.exit_codes import Commands
 
 # What the program says when no command is given.
 BEGIN = """\

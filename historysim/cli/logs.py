@@ -8,7 +8,7 @@ import click
 from historysim.basics.files import is_log, replacing
 from historysim.basics.targets import PICTURE, RESULT
 from historysim.cli import options
-from historysim.cli.ending import Ended
+from historysim.cli.exit_codes import Ended
 from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
 

@@ -202,7 +202,7 @@ def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
     if not values:
         return file
     if file.suffix != ".toml":
-        raise InputError(f"{file}: is no scenario (.toml), so that --set has nothing to change; leave it out")
+        raise InputError(f"{file}: is not a scenario (.toml), so --set does not apply; leave it out")
     from historysim.scenario.scenario import load
 
     return load(file, values)

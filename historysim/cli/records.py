@@ -52,7 +52,7 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     "?" marks what names and units do not show.
     """
     layout, files = options.layout_of(**text), check_outputs([file], (output, SUGGESTED))
-    from historysim.scenario.suggestion import suggested_loading, suggested_scenario
+    from historysim.scenario.suggestion import suggest_loading, suggest_scenario
     from historysim.tables import describe, summarise_text
 
     if file.suffix == ".toml":
@@ -68,9 +68,9 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
         notice(f"{len(listings)} columns without names; if this is a height map: historysim show {shell_word(file)}")
     if output is not None:
         with replacing(output) as unfinished:
-            unfinished.write_text(suggested_scenario(file, output, listings, layout, blocks), encoding="utf-8")
+            unfinished.write_text(suggest_scenario(file, output, listings, layout, blocks), encoding="utf-8")
     rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first_value) for c in listings)]
-    suggested = suggested_loading(file, listings, layout, blocks)
+    suggested = suggest_loading(file, listings, layout, blocks)
     if options.given("json"):
         write_answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files)
         return

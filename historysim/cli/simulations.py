@@ -63,9 +63,9 @@ def run(
     output = output or Path(f"{scenario.stem}.nc")
     pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
     from historysim.log.result import RunOptions
-    from historysim.scenario.run import source_of, write
+    from historysim.scenario.run import open_source, write
 
-    source, quiet = source_of(scenario, values), options.given("quiet")
+    source, quiet = open_source(scenario, values), options.given("quiet")
     outputs = [Output(path, (PICTURE,)) for path in pictures]
     chosen = RunOptions(progress=not quiet, notify=notice, force=options.given("force"), **choices)
     write(source, output, chosen, *outputs)
@@ -207,9 +207,9 @@ def fmu(
     SCENARIO (TOML) may also be a log or a result.
     """
     output = output or Path(f"{scenario.stem}.fmu")
-    from historysim.scenario.run import source_of
+    from historysim.scenario.run import open_source
 
-    source = source_of(scenario, values)
+    source = open_source(scenario, values)
     from historysim.exchange.fmu.unit_file import write_fmu
 
     choices |= {"fmi": int(fmi), "platforms": platforms and [name.strip() for name in platforms.split(",")]}
@@ -247,9 +247,9 @@ def reduce(
 
     SCENARIO (TOML) may also be a log or a result. The answer bounds the error of the tangential load.
     """
-    from historysim.scenario.run import source_of
+    from historysim.scenario.run import open_source
 
-    source = source_of(scenario, values)
+    source = open_source(scenario, values)
     from historysim.exchange.reduced.model_texts import select_format
     from historysim.exchange.reduced.reduced_model import ReducedPicture
     from historysim.exchange.reduced.reducing import reduce as carry_out

@@ -120,7 +120,7 @@ def plot(
     """
     file = files[0]
     if wrong := NO_OPTIONS & choices.keys():
-        raise InputError(f"--with: {min(wrong)} is no option of a picture; see `historysim kinds plots`")
+        raise InputError(f"--with: {min(wrong)} is not an option of a picture; see `historysim kinds plots`")
     choices = {name.replace("-", "_"): value for name, value in choices.items()}
     choices = {name: others.pop(name) for name in SHORT} | choices | {"adhesion": adhesion or None}
     choices = {name: value for name, value in choices.items() if value is not None}
@@ -135,7 +135,7 @@ def plot(
         name = picture or ("adhesion" if "adhesion" in choices else map_name if surface else "")
         output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
-        raise InputError(f"{file}: is a log; expected its result; historysim run {shell_word(file)} makes it again")
+        raise InputError(f"{file}: is a log; expected its result; historysim run {shell_word(file)} recomputes it")
     one = _one(files, values)
     check_outputs([*options.files_read(one), *files], (output, PICTURE))
     from historysim.verbs import plot as draw

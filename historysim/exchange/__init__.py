@@ -6,7 +6,7 @@ from typing import NamedTuple
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.replaying import Replay
-from historysim.scenario.run import Source, source_of
+from historysim.scenario.run import Source, open_source
 from historysim.scenario.scenario import Scenario
 
 EVOLVES = "friction or summits change (a law of friction, wear, summits that yield, or events)"
@@ -29,7 +29,7 @@ def resolve_export(origin: Exportable, notify: Notify = silent) -> Exported:
     if isinstance(origin, Replay):
         export = Exported(origin, "contact", "", ())
     else:
-        source = source_of(origin)
+        source = open_source(origin)
         header, events, _ = source.content(notify)
         title = str(header.settings.get("title", ""))
         export = Exported(header.replay(events), source.files[0].stem, title, source.files)

@@ -312,7 +312,7 @@ class Measurement:
     #: Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
     reduced: bool = False
     remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the samples on the way here
-    #: (sample) What conditioning took off the channels that have one [N or m]; they were that plus what they are.
+    #: (sample) What filters removed the channels that have one [N or m]; they were that plus what they are.
     removed: Mapping[str, Floats] = attrs.field(factory=dict)
     row: Integers | None = None  #: (sample) Where each sample stood in its file, for messages
     #: Offset added to the readings of each displacement [m]: that of the scenario, or minus the first reading.

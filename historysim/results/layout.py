@@ -77,7 +77,7 @@ def _declarations() -> Mapping[str, Sequence[Variable]]:
 def _check_complete(history: xr.Dataset) -> None:
     """Check that a history has the variables and attributes that every history has."""
     if not is_history(history):
-        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+        raise InputError("this Dataset is not a history; expected one from historysim, with all its variables")
     if "time" not in history.variables:
         raise _missing_variables(["time"])
     for name in MODULI:

@@ -1,4 +1,4 @@
-"""The ``[picture]`` of a scenario, drawn of it or of its result."""
+"""The ``[picture]`` of a scenario, drawn from the scenario or its result."""
 
 import tempfile
 from pathlib import Path
@@ -9,39 +9,39 @@ import xarray as xr
 from historysim.basics.wording import silent
 from historysim.errors import InputError
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, figure_of
-from historysim.scenario.document import parsed, pictures_of
+from historysim.scenario.document import parse_toml, structure_pictures
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.schema import reported
+from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import Pictures
 
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
 
-def drawable(what: xr.Dataset | Scenario) -> Pictures:
-    """Return those pictures of a scenario that can be drawn of it, or of its result; none where it has none."""
-    if isinstance(what, Scenario):
-        return tuple(each for each in what.sections.picture if SCENARIO in each.of)
-    text = what.attrs.get("scenario")
+def drawable(content: xr.Dataset | Scenario) -> Pictures:
+    """Return the pictures of a scenario that can be drawn from the scenario or its result."""
+    if isinstance(content, Scenario):
+        return tuple(picture for picture in content.sections.picture if SCENARIO in picture.of)
+    text = content.attrs.get("scenario")
     if not text:
         return ()
-    content = SWEEP if what.attrs.get("content") == SWEEP else HISTORY
-    # a picture of a package that is not there, say
-    with reported("the scenario in the result: picture"):
-        return tuple(each for each in pictures_of(parsed(str(text))) if content in each.of)
+    file_content = SWEEP if content.attrs.get("content") == SWEEP else HISTORY
+    # e.g. a picture of a package that is not installed
+    with located_errors("the scenario in the result: picture"):
+        return tuple(picture for picture in structure_pictures(parse_toml(str(text))) if file_content in picture.of)
 
 
 def draw_scenario_figure(
-    what: xr.Dataset | Scenario, pictures: Pictures, target: "Place | None" = None
+    content: xr.Dataset | Scenario, pictures: Pictures, target: "Place | None" = None
 ) -> "FigureOrAxes":
-    """Return the pictures of a scenario, drawn of it or of its result, below its title."""
-    title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
-    return draw_figure(what, pictures, title, target)
+    """Draw the pictures of a scenario or its result, with its title."""
+    title = content.title if isinstance(content, Scenario) else str(content.attrs.get("title", ""))
+    return draw_figure(content, pictures, title, target)
 
 
 @figure_of.register(Scenario)
-def _of_scenario(
+def _draw_scenario(
     scenario: Scenario,
     *,
     picture: str | None = None,
@@ -56,8 +56,8 @@ def _of_scenario(
     kind = picture or ("adhesion-map" if adhesion else "surface")
     if kind in PICTURES and HISTORY in PICTURES[kind].of and SCENARIO not in PICTURES[kind].of:
         if scenario.sections.sweep is not None:
-            raise InputError(f"{scenario.path}: picture {kind}: has [sweep]; expected what historysim sweep writes")
-        # the surface stands in a file beside the history
+            raise InputError(f"{scenario.path}: picture {kind}: has [sweep]; expected a result of historysim sweep")
+        # the surface is stored in the file of the history
         with (
             tempfile.TemporaryDirectory() as folder,
             run(scenario, Path(folder) / "result.nc", progress=True, notify=silent) as history,

@@ -1,4 +1,4 @@
-"""The model of a scenario beside what was measured, and ``[fit]``: its parameters fitted to that."""
+"""Comparison of the model of a scenario with its record, and ``[fit]``: parameters fitted to the record."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, MutableMapping
@@ -24,7 +24,7 @@ from historysim.measured.search import OFFSET
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
 from historysim.scenario.scenario import Scenario, as_scenario
-from historysim.scenario.schema import reported
+from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import FitSection
 
 if TYPE_CHECKING:
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
-# Samples of a record beyond which a fit averages neighbours, and how many are then left: a fit walks some 1,000 times
-# along them, each in about 1.5 µs per sample. A hundred branches have a hundred means each.
+# Samples of a record beyond which a fit averages neighbours, and how many are then left: a fit replays them some 1,000
+# times, each in about 1.5 µs per sample. A hundred branches have a hundred means each.
 MANY_SAMPLES, AVERAGED_SAMPLES = 50_000, 10_000
 
 
-def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
-    """Return ``[fit]``, the model as a function of the fitted parameters, and the values that these start from."""
+def build_model(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
+    """Return ``[fit]``, the model as a function of the fitted parameters, and their starting values."""
     ensemble, instrument = scenario.ensemble(), scenario.instrument
     section = scenario.sections.fit
-    with reported(scenario.path.name):
+    with located_errors(scenario.path.name):
         if section is None:
             raise InputError('fit: missing; expected [fit] with parameters = ["friction", …]')
         with at("fit", "parameters"):
@@ -58,22 +58,22 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
 
     def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
         springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
-        return _changed(ensemble, values), attrs.evolve(instrument, **springs)
+        return _with_parameters(ensemble, values), attrs.evolve(instrument, **springs)
 
     return section, model, start
 
 
-def _changed(ensemble: Ensemble, values: Mapping[str, float]) -> Ensemble:
-    """Return an ensemble with other values of what is fitted."""
+def _with_parameters(ensemble: Ensemble, values: Mapping[str, float]) -> Ensemble:
+    """Return an ensemble with these values of the fitted parameters."""
     pair = ensemble.pair
     if "shear_modulus" in values:
         moduli = {"contact_modulus": pair.contact_modulus, "shear_modulus": values["shear_modulus"]}
         pair = MaterialPair.from_moduli(**moduli, **pair.limits)
     friction = values.get("friction", ensemble.friction)
     if ensemble.curves is not None:
-        one = float(np.ravel(friction)[0])
+        coefficient = float(np.ravel(friction)[0])
         top, tolerance = ensemble.highest_summit, ensemble.tolerance
-        return Patches(pair, ensemble.curves, one, highest_summit=top, tolerance=tolerance)
+        return Patches(pair, ensemble.curves, coefficient, highest_summit=top, tolerance=tolerance)
     height = ensemble.summit_height
     mean = height.mean()
     stretched = mean + values.get("height_scale", 1.0) * (height - mean)
@@ -104,26 +104,26 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
 
 
 def _offset_start(scenario: Scenario) -> float:
-    """Return the offset of the tangential displacement that a fit starts from [m]."""
+    """Return the starting value of the offset of the tangential displacement [m]."""
     loading = scenario.measured_loading()
     channel = loading.columns.tangential_displacement or loading.response.tangential_displacement
     if channel is None or channel.constant is not None:
         raise InputError(f"{OFFSET}: no displacement was measured; expected a column for tangential_displacement")
     if channel.centred:
         raise InputError(
-            f"{OFFSET}: centred takes any offset off the tangential displacement; expected one of them: remove centred "
-            "= true there, or this parameter"
+            f"{OFFSET}: centred removes any offset of the tangential displacement; expected one of them: remove "
+            "centred = true there, or this parameter"
         )
     return scenario.measurement().offset["tangential_displacement"]
 
 
 @attrs.frozen(eq=False)
 class Fit:
-    """Parameters of a scenario, fitted to what was measured."""
+    """Fitted parameters of a scenario."""
 
-    scenario: Scenario  #: the scenario as it was
-    estimates: ParameterFit  #: the estimates with their intervals, and what the data do not determine
-    comparison: Comparison  #: the fitted model beside what was measured
+    scenario: Scenario  #: the original scenario
+    estimates: ParameterFit  #: estimates with their intervals, and undetermined combinations
+    comparison: Comparison  #: the fitted model compared with the record
 
     def __repr__(self) -> str:
         return f"<Fit: {', '.join(f'{label} {text}' for label, text in self.estimates.summary())}>"
@@ -133,26 +133,26 @@ class Fit:
 
     @property
     def parameters(self) -> "tuple[Parameter, ...]":
-        """The estimates, with their intervals."""
+        """Estimates, with their intervals."""
         return self.estimates.parameters
 
     @property
     def values(self) -> dict[str, float]:
-        """The estimates by name, in SI."""
+        """Estimates by name, in SI."""
         return self.estimates.values
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): the estimates with their intervals, and the difference that is left."""
+        """Return lines of (label, text): the estimates with their intervals, and the remaining difference."""
         return [*self.estimates.summary(), *self.comparison.summary()]
 
     def scenario_text(self, output: str | Path) -> str:
-        """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
+        """Return the scenario with the fitted values as TOML, with its comments; paths are relative to ``output``."""
         return fitted_text(self.scenario, self.parameters, Path(output))
 
     def write(self, output: str | Path) -> None:
         """Write the scenario with the fitted values to a file, which is replaced, whole or not at all.
 
-        Raises InputError: a file that the scenario reads, or with another ending than .toml.
+        Raises InputError: a file that the scenario reads, or with another suffix than .toml.
         """
         text = self.scenario_text(output)
         check_outputs([Output(Path(output), (FITTED,))], self.scenario.files, force=True)
@@ -161,24 +161,24 @@ class Fit:
 
 
 def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
-    """Return the model of a scenario beside what was measured: the same displacements, and the loads of both.
+    """Compare the model of a scenario with its record: the same displacements, and the loads of both.
 
     Parameters
     ----------
     scenario : Scenario or path
         A scenario with a measured loading and a tangential load to compare with.
     skip : int
-        Loops at the start that are walked through and not compared.
+        Loops at the start that are replayed but not compared.
 
     Returns
     -------
     Comparison
-        Its loops have the dead band that the scenario says of the tangential displacement, else as for `loops`.
+        Its loops use the dead band of the tangential displacement in the scenario, or else the default of `loops`.
 
     Raises
     ------
     InputError
-        A scenario that cannot be used or measures no tangential load, too few loops, or ones the wrong way round.
+        A scenario that cannot be used or has no measured tangential load, too few loops, or loops in the wrong sense.
     LoadError
         A normal load that the contact cannot carry.
 
@@ -191,26 +191,26 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     scenario = as_scenario(scenario)
     scenario.check_comparable()
     measurement = scenario.measurement()
-    with reported(scenario.path.name), at("loading"):
+    with located_errors(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
     response = compute_response(scenario.ensemble(), scenario.instrument, observation)
     return Comparison(observation, response, scenario.instrument)
 
 
 def creep(scenario: Scenario | str | Path) -> Creep:
-    """Return what the holds at reversals of a measured record show: relaxation over log time beside the memory.
+    """Evaluate the holds at reversals of a measured record: relaxation over log time in addition to memory.
 
     Parameters
     ----------
     scenario : Scenario or path
         A scenario with a measured loading that has tangential displacement, tangential load and normal load. Its model
-        says what the memory of the contact makes of displacement and normal load in the holds.
+        gives the change of the load by memory, from displacement and normal load in the holds.
 
     Returns
     -------
     Creep
-        The share of the load that relaxes in a decade of time, with its interval, or why the record does not say; the
-        drift of the sensor; the parts of the change in each hold.
+        Fraction of the load that relaxes per decade of time, with its interval, or why it is not determined; drift of
+        the sensor; contributions to the change in each hold.
 
     Raises
     ------
@@ -223,21 +223,21 @@ def creep(scenario: Scenario | str | Path) -> Creep:
     scenario.check_comparable()
     measurement, ensemble = scenario.measurement(), scenario.ensemble()
     instrument = scenario.instrument
-    with reported(scenario.path.name), at("loading"):
+    with located_errors(scenario.path.name), at("loading"):
         contact = measurement.without_spring(instrument.parallel_stiffness)
         return separate_creep(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
 
 
 def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
-    """Return the parameters of a scenario, fitted as its ``[fit]`` says to what was measured.
+    """Fit the parameters in ``[fit]`` of a scenario to its record.
 
     Parameters
     ----------
     scenario : Scenario or path
         A scenario with ``[fit]`` and a measured loading, with a tangential load to fit to.
     progress : bool
-        Show a bar of the walks along the record on standard error where that is a terminal and they take long; how
-        many there will be is an estimate.
+        Show a progress bar on standard error if that is a terminal and the fit takes long; the number of replays is
+        an estimate.
 
     Raises
     ------
@@ -246,42 +246,42 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     """
     scenario = as_scenario(scenario)
     with progress_bar(progress, "record", 1, desc="reading", leave=False) as read:
-        observation, model, start = to_fit(scenario)
+        observation, model, start = prepare_fit(scenario)
         read()
     bar = progress_bar(progress, "walk", desc="fitting", delay=2)
-    with reported(scenario.path.name), at("loading"), bar as done:
+    with located_errors(scenario.path.name), at("loading"), bar as done:
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
     if offset or instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
-        # measured loops are those of the contact, from the fitted zero and without the fitted spring
-        observation = _observed(scenario, instrument, offset)
+        # measured loops refer to the contact: with the fitted zero and without the fitted spring
+        observation = _observe_record(scenario, instrument, offset)
     between = compute_response(ensemble, instrument, observation)
     return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, between))
 
 
-def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
-    """Return what a fit compares with, the model, and the values that it starts from; raises what `fit` does."""
+def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
+    """Return the observation, the model and the starting values of a fit; errors as for `fit`."""
     scenario.check_comparable()
-    _, model, start = model_of(scenario)
-    return _observed(scenario, scenario.instrument), model, start
+    _, model, start = build_model(scenario)
+    return _observe_record(scenario, scenario.instrument), model, start
 
 
-def _observed(scenario: Scenario, instrument: Instrument, offset: float = 0.0) -> Observation:
-    """Observe the record of a fit, with an offset added to its displacement [m]; its loops are those of the contact."""
+def _observe_record(scenario: Scenario, instrument: Instrument, offset: float = 0.0) -> Observation:
+    """Observe the record of a fit, with an offset added to its displacement [m]; its loops refer to the contact."""
     measurement, section = scenario.measurement().displaced(offset), scenario.sections.fit
     if section is not None and OFFSET in section.parameters:
         measurement = attrs.evolve(measurement, starts_displaced=True)
     noise: dict[str, Any] = {}
     if section is not None:
         noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
-    with reported(scenario.path.name), at("loading"):
+    with located_errors(scenario.path.name), at("loading"):
         seen = observe(measurement, parallel_stiffness=instrument.parallel_stiffness, **noise)
     return seen if seen.time.size <= MANY_SAMPLES else seen.average(AVERAGED_SAMPLES)
 
 
-# Where a scenario has what is fitted.
-_HOMES = {
+# Section and key of each fitted parameter.
+_KEYS = {
     "friction": ("friction", "coefficient"),
     "shear_modulus": ("materials", "shear_modulus"),
     "lateral_stiffness": ("instrument", "lateral_stiffness"),
@@ -291,31 +291,31 @@ _HOMES = {
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
-    """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
+    """Return the scenario with the fitted values as TOML, with its comments; paths are relative to ``output``."""
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
     for parameter in parameters:
         if parameter.name == OFFSET:
             _put_offset(document["loading"], parameter)
             continue
-        section, key = _HOMES[parameter.name]
+        section, key = _KEYS[parameter.name]
         if section == "materials" and key not in document[section]:
             _put_pair(document, scenario)
-        # heights that are stretched already are stretched once more
+        # an existing height_scale is multiplied
         scale = getattr(scenario.sections.surface, "height_scale", None) if key == "height_scale" else None
         _put(document[section], key, parameter, scale or 1.0)
     if "run" in document["loading"]:
         document["loading"]["run"] = scenario.run
-    before, after = scenario.path.parent.absolute(), output.parent.absolute()
-    if before != after:
-        _move_files(document, before, after)
+    old_folder, new_folder = scenario.path.parent.absolute(), output.parent.absolute()
+    if old_folder != new_folder:
+        _move_files(document, old_folder, new_folder)
     return tomlkit.dumps(document)
 
 
 def _put(table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: float = 1.0) -> None:
-    """Write a fitted value in its place, in front of the comment that stands there."""
+    """Write a fitted value to its key, in front of an existing comment."""
     value = tomlkit.float_(parameter.value * unit)
-    known = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
-    value.comment("; ".join(filter(None, [f"fitted, {parameter.interval(1 / unit)}", known])))
+    comment = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
+    value.comment("; ".join(filter(None, [f"fitted, {parameter.interval(1 / unit)}", comment])))
     table[key] = value
 
 
@@ -338,10 +338,10 @@ def _put_offset(loading: MutableMapping[str, Any], parameter: Parameter) -> None
 
 
 def _put_pair(document: MutableMapping[str, Any], scenario: Scenario) -> None:
-    """Write the contact modulus of the pair in place of its two materials, beside which a shear modulus stands."""
+    """Replace the two materials by the contact modulus of the pair, to which a shear modulus is added."""
     pair, adhesion = scenario.sections.materials.pair(), scenario.sections.adhesion
     if adhesion is not None:
-        # it may follow from the two materials, which are not named any more
+        # its default depends on the two materials, which are removed
         document["adhesion"]["work_of_adhesion"] = adhesion.work(pair)
     modulus = tomlkit.float_(pair.contact_modulus)
     if pair.first and pair.second:
@@ -350,15 +350,15 @@ def _put_pair(document: MutableMapping[str, Any], scenario: Scenario) -> None:
     document["materials"]["contact_modulus"] = modulus
 
 
-def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> None:
-    """Make every relative ``file`` of a table, or each of several, relative to another folder."""
+def _move_files(table: MutableMapping[str, Any], old_folder: Path, new_folder: Path) -> None:
+    """Make each relative path ``file`` of a table relative to another folder."""
     for key, value in table.items():
         if isinstance(value, MutableMapping):
-            _move_files(value, before, after)
+            _move_files(value, old_folder, new_folder)
         elif key == "file":
             names = [value] if isinstance(value, str) else value
             moved = [
-                name if Path(name).is_absolute() else Path(os.path.relpath(before / name, after)).as_posix()
+                name if Path(name).is_absolute() else Path(os.path.relpath(old_folder / name, new_folder)).as_posix()
                 for name in names
             ]
             table[key] = moved[0] if isinstance(value, str) else moved

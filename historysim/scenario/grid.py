@@ -1,4 +1,4 @@
-"""Keys of a scenario with other values, or with several each (``[sweep]``), and the grid of points that those span."""
+"""Replacement of values in a scenario, and the grid of points spanned by keys with several values (``[sweep]``)."""
 
 import copy
 import itertools
@@ -22,25 +22,25 @@ _STEP = re.compile(r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{
 Point = dict[str, Any]  # values of the swept keys: ``{"friction.coefficient": 0.3, "surface.seed": 7}``
 
 
-def place_of(key: str) -> Place:
-    """Return the place of a key, such as ``loading.waypoints[1].tangential_load`` or ``sweep.over."surface.seed"``."""
-    place: list[str | int] = []
-    end, more = 0, "."
+def path_of_key(key: str) -> Place:
+    """Parse a key into its path, such as ``loading.waypoints[1].tangential_load`` or ``sweep.over."surface.seed"``."""
+    path: list[str | int] = []
+    position, more = 0, "."
     while more:
-        step = _STEP.match(key, end)
-        if step is None or (name := _unquoted(step[1])) is None:
+        step = _STEP.match(key, position)
+        if step is None or (name := _unquote(step[1])) is None:
             raise InputError(
-                f'{key!r} is no key; expected names with "." between them, such as friction.coefficient or '
-                "loading.waypoints[1].tangential_load, and in quotes, as in TOML, a name with a dot of its own: "
+                f'{key!r} is not a key; expected names with "." between them, such as friction.coefficient or '
+                "loading.waypoints[1].tangential_load, and quotes, as in TOML, around a name that contains a dot: "
                 "sweep.over.'surface.seed'"
             )
-        place += [name, *map(int, re.findall("[0-9]+", step[2]))]
-        end, more = step.end(), step[3]
-    return tuple(place)
+        path += [name, *map(int, re.findall("[0-9]+", step[2]))]
+        position, more = step.end(), step[3]
+    return tuple(path)
 
 
-def _unquoted(name: str) -> str | None:
-    """Return a name without its quotation marks; None where TOML has no such name."""
+def _unquote(name: str) -> str | None:
+    """Return a name without its quotation marks; None if it is not a key of TOML."""
     try:
         return next(iter(tomllib.loads(f"{name} = 0")))
     except tomllib.TOMLDecodeError:
@@ -48,47 +48,47 @@ def _unquoted(name: str) -> str | None:
 
 
 def with_values(document: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a document in which keys have other values; a table that is missing on the way is made.
+    """Return a copy of a document with replaced values; missing tables are added.
 
-    Raises InputError: a key with a place that is not there and cannot be made.
+    Raises InputError: a key whose parent does not exist and cannot be added.
     """
     result = copy.deepcopy(dict(document))
     for key, value in values.items():
-        _put(result, place_of(key), value)
+        _put(result, path_of_key(key), value)
     return result
 
 
 def text_with_values(text: str, values: Mapping[str, Any]) -> str:
-    """Return the TOML of a scenario with other values, comments and order kept; errors as for `with_values`."""
+    """Replace values in the TOML text of a scenario, keeping comments and order; errors as for `with_values`."""
     import tomlkit
 
     expected = with_values(tomllib.loads(text), values)
     try:
         changed: Any = tomlkit.parse(text)
         for key, value in values.items():
-            _put(changed, place_of(key), value)
+            _put(changed, path_of_key(key), value)
         if tomllib.loads(tomlkit.dumps(changed)) == expected:
             return tomlkit.dumps(changed)
-    except Exception:  # noqa: BLE001, S110 - tomlkit ends in many ways where tables stand in an unusual order
+    except Exception:  # noqa: BLE001, S110 - tomlkit fails in many ways if tables are in an unusual order
         pass
-    # written anew, without comments
+    # rewritten without comments
     return tomlkit.dumps(expected)
 
 
-def _put(document: Any, place: Place, value: object) -> None:  # noqa: ANN401 - tables of TOML, or of tomlkit
-    here = document
-    for depth, step in enumerate(place):
-        _check(here, place[:depth], step)
-        if depth + 1 == len(place):
-            with at(*place):
-                here[step] = plain(value)
-        elif isinstance(step, str) and step not in here:
-            here[step] = {}
-        here = here[step]
+def _put(document: Any, path: Place, value: object) -> None:  # noqa: ANN401 - tables of TOML, or of tomlkit
+    container = document
+    for depth, step in enumerate(path):
+        _check(container, path[:depth], step)
+        if depth + 1 == len(path):
+            with at(*path):
+                container[step] = plain(value)
+        elif isinstance(step, str) and step not in container:
+            container[step] = {}
+        container = container[step]
 
 
-def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
-    """Return a value as TOML has it; one that a scenario cannot hold is an InputError."""
+def plain(value: Any) -> Any:  # noqa: ANN401 - any TOML value
+    """Convert a value to a TOML type; InputError if a scenario cannot hold it."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, tuple | list | range):
@@ -100,30 +100,30 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
     return value
 
 
-def _check(here: object, above: Place, step: str | int) -> None:
-    """Check that a step can be taken in what stands at a place."""
-    where = path_text(above)
+def _check(container: object, parent_path: Place, step: str | int) -> None:
+    """Check that a container has an entry for the next step of a path."""
+    where = path_text(parent_path)
     if isinstance(step, int):
-        if not isinstance(here, list):
-            quoted = f"; a name that holds [{step}] itself stands in quotes" if isinstance(here, dict) else ""
-            raise InputError(f"{where}: {shown(here)}; expected an array, to take [{step}] of it{quoted}")
-        if step >= len(here):
-            last = f"expected [0] to [{len(here) - 1}]" if here else "it is empty"
-            raise InputError(f"{where}[{step}]: there is none; {last}")
-    elif not isinstance(here, dict):
-        raise InputError(f"{where}: {shown(here)}; expected a table, to have {step!r} in it")
+        if not isinstance(container, list):
+            quoted = f"; a name that contains [{step}] itself needs quotes" if isinstance(container, dict) else ""
+            raise InputError(f"{where}: {shown(container)}; expected an array, for [{step}]{quoted}")
+        if step >= len(container):
+            expected = f"expected [0] to [{len(container) - 1}]" if container else "it is empty"
+            raise InputError(f"{where}[{step}]: does not exist; {expected}")
+    elif not isinstance(container, dict):
+        raise InputError(f"{where}: {shown(container)}; expected a table, for {step!r}")
 
 
 @attrs.frozen
 class Axis:
-    """One dimension of a grid: a key with its values, or several keys that go through theirs together."""
+    """One dimension of a grid: a key with its values, or several keys whose values vary together."""
 
     keys: tuple[str, ...]
-    values: tuple[tuple[Any, ...], ...]  #: for each position the values of the keys, as a scenario would hold them
+    values: tuple[tuple[Any, ...], ...]  #: for each position the values of the keys, as in a scenario
 
     @property
     def name(self) -> str:
-        """The name of the dimension: that of its first key."""
+        """Name of the dimension, from its first key."""
         return variable_name(self.keys[0])
 
 
@@ -139,12 +139,12 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The number of positions on each axis."""
+        """Number of positions on each axis."""
         return tuple(len(axis.values) for axis in self.axes)
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """The names of the axes."""
+        """Names of the axes."""
         return tuple(axis.name for axis in self.axes)
 
     def points(self) -> Iterator[Point]:
@@ -153,8 +153,10 @@ class Grid:
             yield self._point(values)
 
     def ends(self) -> dict[int, Point]:
-        """Return the first and the last point, by their numbers."""
-        return {end % len(self): self._point([axis.values[end] for axis in self.axes]) for end in (0, -1)}
+        """Return the first and the last point by their numbers."""
+        return {
+            position % len(self): self._point([axis.values[position] for axis in self.axes]) for position in (0, -1)
+        }
 
     def _point(self, values: Sequence[Sequence[Any]]) -> Point:
         keys = [key for axis in self.axes for key in axis.keys]
@@ -166,17 +168,17 @@ def variable_name(key: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", key).strip("_")
 
 
-def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> Grid:
-    """Return the grid that keys and their values span; what spans none is an InputError with its place.
+def build_grid(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> Grid:
+    """Build the grid spanned by keys and their values; InputError with the key that is wrong.
 
     Parameters
     ----------
     over : dict
         By key an array of values, or a range: ``{"from": "1 nm", "to": "10 nm", "count": 4}``, both ends included,
-        [``"spacing": "logarithmic"``]; without ``to`` whole numbers that follow one another, such as seeds. A table of
-        tables is the same as a key with dots.
+        [``"spacing": "logarithmic"``]; without ``to`` consecutive whole numbers, such as seeds. Nested tables are
+        equivalent to keys with dots.
     together : sequence of sequence of str
-        Keys that go through their values together, as one dimension; any other two are crossed.
+        Keys whose values vary together, as one dimension; all other keys are combined with each other.
     """
     with at("over"):
         values: dict[str, Any] = {}
@@ -188,7 +190,7 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
             raise InputError("no keys; expected one or more, such as friction.coefficient = [0.1, 0.2]")
         expanded: dict[str, list[Any]] = {}
         for key, value in values.items():
-            with at(*place_of(key)):
+            with at(*path_of_key(key)):
                 expanded[key] = expand(value)
     axes = tuple(_axes(expanded, together))
     grid = Grid(axes)
@@ -197,13 +199,13 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
     names = [variable_name(key) for key in expanded]
     if doubled := {name for name in names if names.count(name) > 1}:
         raise field_error(
-            f"two keys would be called {min(doubled)}; expected keys that differ in their letters", "over"
+            f"two keys have the variable name {min(doubled)}; expected keys that differ in their letters", "over"
         )
     return grid
 
 
 def expand(value: object) -> list[Any]:
-    """Return the values of an array or of a range, as `grid_of` has them; anything else is an InputError."""
+    """Return the values of an array or of a range, as for `build_grid`; InputError for any other value."""
     if isinstance(value, Mapping):
         return _range(value)
     if isinstance(value, str) or not isinstance(value := plain(value), list):
@@ -213,12 +215,12 @@ def expand(value: object) -> list[Any]:
     return value
 
 
-def _flat(over: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield keys with dots; a table with ``from`` is a range, any other holds further keys."""
+def _flat(over: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield keys with dots; a table with ``from`` is a range, any other table holds further keys."""
     if not isinstance(over, Mapping):
         raise InputError(f"{brief(over)}; expected keys with values, as {{'friction.coefficient': [0.1, 0.2]}}")
     for name, value in over.items():
-        key = f"{above}.{name}" if above else str(name)
+        key = f"{prefix}.{name}" if prefix else str(name)
         if isinstance(value, Mapping) and "from" not in value:
             yield from _flat(value, key)
         else:
@@ -236,18 +238,18 @@ def _axes(values: Mapping[str, list[Any]], together: Sequence[Sequence[str]]) ->
 
 
 def _check_group(keys: Sequence[str], values: Mapping[str, list[Any]], groups: Mapping[str, tuple[str, ...]]) -> None:
-    """Check that keys can go through their values together."""
+    """Check that the values of keys can vary together."""
     if len(keys) < 2 or len(set(keys)) < len(keys):
         raise InputError("expected two or more keys, each of them once")
     for key in keys:
         if key not in values:
             raise InputError(f"{key!r} has no values in over; {nearest(key, values)}")
         if len(groups[key]) > 1:
-            raise InputError(f"{key!r} stands in another group already; expected it in one")
+            raise InputError(f"{key!r} is in another group as well; expected it in one")
     counts = {key: len(values[key]) for key in keys}
     if len(set(counts.values())) > 1:
         numbers = ", ".join(f"{count} of {key}" for key, count in counts.items())
-        raise InputError(f"{numbers}; expected as many values of one as of the other")
+        raise InputError(f"{numbers}; expected the same number of values for each key")
 
 
 def _range(entry: Mapping[str, Any]) -> list[Any]:
@@ -259,21 +261,21 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
         raise InputError("expected a range with from and count (1 or more), and usually to")
     if count > most("POINTS"):
         raise field_error(f"{shown(count)}; {at_most('POINTS')}", "count")
-    first = entry["from"]
+    start = entry["from"]
     if "to" not in entry:
-        if not isinstance(first, int) or isinstance(first, bool) or "spacing" in entry:
+        if not isinstance(start, int) or isinstance(start, bool) or "spacing" in entry:
             raise InputError("a range without to counts whole numbers; expected to, or a whole number as from")
-        return list(range(first, first + count))
+        return list(range(start, start + count))
     spacing = entry.get("spacing", SPACINGS[0])
     if spacing not in SPACINGS:
         raise field_error(f"{shown(spacing)}; {nearest(str(spacing), SPACINGS)}", "spacing")
-    (low, unit), (high, other) = _number(first), _number(entry["to"])
-    if unit != other:
-        raise field_error(f"in {other or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
+    (low, unit), (high, end_unit) = _number(start), _number(entry["to"])
+    if unit != end_unit:
+        raise field_error(f"in {end_unit or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
     if count < 2:
-        raise field_error(f"{count}; expected 2 or more, from and to among them", "count")
+        raise field_error(f"{count}; expected 2 or more, including from and to", "count")
     if spacing == "logarithmic" and not low * high > 0:
-        raise InputError("a logarithmic range has from and to of one sign, neither of them 0")
+        raise InputError("expected from and to of one sign, neither of them 0, for a logarithmic range")
     import numpy as np
 
     numbers = (np.geomspace if spacing == "logarithmic" else np.linspace)(low, high, count)

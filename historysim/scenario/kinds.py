@@ -1,4 +1,4 @@
-"""Everything that other packages may add to, by its name."""
+"""Registries that other packages may extend, by name."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +10,7 @@ from historysim.errors import InputError
 
 
 def registries() -> Mapping[str, Registry[Any]]:
-    """Return the registries by the last words of their groups of entry points."""
+    """Return the registries by the last word of their group of entry points."""
     from historysim.asperities.laws import LAWS
     from historysim.asperities.wear import WEAR_LAWS
     from historysim.asperities.yielding import YIELDING_LAWS
@@ -20,26 +20,37 @@ def registries() -> Mapping[str, Registry[Any]]:
     from historysim.scenario.loading_kinds import LOADINGS
     from historysim.scenario.surface_kinds import SURFACES
     from historysim.surfaces.preparation import PREPARATIONS
-    from historysim.surfaces.reading import read_surface  # noqa: F401 - registers those of height maps
+    from historysim.surfaces.reading import read_surface  # noqa: F401 - registers the readers of height maps
     from historysim.tables.readers import READERS
 
-    every = (LAWS, WEAR_LAWS, YIELDING_LAWS, EVENTS, SURFACES, PREPARATIONS, LOADINGS, READERS, FILES, PICTURES)
-    return {each.group.rpartition(".")[2]: each for each in every}
+    all_registries = (
+        LAWS,
+        WEAR_LAWS,
+        YIELDING_LAWS,
+        EVENTS,
+        SURFACES,
+        PREPARATIONS,
+        LOADINGS,
+        READERS,
+        FILES,
+        PICTURES,
+    )
+    return {registry.group.rpartition(".")[2]: registry for registry in all_registries}
 
 
 def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, str]]:
     """Return lines of (name, text): all groups, the kinds of one group such as ``"laws"``, or the keys of one kind.
 
-    Raises InputError: there is no such group or kind.
+    Raises InputError: an unknown group or kind.
     """
     groups = registries()
     if what is None:
         return [(group, ", ".join(registry)) for group, registry in groups.items()]
     if what not in groups:
-        raise InputError(f"{what!r} is no group of kinds; {nearest(what, groups)}")
+        raise InputError(f"{what!r} is not a group of kinds; {nearest(what, groups)}")
     registry = groups[what]
     if name is None:
-        return [(each, _line(registry, kind)) for each, kind in registry.items()]
+        return [(kind_name, _line(registry, kind)) for kind_name, kind in registry.items()]
     kind = registry.named(name)
     fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)]
     return [(name, _line(registry, kind)), *fields]

@@ -1,4 +1,4 @@
-"""``[picture]``: what a scenario's figure shows, and what pictures draw of a scenario."""
+"""``[picture]``: the figure of a scenario, and the data of a scenario for each picture."""
 
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -9,7 +9,7 @@ from historysim.errors import InputError, field_error
 from historysim.recording import surface_group
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, Picture
 from historysim.results.plots.swept import WORDS
-from historysim.scenario.schema import array_of, kind_from_toml, table
+from historysim.scenario.schema import kind_from_toml, structure_array, table
 from historysim.scenario.sections import Pictures
 
 if TYPE_CHECKING:
@@ -22,36 +22,36 @@ if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
-# what reads scenarios imports this module: it knows one by its methods
+# modules that read scenarios import this one, so the class itself is not imported here
 Scenario = Any
 IN_SCENARIOS = {HISTORY, SWEEP, SCENARIO}
 
 
 def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictures:
-    """Return the pictures that ``[picture]``, or each ``[[picture]]``, asks for.
+    """Structure ``[picture]``, or each ``[[picture]]``.
 
     Raises InputError: an unknown kind, or keys that do not fit it.
     """
     structured = partial(_picture_from_toml, converter)
-    pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
-    for index, each in enumerate(pictures):
-        if len(pictures) > 1 and each.own_figure:
-            raise field_error(f"{each.kind!r} fills a figure of its own; expected it alone", index, "kind")
+    pictures = structure_array(value, structured) if isinstance(value, list) else (structured(value),)
+    for index, picture in enumerate(pictures):
+        if len(pictures) > 1 and picture.own_figure:
+            raise field_error(f"{picture.kind!r} fills a whole figure; expected it as the only picture", index, "kind")
     return pictures
 
 
 def _picture_from_toml(converter: Converter, value: object) -> Picture:
     if "kind" not in table(value):
-        known = [name for name, kind in PICTURES.items() if IN_SCENARIOS & {*kind.of}]
-        raise field_error(f"missing; expected one of {', '.join(known)}", "kind")
+        names = [name for name, kind in PICTURES.items() if IN_SCENARIOS & {*kind.of}]
+        raise field_error(f"missing; expected one of {', '.join(names)}", "kind")
     picture: Picture = kind_from_toml(converter, value, PICTURES)
     if not IN_SCENARIOS & {*picture.of}:
-        raise field_error(f"{picture.kind!r} is not of a scenario, its result or its sweep", "kind")
+        raise field_error(f"{picture.kind!r} is not a picture of a scenario, its result or its sweep", "kind")
     return picture
 
 
 def picture_data(scenario: Scenario, kind: str) -> object:
-    """Return the surface, the summits, the record or the adhering asperities that a picture is of."""
+    """Return the data of a picture: surface, summits, record or adhering asperities."""
     return DATA[kind](scenario) if kind in DATA else scenario
 
 
@@ -63,12 +63,12 @@ def _surface(scenario: Scenario) -> "xr.Dataset":
 def _heights(scenario: Scenario) -> "Surface":
     surface: Surface | None = scenario.surface().surface
     if surface is None:
-        raise InputError(f"{scenario.path.name}: picture: the surface is no height map; expected one")
+        raise InputError(f"{scenario.path.name}: picture: the surface is not a height map; expected one")
     return surface
 
 
 def _pressed_map(scenario: Scenario) -> "PressedMap":
-    """Return the height map with a hundredth of the greatest normal load to all of it."""
+    """Return the height map with loads from 1/100 of the largest normal load up to it."""
     import numpy as np
 
     from historysim.loads.events import NormalLoad
@@ -78,19 +78,23 @@ def _pressed_map(scenario: Scenario) -> "PressedMap":
     loads = (float(event.value) for event in scenario.events() if isinstance(event, NormalLoad))
     if not (largest := max(loads, default=0.0)) > 0:
         raise InputError(f"{scenario.path.name}: picture: no normal load is given; expected one for the kind area-laws")
-    known = [one.hardness for one in (pair.first, pair.second) if one is not None and one.hardness is not None]
-    return PressedMap(_heights(scenario), pair, np.geomspace(largest / 100, largest, 13), min(known, default=None))
+    hardnesses = [
+        material.hardness
+        for material in (pair.first, pair.second)
+        if material is not None and material.hardness is not None
+    ]
+    return PressedMap(_heights(scenario), pair, np.geomspace(largest / 100, largest, 13), min(hardnesses, default=None))
 
 
 def _summits(scenario: Scenario) -> "dict[str, Summits]":
-    """Return the summits of the surface, or of those of the sweep, by what each is called."""
+    """Return the summits of the surface, or of each surface of the sweep, by label."""
     section = scenario.sections.sweep
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
     by_name: dict[str, Summits] = {}
     for point in points:
         summits = scenario.at(point).surface().summits
         if summits is None:
-            raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
+            raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one with summits")
         by_name[", ".join(_label(key, value) for key, value in point.items()) or "summits"] = summits
     return by_name
 
@@ -100,19 +104,17 @@ def _label(key: str, value: object) -> str:
     return f"{sign} = {value}" if sign else f"{words} {value}"
 
 
-def adhering_of(scenario: Scenario) -> "AdheringAsperities":
-    """Return the asperities of a scenario with ``[adhesion]``."""
+def find_adhering(scenario: Scenario) -> "AdheringAsperities":
+    """Return the adhering asperities of a scenario with ``[adhesion]``."""
     contact: AdheringAsperities | None = scenario.build().adhering()
     if contact is None:
-        raise InputError(
-            f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"
-        )
+        raise InputError(f"{scenario.path}: has no [adhesion], or no contact; expected both for the adhesion map")
     return contact
 
 
-# What pictures of a scenario are made of, by their names; of others, such as those of other packages, it is whole.
+# Data of pictures by name; other pictures, such as those of other packages, receive the scenario itself.
 DATA: "dict[str, Callable[[Scenario], Any]]" = {
-    "adhesion-map": adhering_of,
+    "adhesion-map": find_adhering,
     "area-laws": _pressed_map,
     "map": _heights,
     "record": lambda scenario: scenario.measurement(),

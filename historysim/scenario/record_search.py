@@ -1,4 +1,4 @@
-"""Find loops, or sliding friction, in a history, a measurement, a scenario, or a file of them; run by run, too."""
+"""Friction loops and sliding friction of a history, a measurement, a scenario, or their file; also run by run."""
 
 import functools
 import warnings
@@ -23,7 +23,7 @@ from historysim.measured.sliding import Over, Sliding, sliding_of_history, slidi
 from historysim.results.asking import check_direction
 from historysim.results.result_files import kind_of, open_result
 from historysim.scenario.scenario import Scenario, load
-from historysim.scenario.schema import given, reported
+from historysim.scenario.schema import explicit_fields, located_errors
 
 if TYPE_CHECKING:
     from historysim.scenario.fit import Fit
@@ -40,27 +40,27 @@ def loops(
     skip_per_level: int = 0,
     definitions: Definitions | None = None,
 ) -> Loops:
-    """Return the friction loops of a record, measured or simulated.
+    """Evaluate the friction loops of a record, measured or simulated.
 
     Parameters
     ----------
     record : xarray.Dataset, Measurement, Scenario or path
         A history; a measurement; a scenario that replays one; or the file of a scenario (TOML) or a result (netCDF).
     dead_band : float, optional
-        The smallest swing of the tangential displacement that counts as a reversal [m]; by default that of the
-        measurement or its scenario, else 5 % of the range of the displacement.
+        The smallest swing of the tangential displacement that counts as a reversal [m]; by default the dead band of
+        the measurement or its scenario, else 5 % of the range of the displacement.
     skip : int
         Loops at the start that are left out.
     skip_per_level : int
         Loops that are left out at the start of each series at one normal load.
     definitions : Definitions, optional
-        What is taken for sliding, for reached, and for the beginning of a branch.
+        Definitions of sliding, of the end and of the start of a branch.
 
     Raises
     ------
     InputError
-        Something else, a file that cannot be used, a record without a whole loop, or with loops that run the wrong way
-        round.
+        An unsupported object, a file that cannot be used, a record without a complete loop, or with loops in the wrong
+        sense.
 
     Examples
     --------
@@ -70,40 +70,40 @@ def loops(
     """
     options: dict[str, Any] = {"dead_band": dead_band, "skip": skip, "skip_per_level": skip_per_level}
     options["definitions"] = DEFAULT if definitions is None else definitions
-    with _opened(record) as (channels, scenario):
-        check_direction(channels, "a question for loops")
+    with _open_record(record) as (channels, scenario):
+        check_direction(channels, "a query for loops")
         if isinstance(channels, xr.Dataset):
             return loops_of_history(channels, **options)
         instrument = RIGID if scenario is None else scenario.instrument
         contact = channels.without_spring(instrument.parallel_stiffness)
-        found = loops_of_measurement(contact, lateral_stiffness=instrument.stiffness, **options)
-        return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
+        evaluation = loops_of_measurement(contact, lateral_stiffness=instrument.stiffness, **options)
+        return evaluation if scenario is None else attrs.evolve(evaluation, columns=_columns_question(scenario))
 
 
 def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> Sliding:
-    """Return friction over time or distance of a record that slides one way, measured or simulated.
+    """Evaluate friction over time or distance of a unidirectional record, measured or simulated.
 
     Parameters
     ----------
     record
         As for `loops`.
     over : {"time", "distance"}, optional
-        What friction is given over; by default the distance where the displacement is known.
+        Abscissa; by default the distance if the displacement is known.
     windows : int
-        How many windows of equal length.
+        Number of windows of equal length.
 
     Returns
     -------
     Sliding
-        Means per window, the static peak, and the approach to the steady value.
+        Means per window, static peak, and steady value.
 
     Raises
     ------
     InputError
-        Something else, a file that cannot be used, or a record that turns back or never presses.
+        An unsupported object, a file that cannot be used, or a record that reverses or is never pressed.
     """
-    with _opened(record) as (channels, scenario):
-        check_direction(channels, "a question for friction over time")
+    with _open_record(record) as (channels, scenario):
+        check_direction(channels, "a query for friction over time")
         if isinstance(channels, xr.Dataset):
             return sliding_of_history(channels, over=over, windows=windows)
         instrument = RIGID if scenario is None else scenario.instrument
@@ -112,8 +112,8 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
 
 
 @contextmanager
-def _opened(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]:
-    """Give the history or the measurement of a record, and the scenario of a measurement."""
+def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]:
+    """Yield the history or the measurement of a record, and the scenario of a measurement."""
     if isinstance(record, str | Path):
         kind = kind_of(Path(record))
         if kind == "result":
@@ -121,13 +121,15 @@ def _opened(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario
                 yield history, None
             return
         if kind != "scenario":
-            again = f"historysim run {shell_word(record)} makes the result of a log" if kind == "log" else ""
+            again = f"historysim run {shell_word(record)} recomputes the result of a log" if kind == "log" else ""
             mend = again or f"of a record `historysim columns {shell_word(record)} -o my.toml` writes a scenario"
-            raise InputError(f"{record}: is no scenario (.toml) and no result of historysim run; expected one; {mend}")
+            raise InputError(
+                f"{record}: is neither a scenario (.toml) nor a result of historysim run; expected one of them; {mend}"
+            )
         record = load(record)
     if isinstance(record, Scenario):
         measurement = record.measurement()
-        with reported(record.path.name), at("loading"):
+        with located_errors(record.path.name), at("loading"):
             yield measurement, record
     elif isinstance(record, xr.Dataset | Measurement):
         yield record, None
@@ -138,32 +140,32 @@ def _opened(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario
         )
 
 
-def _question(scenario: Scenario) -> str:
-    """Return the columns that were read, as a question whether they are right."""
+def _columns_question(scenario: Scenario) -> str:
+    """Ask whether the columns that were read are right."""
     loading = scenario.measured_loading()
-    channels = {**given(loading.columns), **given(loading.response)}
+    channels = {**explicit_fields(loading.columns), **explicit_fields(loading.response)}
     used = [
         f"{name} = {' and '.join(repr(source.column) for source in channels[name].sources)}"
         for name in ("tangential_load", "tangential_displacement")
         if name in channels
     ]
     command = f"historysim columns {shell_word(loading.files[0])}"
-    return f"are the columns right, {' and '.join(used)}? {command} shows what there is"
+    return f"are the columns right, {' and '.join(used)}? {command} lists the columns"
 
 
-def _earlier(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function under its earlier name, which warns."""
+def _deprecated_alias(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function for its earlier name, with a DeprecationWarning."""
 
     @functools.wraps(function)
-    def called(*args: Any, **options: Any) -> Any:  # noqa: ANN401 - of the function
-        own = function.__name__
-        warnings.warn(f"hs.{name} is called hs.{own} now, as its command is", DeprecationWarning, stacklevel=2)
+    def call_renamed(*args: Any, **options: Any) -> Any:  # noqa: ANN401 - of the function
+        new_name = function.__name__
+        warnings.warn(f"hs.{name} is called hs.{new_name} now, as its command is", DeprecationWarning, stacklevel=2)
         return function(*args, **options)
 
-    return called
+    return call_renamed
 
 
-find_loops, find_sliding = _earlier("find_loops", loops), _earlier("find_sliding", sliding)
+find_loops, find_sliding = _deprecated_alias("find_loops", loops), _deprecated_alias("find_sliding", sliding)
 
 Result = TypeVar("Result")
 Rows = list[tuple[str, ...]]
@@ -171,35 +173,35 @@ Rows = list[tuple[str, ...]]
 
 @attrs.frozen
 class Run(Generic[Result]):
-    """One run; its result is None where it cannot be used, and ``problem`` says why."""
+    """One run; its result is None if it cannot be evaluated, for the reason ``problem``."""
 
     number: int  #: from 1, or the value of its column
-    scenario: Scenario  #: that of this run alone
+    scenario: Scenario  #: scenario of this run
     result: Result | None
     problem: str = ""
 
 
 def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> "list[Run[Result]]":
-    """Return the result of ``find`` for each run of a scenario's file.
+    """Evaluate each run of a scenario's file with ``find``.
 
-    Raises InputError: a file that cannot be used, or none of its runs.
+    Raises InputError: the file, or all of its runs, cannot be used.
     """
     runs: list[Run[Result]] = []
-    for each in scenario.runs():
-        number = each.run
+    for scenario_of_run in scenario.runs():
+        number = scenario_of_run.run
         if not isinstance(number, int):
             raise InputError(f'{scenario.path.name}: loading.run: {number!r}; expected "each", for a row of each run')
         try:
-            runs.append(Run(number, each, find(each)))
+            runs.append(Run(number, scenario_of_run, find(scenario_of_run)))
         except InputError as error:
-            runs.append(Run(number, each, None, str(error)))
+            runs.append(Run(number, scenario_of_run, None, str(error)))
     if all(run.result is None for run in runs):
         raise InputError(f"none of {len(runs)} runs can be used; {runs[0].problem}")
     return runs
 
 
 def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
-    """Return a table of the loops of each run; the first row is the heading."""
+    """Return a table of the loops of each run; the first row has the headings."""
     every = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
     labels = {name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))}
     return _rows(
@@ -210,21 +212,21 @@ def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
 
 
 def fretting_rows(runs: "Sequence[Run[Loops]]") -> Rows:
-    """Return a table of the fretting quantities of each run, and their means; the first row is the heading."""
-    return fretting.run_rows(_evaluated(runs))
+    """Return a table of the fretting quantities of each run, and their means; the first row has the headings."""
+    return fretting.run_rows(_results_by_run(runs))
 
 
 def fretting_of_runs(runs: "Sequence[Run[Loops]]") -> fretting.Fretting:
     """Return the fretting report over the runs of a record, such as the stored cycles of a fretting log."""
-    return fretting.Fretting.from_runs(_evaluated(runs))
+    return fretting.Fretting.from_runs(_results_by_run(runs))
 
 
-def _evaluated(runs: "Sequence[Run[Loops]]") -> dict[int, Loops]:
+def _results_by_run(runs: "Sequence[Run[Loops]]") -> dict[int, Loops]:
     return {run.number: run.result for run in runs if run.result is not None}
 
 
 def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
-    """Return a table of the friction of each run; the first row is the heading."""
+    """Return a table of the friction of each run; the first row has the headings."""
     labels = ("slides", "friction coefficient", "static peak", "steady value")
 
     def row(friction: "Sliding") -> tuple[str, ...]:
@@ -235,12 +237,12 @@ def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
 
 
 def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
-    """Return a table of the estimates of each run; the first row is the heading."""
+    """Return a table of the estimates of each run; the first row has the headings."""
     names = next(list(run.result.values) for run in runs if run.result is not None)
 
     def row(fitted: "Fit") -> tuple[str, ...]:
         rms = quantity_text(fitted.comparison.residuals.rms, "N", 3)
-        return (*(each.text() for each in fitted.parameters), f"{fitted.estimates.misfit:.3g}", rms)
+        return (*(parameter.text() for parameter in fitted.parameters), f"{fitted.estimates.misfit:.3g}", rms)
 
     return _rows((*names, "misfit over noise", "rms difference"), runs, row)
 

@@ -1,4 +1,4 @@
-"""Run a scenario, or the log or the result of an earlier run: into memory, or into a result with its log beside it."""
+"""Run a scenario, or the log or the result of an earlier run: in memory, or into a result file and its log."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -43,48 +43,48 @@ def run(  # noqa: PLR0913 - the options of the command
     Parameters
     ----------
     path : path or Scenario
-        A scenario or its file (TOML), a log (``NAME.history``), or a result, which is made again from itself alone.
+        A scenario or its file (TOML), a log (``NAME.history``), or a result, which is recomputed from its own content.
     output : path, optional
         A netCDF file (.nc) to write the history to, with the surface in the group ``surface``; an earlier result is
-        replaced when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the
-        beginning. Or a zarr store (.zarr), whose blocks are computed in parallel.
+        replaced when the new one is complete. The log of a scenario, ``NAME.history``, is next to it. Or a
+        zarr store (.zarr), whose blocks are computed in parallel.
     progress : bool
-        Show a progress bar on standard error where that is a terminal and the run is long.
+        Show a progress bar on standard error if that is a terminal and the run is long.
     resume : bool
-        Go on where an earlier run of the same scenario to the same output was ended: from the last snapshot of its
-        log that can be used. What comes out is the same, bit for bit.
+        Continue an earlier, interrupted run of the same scenario to the same output from the last valid snapshot of
+        its log. The result is bit-identical.
     snapshot_every : int, optional
         Rows between snapshots of the state in the log; by default some seconds of replay, and more if all snapshots
         would be larger than 1 GB.
     compression : {"none", "zlib", "zstd"}
         Of the output.
     threads : int, optional
-        Threads that record many asperities, and write them; one for each processor up to 4 by default. What comes out
-        is the same, bit for bit.
+        Threads that record many asperities, and write them; by default one for each processor, up to 4. The result
+        is bit-identical.
     force : bool
-        Replace files of these names that are no earlier result or log, too; never one that the scenario reads.
+        Also replace files of these names that are not an earlier result or log; never one that the scenario reads.
     record : "totals", optional
-        Write the log, its snapshots and the totals, and no variable of the asperities: ``hs.open("NAME.history",
-        chunks=…)`` computes these where they are read. By default what the scenario records.
+        Write the log, its snapshots and the totals, but no variables of asperities: ``hs.open("NAME.history",
+        chunks=…)`` computes these on reading. By default the variables that the scenario records.
     cluster : str, optional
         Address of the scheduler of a dask cluster that computes the blocks of a zarr store; it reads the log under the
         same path.
     notify : callable, optional
-        Called with each notice (str), such as which snapshot is not used; by default those on how a
-        measured record was read are a UserWarning each.
+        Called with each notice (str), such as an unused snapshot; by default notices on the reading of a
+        measured record are issued as UserWarning.
 
     Returns
     -------
     xarray.Dataset
-        The history; read lazily from ``output`` where that is given.
+        The history; read lazily from ``output`` if given.
 
     Raises
     ------
     InputError
-        The scenario, or a file that it names, cannot be used as it is; or the log is damaged, or that of another
-        scenario than the one to resume; or ``output`` is read, or is something else than an earlier result.
+        The scenario, or a file that it names, cannot be used; the log is damaged, or belongs to another scenario
+        than the one to resume; ``output`` is an input, or is not an earlier result.
     LoadError
-        A load that the contact cannot carry; the message names the event.
+        The contact cannot support a load; the message names the event.
     OSError
         ``output`` or the log cannot be written, or another process is writing it.
 
@@ -94,11 +94,11 @@ def run(  # noqa: PLR0913 - the options of the command
     >>> print(f"{float(history.tangential_displacement.max()) * 1e9:.3f} nm")
     5.003 nm
     """
-    notify = notify or _of_records
+    notify = notify or _drop_notice
     options = RunOptions(
         progress, resume, snapshot_every, compression, threads, force, notify, record=record, cluster=cluster
     )
-    source = source_of(path)
+    source = open_source(path)
     if output is None:
         header, events, link = source.content(notify)
         attributes = header.attributes | digest_attribute(link)
@@ -114,14 +114,14 @@ def run(  # noqa: PLR0913 - the options of the command
     return xr.open_dataset(output, decode_times=False)
 
 
-def _of_records(_: str) -> None:
+def _drop_notice(_: str) -> None:
     """Drop a notice, except those on measured records, which are warnings."""
 
 
-def write(source: "Source", output: Path, options: RunOptions, *beside: Output) -> None:
-    """Replay a source into a result, without opening it; first check that it, and files beside it, can be written."""
+def write(source: "Source", output: Path, options: RunOptions, *further_outputs: Output) -> None:
+    """Replay a source into a result file, after a check that it and further outputs can be written."""
     log = [Output(log_path_for(output), (LOG,))] if source.makes_log else []
-    check_outputs([Output(output, (RESULT, STORE)), *log, *beside], source.files, force=options.force)
+    check_outputs([Output(output, (RESULT, STORE)), *log, *further_outputs], source.files, force=options.force)
     in_store = is_store_name(output)
     if in_store:
         from historysim.log.zarr_result import check_options, write_zarr
@@ -138,29 +138,29 @@ def write(source: "Source", output: Path, options: RunOptions, *beside: Output) 
 
 @attrs.frozen
 class Source:
-    """What a run replays: here the log of an earlier run, which the run goes on writing."""
+    """Source of a run; this class: the log of an earlier run, which the run continues."""
 
-    makes_log: ClassVar[bool] = False  #: whether the log is a new one beside the result
+    makes_log: ClassVar[bool] = False  #: whether a new log is written next to the result
 
     path: Path
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files that are read."""
+        """Files that are read."""
         return (self.path,)
 
     def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - of a scenario
-        """Return the header and the events of the log of such a run, and the last link of its chain."""
+        """Return the header and the events of the log of a run, and the last link of its chain."""
         with LogFile(self.path) as file:
             content = file.sound()
             return file.head, content.events, content.links[-1]
 
-    def log(self, beside: Path, options: RunOptions) -> LogFile:  # noqa: ARG002 - it is there already
-        """Open the log that a run writes, or make it ``beside`` the result; whoever has it is the only writer."""
+    def log(self, path: Path, options: RunOptions) -> LogFile:  # noqa: ARG002 - the log exists already
+        """Open the log that a run writes, or create it at ``path``; a log has one writer at a time."""
         return LogFile(self.path, write=True)
 
     def locate_errors(self) -> AbstractContextManager[None]:
-        """Say of an event that cannot be carried out where it stands in what is replayed, if it has a place there."""
+        """Add file and line to the error of an event, if the source has them."""
         return nullcontext()
 
 
@@ -179,29 +179,29 @@ class _ScenarioSource(Source):
         return self.scenario.locate_errors()
 
     def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:
-        header, events = self._resolved(notify)
+        header, events = self._header_and_events(notify)
         return header, events, chain_links(header, events)[-1]
 
-    def log(self, beside: Path, options: RunOptions) -> LogFile:
-        if not (options.resume and beside.exists()):
+    def log(self, path: Path, options: RunOptions) -> LogFile:
+        if not (options.resume and path.exists()):
             if options.resume:
-                options.notify(f"{beside}: there is no log to resume from; the run starts at the beginning")
-            return LogFile.create(beside, *self._resolved(options.notify))
-        file = LogFile(beside, write=True)
+                options.notify(f"{path}: there is no log to resume from; the run starts from the beginning")
+            return LogFile.create(path, *self._header_and_events(options.notify))
+        file = LogFile(path, write=True)
         if file.head.settings["scenario"] != self.scenario.text:
             file.close()
             raise InputError(
-                f"{self.path}: is not the scenario that {beside} was made from, so the run cannot go on from "
-                "there; run it without --resume to begin again, or go on with the old one: "
-                f"historysim run {shell_word(beside)} --resume"
+                f"{self.path}: is not the scenario that {path} was made from, so the run cannot be "
+                "resumed; run it without --resume to start again, or resume the old one: "
+                f"historysim run {shell_word(path)} --resume"
             )
         return file
 
-    def _resolved(self, notify: Notify) -> tuple[LogHeader, Sequence[Event]]:
+    def _header_and_events(self, notify: Notify) -> tuple[LogHeader, Sequence[Event]]:
         scenario = self.scenario
         if scenario.sections.sweep is not None:
             notify(f"{self.path.name}: ignoring [sweep]; use `historysim sweep` to run it")
-        if notify is _of_records and scenario.sections.loading.kind == "file":
+        if notify is _drop_notice and scenario.sections.loading.kind == "file":
             notify = warn
         built = scenario.build(notify)
         surface = built.surface
@@ -217,7 +217,7 @@ class _ScenarioSource(Source):
 
 
 class _ResultSource(Source):
-    """The result of an earlier run, which holds its log."""
+    """The result of an earlier run, which contains its log."""
 
     makes_log = True
 
@@ -225,36 +225,36 @@ class _ResultSource(Source):
         header, content = embedded_log.read(self.path)
         return header, content.events, content.links[-1]
 
-    def log(self, beside: Path, options: RunOptions) -> LogFile:
+    def log(self, path: Path, options: RunOptions) -> LogFile:
         header, content = embedded_log.read(self.path)
-        if options.resume and beside.exists():
-            file = LogFile(beside, write=True)
+        if options.resume and path.exists():
+            file = LogFile(path, write=True)
             if file.sound().links == content.links:
                 return file
             file.close()
             raise InputError(
-                f"{self.path}: was not made from {beside}, so the run cannot go on from there; run it without --resume "
-                "to begin again"
+                f"{self.path}: was not made from {path}, so the run cannot be resumed; run it without --resume "
+                "to start again"
             )
-        # batch by batch, as it was written
-        file = LogFile.create(beside, header, content.events[: content.ends[1]])
-        for first, last in itertools.pairwise(content.ends[1:]):
-            file.append(content.events[first:last])
+        # in the original batches
+        file = LogFile.create(path, header, content.events[: content.ends[1]])
+        for start, stop in itertools.pairwise(content.ends[1:]):
+            file.append(content.events[start:stop])
         return file
 
 
-def source_of(what: str | Path | Scenario | Source, values: Mapping[str, Any] | None = None) -> Source:
-    """Return the source of a run: a scenario, log or result; values replace those of a scenario file, as for `load`.
+def open_source(target: str | Path | Scenario | Source, values: Mapping[str, Any] | None = None) -> Source:
+    """Open the source of a run: a scenario, log or result; ``values`` replace values of a scenario file, as for `load`.
 
-    Raises InputError: a scenario that cannot be used, or values for what is no scenario.
+    Raises InputError: a scenario that cannot be used, or ``values`` for a log or a result.
     """
-    if isinstance(what, Source):
-        return what
-    # `load` says what is wrong with what is no path
-    path = Path(what) if isinstance(what, str | Path) else Path()
+    if isinstance(target, Source):
+        return target
+    # `load` reports a value that is not a path
+    path = Path(target) if isinstance(target, str | Path) else Path()
     if not (is_log(path) or is_netcdf(path)):
-        scenario = what if isinstance(what, Scenario) else load(what, values)
+        scenario = target if isinstance(target, Scenario) else load(target, values)
         return _ScenarioSource(scenario.path, scenario)
     if values:
-        raise InputError(f"{what}: is no scenario (.toml), so that --set has nothing to change; leave it out")
+        raise InputError(f"{target}: is not a scenario (.toml), so --set does not apply; leave it out")
     return Source(path) if is_log(path) else _ResultSource(path)

@@ -11,10 +11,10 @@ from historysim.errors import InputError
 from historysim.tables import Column, Format, column_names, read_table
 from historysim.tables.columns import split_unit
 
-FEWEST_ROWS = 8  # of the shortest run
-MOST_LISTED = 6  # runs that a text names
+FEWEST_ROWS = 8  # least number of rows of a run
+MOST_LISTED = 6  # largest number of runs in a message
 _NUMBER = r"[\W_]*(?:(?:no|nr|num|number|nummer|index|idx|id|count)[\W_]*)?$"
-# Cycles and loops follow each other without a gap if their numbers do; runs and tests never do.
+# Consecutive numbers of cycles or loops mean a continuous record; runs and tests are always separate.
 _CYCLE = re.compile(rf"(?i)^[\W_]*(?:cycles?|cyc|zykl(?:us|en)|loops?|schleifen?|サイクル|循环|周期|循環){_NUMBER}")
 _RUN = re.compile(rf"(?i)^[\W_]*(?:runs?|tests?|l[aä]uf(?:e)?|versuche?|messung|essais?|試験|试验){_NUMBER}")
 
@@ -27,14 +27,14 @@ class RunColumn:
     numbers: tuple[int, ...]  #: number of each run, in the order of the file
 
     @property
-    def listed(self) -> str:
-        """The numbers as text, the first few of many."""
-        several = ", ".join(map(str, self.numbers[:MOST_LISTED]))
-        return several if len(self.numbers) <= MOST_LISTED else f"{several}, … {self.numbers[-1]}"
+    def runs_text(self) -> str:
+        """Text of the numbers, shortened if there are many."""
+        text = ", ".join(map(str, self.numbers[:MOST_LISTED]))
+        return text if len(self.numbers) <= MOST_LISTED else f"{text}, … {self.numbers[-1]}"
 
 
 def find_run_column(path: Path, layout: Format) -> RunColumn | None:
-    """Find the column that numbers runs stored one after the other; None if there is no such column."""
+    """Find the column that numbers consecutive runs; None if there is no such column."""
     try:
         names = column_names(path, layout)
     except InputError:

@@ -1,4 +1,4 @@
-"""TOML tables → frozen attrs classes with units and types at their fields; every message has the path to its field."""
+"""Structuring of TOML tables as frozen attrs classes; each message has the path to its key."""
 
 import re
 from collections.abc import Callable, Hashable, Iterator, Mapping
@@ -36,8 +36,8 @@ MOST_PROBLEMS = 10
 
 
 @contextmanager
-def reported(source: str) -> Iterator[None]:
-    """Turn errors raised inside into one InputError: a line ``source: path: problem`` for each."""
+def located_errors(source: str) -> Iterator[None]:
+    """Turn errors raised inside into one InputError with a line ``source: path: problem`` for each."""
     try:
         yield
     except (InputError, BaseValidationError, ForbiddenExtraKeysError) as error:
@@ -59,8 +59,8 @@ def _number(value: object, unit: str) -> float:
     return number
 
 
-def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
-    """Return the items of a TOML array, each structured; their errors are gathered in an IterableValidationError."""
+def structure_array(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
+    """Structure each item of a TOML array; IterableValidationError with the errors of all items."""
     if not isinstance(value, list):
         raise InputError(f"{shown(value)}; expected an array [ … ]")
     items, errors = [], []
@@ -79,11 +79,11 @@ def _components(entry: Mapping[str, object], quantity: Quantity) -> tuple[float 
     for key in entry:
         if key not in quantity.components:
             raise field_error(f"unknown key; {nearest(key, quantity.components)}", key)
-    found = []
+    values = []
     for name in quantity.components:
-        with noted(name):
-            found.append(_number(entry[name], quantity.unit) if name in entry else None)
-    return tuple(found)
+        with cattrs_note(name):
+            values.append(_number(entry[name], quantity.unit) if name in entry else None)
+    return tuple(values)
 
 
 def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[float | None, ...]]:
@@ -94,24 +94,24 @@ def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[flo
         if isinstance(value, dict) and quantity.components:
             return _components(value, quantity)
         if isinstance(value, list) if one_or_many else get_origin(plain) is tuple:
-            return array_of(value, lambda item: _number(item, quantity.unit))
+            return structure_array(value, lambda item: _number(item, quantity.unit))
         return _number(value, quantity.unit)
 
     return structure
 
 
 @attrs.frozen
-class KindOf:
-    """Marks a field with a table that names its class: a kind of a registry, which is imported then."""
+class KindIn:
+    """Mark of a field whose table names its class, a kind of a registry that is imported on use."""
 
     registry: str  #: as ``"module:NAME"``
-    key: str = "kind"  #: the key of the name
-    alone: bool = False  #: whether the name alone may stand for the table
+    key: str = "kind"  #: key that holds the name
+    alone: bool = False  #: whether a plain name is accepted instead of a table
 
 
-AnyFrictionLaw = Annotated[Any, KindOf("historysim.asperities.laws:LAWS", "law")]
-AnyWearLaw = Annotated[Any, KindOf("historysim.asperities.wear:WEAR_LAWS", "law")]
-AnyYieldingLaw = Annotated[Any, KindOf("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)]
+AnyFrictionLaw = Annotated[Any, KindIn("historysim.asperities.laws:LAWS", "law")]
+AnyWearLaw = Annotated[Any, KindIn("historysim.asperities.wear:WEAR_LAWS", "law")]
+AnyYieldingLaw = Annotated[Any, KindIn("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)]
 
 
 def _is_marked(kind: object, mark: type) -> bool:
@@ -119,20 +119,20 @@ def _is_marked(kind: object, mark: type) -> bool:
 
 
 def _kind_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
-    of: KindOf = get_args(kind)[1]
-    module, _, name = of.registry.partition(":")
+    mark: KindIn = get_args(kind)[1]
+    module, _, name = mark.registry.partition(":")
 
     def structure(value: object, _: object) -> object:
         kinds = getattr(import_module(module), name)
-        entry = {of.key: value} if of.alone and isinstance(value, str) else value
-        return kind_from_toml(converter, entry, kinds, of.key)
+        entry = {mark.key: value} if mark.alone and isinstance(value, str) else value
+        return kind_from_toml(converter, entry, kinds, mark.key)
 
     return structure
 
 
 @attrs.frozen
 class ColumnsOf:
-    """Validator of the columns of a file: which keys they need, and which they may have."""
+    """Validator of the columns of a file: required and optional keys."""
 
     needed: str
     optional: str = ""
@@ -140,10 +140,10 @@ class ColumnsOf:
     def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Mapping[str, object]) -> None:
         """Check the keys."""
         needed = self.needed.split()
-        known = [*needed, *self.optional.split()]
+        allowed = [*needed, *self.optional.split()]
         for key in value:
-            if key not in known:
-                raise field_error(f"unknown key; {nearest(key, known)}", attribute.name, key)
+            if key not in allowed:
+                raise field_error(f"unknown key; {nearest(key, allowed)}", attribute.name, key)
         for key in needed:
             if key not in value:
                 raise field_error("missing; expected a column", attribute.name, key)
@@ -153,11 +153,11 @@ def _table_of_hook(kind: object, converter: Converter) -> Callable[[object, obje
     of = get_args(kind)[1]
 
     def structure(value: object, _: object) -> dict[str, object]:
-        found = {}
-        for key, each in table(value).items():
-            with noted(key):
-                found[key] = each if of is Any else converter.structure(each, of)
-        return found
+        structured = {}
+        for key, item in table(value).items():
+            with cattrs_note(key):
+                structured[key] = item if of is Any else converter.structure(item, of)
+        return structured
 
     return structure
 
@@ -168,33 +168,36 @@ _SCALARS = {bool: "true or false", int: "a whole number", float: "a number", str
 def _is_one_of_several(kind: object) -> bool:
     if get_origin(kind) not in {Union, UnionType}:
         return False
-    members = [each for each in get_args(kind) if each is not NoneType]
-    return len(members) > 1 and all(each in _SCALARS or get_origin(each) is tuple for each in members)
+    members = [member for member in get_args(kind) if member is not NoneType]
+    return len(members) > 1 and all(member in _SCALARS or get_origin(member) is tuple for member in members)
 
 
 def _several_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
-    """Structure a value that may be of several types as the one that it is of."""
-    members: dict[Any, Any] = {get_origin(each) or each: each for each in get_args(kind) if each is not NoneType}
+    """Structure a value of a union type as the member type that matches it."""
+    members: dict[Any, Any] = {
+        get_origin(member) or member: member for member in get_args(kind) if member is not NoneType
+    }
     number: Any = Annotated[float, Quantity("1")]
 
     def structure(value: object, _: object) -> object:
         of: Any = {list: tuple, int: int if int in members else float}.get(type(value), type(value))
         if of in members:
             return converter.structure(value, number if of is float else members[of])
-        known = {**_SCALARS, tuple: "an array"}
-        raise InputError(f"{shown(value)}; expected {' or '.join(known[each] for each in known if each in members)}")
+        descriptions = {**_SCALARS, tuple: "an array"}
+        expected = " or ".join(text for member, text in descriptions.items() if member in members)
+        raise InputError(f"{shown(value)}; expected {expected}")
 
     return structure
 
 
 def _array_hook(kind: object, converter: Converter) -> Callable[[object, object], tuple[object, ...]]:
     of = get_args(kind)[0]
-    return lambda value, _: array_of(value, lambda item: converter.structure(item, of))
+    return lambda value, _: structure_array(value, lambda item: converter.structure(item, of))
 
 
 @contextmanager
-def noted(key: str) -> Iterator[None]:
-    """Note at an error raised inside that it belongs to a key, as cattrs does."""
+def cattrs_note(key: str) -> Iterator[None]:
+    """Add the key to an error raised inside, as a note of cattrs."""
     try:
         yield
     except Exception as error:
@@ -203,61 +206,63 @@ def noted(key: str) -> Iterator[None]:
 
 
 def from_table(cls: type[T], value: object, converter: Converter, *as_given: str) -> T:
-    """Return an instance of a class of a TOML table; some of its fields are taken as they are given."""
-    made: Any = _structure_of(cast("Any", cls), converter, as_given)(value, cls)
-    return cast("T", made)
+    """Structure a TOML table as a class; the fields ``as_given`` are passed unchanged."""
+    instance: Any = _structure_hook(cast("Any", cls), converter, as_given)(value, cls)
+    return cast("T", instance)
 
 
 @cache
-def _structure_of(cls: Hashable, converter: Converter, as_given: tuple[str, ...]) -> Callable[[object, object], object]:
+def _structure_hook(
+    cls: Hashable, converter: Converter, as_given: tuple[str, ...]
+) -> Callable[[object, object], object]:
     plainly: dict[str, Any] = {name: override(struct_hook=lambda value, _: value) for name in as_given}
-    return table_hook(cast("Any", cls), converter, **plainly)
+    return make_table_hook(cast("Any", cls), converter, **plainly)
 
 
 def with_kinds(cls: type[T], value: object, converter: Converter, *, in_turn: bool = False) -> T:
-    """Return an instance of a class of a table with further keys that are names of kinds.
+    """Structure a table as a class, with further keys that are names of registered kinds.
 
-    ``cls.by_kind`` says which field takes them, and which registry has them. One value of an event becomes a tuple of
-    its fields beside the time; a table becomes the event. With ``in_turn`` the value is an array.
+    ``cls.event_keys`` names the field for these keys and their registry. A single value of an event becomes a tuple of
+    its fields without the time; a table becomes the event. With ``in_turn`` the value is an array.
     """
     of: Any = cls
-    field, kinds = of.by_kind
-    entry, found = dict(table(value)), dict[str, Any]()
-    own = {each.name for each in attrs.fields(of)} - {field}
-    for key in sorted(entry.keys() - own, key=[*kinds.own(), *entry].index):
+    field, kinds = of.event_keys
+    entry, changes = dict(table(value)), dict[str, Any]()
+    own_keys = {field_.name for field_ in attrs.fields(of)} - {field}
+    for key in sorted(entry.keys() - own_keys, key=[*kinds.own(), *entry].index):
         if key == field:
             raise field_error("unknown key", key)
         if key in kinds:
-            with noted(key):
-                found[key] = _of_kind(kinds[key], entry.pop(key), converter, in_turn=in_turn)
-    return from_table(cls, {**entry, field: found}, converter, field)
+            with cattrs_note(key):
+                changes[key] = _structure_event(kinds[key], entry.pop(key), converter, in_turn=in_turn)
+    return from_table(cls, {**entry, field: changes}, converter, field)
 
 
-def type_of_one_value(kind: Any) -> tuple[Any, bool]:  # noqa: ANN401 - classes and their annotations
-    """Return the type of the one value that may stand for a kind, and whether the kind has a time before it."""
-    first, *others = attrs.fields(attrs.resolve_types(kind))
-    timed = first.name == "time"
-    return (others[0].type if timed else first.type), timed
+def single_value_type(kind: Any) -> tuple[Any, bool]:  # noqa: ANN401 - classes and their annotations
+    """Return the type of the single value that can replace a table of a kind, and whether the kind has a time field."""
+    first_field, *further_fields = attrs.fields(attrs.resolve_types(kind))
+    timed = first_field.name == "time"
+    return (further_fields[0].type if timed else first_field.type), timed
 
 
-def _of_kind(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> object:  # noqa: ANN401 - of TOML
-    of, timed = type_of_one_value(kind)
+def _structure_event(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> object:  # noqa: ANN401 - of TOML
+    of, timed = single_value_type(kind)
     quantity = get_args(of)[1] if _is_marked(of, Quantity) else None
     by_component = quantity is not None and quantity.components and isinstance(value, dict) and "value" not in value
     if isinstance(value, dict) and not by_component:
         return converter.structure({"time": 0.0, **value} if timed else value, kind)
     if in_turn:
-        return array_of(value, lambda item: converter.structure(item, of))
+        return structure_array(value, lambda item: converter.structure(item, of))
     values = (converter.structure(value, of),)
     return values if timed else kind(*values)
 
 
-def table_hook(
+def make_table_hook(
     cls: type,
     converter: Converter,
     **fields: Any,  # noqa: ANN401 - overrides of cattrs, which does not export their type
 ) -> Callable[[object, object], object]:
-    """Return what structures a TOML table as a class; fields take overrides of cattrs."""
+    """Return the function that structures a TOML table as a class; fields accept overrides of cattrs."""
     from_dict: Callable[[Any, Any], object] = make_dict_structure_fn(
         cls, converter, _cattrs_forbid_extra_keys=True, **fields
     )
@@ -271,9 +276,9 @@ def table_hook(
 def kind_from_toml(
     converter: Converter, value: object, kinds: Registry[type[T]], key: str = "kind", among: type = object
 ) -> T:
-    """Structure a TOML table as the class that its ``key`` names, of ``kinds`` ``among`` the subclasses of one.
+    """Structure a TOML table as the class that its ``key`` names in ``kinds``, a subclass of ``among``.
 
-    Raises InputError: no table, no such kind, or one of a package that cannot be used.
+    Raises InputError: not a table, an unknown kind, or a kind of a package that cannot be imported.
     """
     entry = dict(table(value))
     if key not in entry:
@@ -283,20 +288,20 @@ def kind_from_toml(
     return cast("T", converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind))
 
 
-def given(section: attrs.AttrsInstance) -> dict[str, Any]:
-    """Return the keys of a section that stand in the file, with their values."""
+def explicit_fields(section: attrs.AttrsInstance) -> dict[str, Any]:
+    """Return the fields of a section that are not None, by name."""
     return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
 
 
 def table(value: object) -> dict[str, Any]:
-    """Return a value that is a TOML table; anything else is an InputError."""
+    """Return the value if it is a TOML table; InputError otherwise."""
     if not isinstance(value, dict):
         raise InputError(f"{shown(value)}; expected a table")
     return value
 
 
 def text(value: object, _: object = str) -> str:
-    """Return a string that is not blank; anything else is an InputError."""
+    """Return a non-blank string; InputError for any other value."""
     if not isinstance(value, str):
         raise InputError(f"{shown(value)}; expected a string")
     if not value.strip():
@@ -319,19 +324,19 @@ def _boolean(value: object, _: object) -> bool:
 
 
 def schema_converter() -> Converter:
-    """Return a converter that knows the types of this module and refuses everything else."""
+    """Return a converter for the types of this module; it rejects unknown keys."""
     converter = Converter(forbid_extra_keys=True)
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
-    converter.register_structure_hook_factory(attrs.has, table_hook)
+    converter.register_structure_hook_factory(attrs.has, make_table_hook)
     factories: tuple[tuple[Callable[[Any], bool], Any], ...] = (
         (lambda kind: hasattr(kind, "from_toml"), lambda cls, within: lambda value, _: cls.from_toml(value, within)),
         (lambda kind: get_origin(kind) is tuple, _array_hook),
         (lambda kind: get_origin(kind) is dict, _table_of_hook),
         (_is_one_of_several, _several_hook),
         (lambda kind: _is_marked(kind, Quantity), _quantity_hook),
-        (lambda kind: _is_marked(kind, KindOf), _kind_hook),
+        (lambda kind: _is_marked(kind, KindIn), _kind_hook),
     )
     for fits, hook in factories:
         converter.register_structure_hook_factory(fits, hook)
@@ -350,48 +355,48 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
             for inner in error.exceptions:
                 yield from _problems(inner, above)
         case ForbiddenExtraKeysError():
-            field, kinds = getattr(error.cl, "by_kind", ("", None))
-            known = [each.name for each in attrs.fields(error.cl) if each.name != field]
-            known += [] if kinds is None else kinds.own()
+            field, kinds = getattr(error.cl, "event_keys", ("", None))
+            keys = [attribute.name for attribute in attrs.fields(error.cl) if attribute.name != field]
+            keys += [] if kinds is None else kinds.own()
             for key in sorted(error.extra_fields):
-                meant = getattr(error.cl, "meant", lambda _: "")(key) or nearest(key, known)
-                yield f"{path_text((*above, key))}: unknown key; {meant}"
+                hint = getattr(error.cl, "hint_for_key", lambda _: "")(key) or nearest(key, keys)
+                yield f"{path_text((*above, key))}: unknown key; {hint}"
         case KeyError():
-            yield _line(above, f"missing; expected {_wanted(kind, above)}")
+            yield _line(above, f"missing; expected {_expected_value(kind, above)}")
         case InputError():
-            place, problem = (*above, *error.place), str(error.args[0])
-            section = problem.endswith("; expected a table") and all(isinstance(step, str) for step in place)
-            yield _line(place, problem + (f", such as [{path_text(place)}] with its keys below" if section else ""))
+            path, problem = (*above, *error.place), str(error.args[0])
+            section = problem.endswith("; expected a table") and all(isinstance(step, str) for step in path)
+            yield _line(path, problem + (f", such as [{path_text(path)}] with its keys below" if section else ""))
         case _:
             raise error
 
 
-def _wanted(kind: Any, place: Place) -> str:  # noqa: ANN401 - a type
-    """Return what a key that is missing takes."""
+def _expected_value(kind: Any, path: Place) -> str:  # noqa: ANN401 - a type
+    """Describe the expected value of a missing key."""
     if unit := field_unit(kind):
         return describe_expected(unit)
     members = get_args(kind) if get_origin(kind) in {Union, UnionType} else (kind,)
-    one = next((each for each in members if each is not NoneType), kind)
-    if (len(place) == 1 and one is not str) or get_origin(one) is dict:
-        return f"a section [{path_text(place)}]"
-    return _SCALARS.get(one if isinstance(one, type) else object, "a value")
+    member = next((candidate for candidate in members if candidate is not NoneType), kind)
+    if (len(path) == 1 and member is not str) or get_origin(member) is dict:
+        return f"a section [{path_text(path)}]"
+    return _SCALARS.get(member if isinstance(member, type) else object, "a value")
 
 
-def _line(place: Place, problem: str) -> str:
-    return f"{path_text(place)}: {problem}" if place else problem
+def _line(path: Place, problem: str) -> str:
+    return f"{path_text(path)}: {problem}" if path else problem
 
 
-# -- files of numbers: a section that names one, and the columns of it -----------------------------------------
+# -- files of numbers: sections that name a file, and its columns -----------------------------------------------
 
 
-# a section that names a file inherits this beside others, and two bases with slots do not mix
+# sections that name a file inherit from a second class, and two bases with slots cannot be combined
 @attrs.frozen(kw_only=True, slots=False)
 class NumbersFile(Format):
-    """A file of numbers, or several that go on one after the other, and how they are written."""
+    """One or several consecutive files of numbers, and their text format."""
 
-    #: Path, relative to the scenario; an array of paths is one record in several files, in their order.
+    #: Path, relative to the scenario; an array of paths is one record in several files, in this order.
     file: str | tuple[str, ...] = attrs.field(
-        validator=Key(lambda files: files != (), "the path of a file, or of several that follow one another")
+        validator=Key(lambda files: files != (), "the path of a file, or of several consecutive files")
     )
 
     @property
@@ -412,7 +417,7 @@ class NumbersFile(Format):
         *,
         missing: bool = False,
     ) -> Table:
-        """Return its columns, in their units, by `read_table`; its path is relative to the folder."""
+        """Read its columns in the given units; its path is relative to the folder."""
         tables = []
         for path in (folder / file for file in self.files):
             if not is_file(path):
@@ -423,7 +428,7 @@ class NumbersFile(Format):
             try:
                 tables.append(read_table(path, columns, units, self, missing=missing))
             except InputError as error:
-                # an error of no key belongs to the file
+                # errors without a key concern the file
                 error.place = error.place or ("file",)
                 raise
         if len(tables) == 1:
@@ -431,34 +436,34 @@ class NumbersFile(Format):
         with at("file"):
             return join_tables([Path(file).name for file in self.files], tables)
 
-    def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], made: Callable[..., T]) -> T:
-        """Return what a function makes of its columns, by their keys; an error of it belongs to the file."""
+    def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], build: Callable[..., T]) -> T:
+        """Pass its columns to a function by key and return the result; errors of the function name the file."""
         values = self.table(folder, columns, units).columns
         try:
-            return made(**values)
+            return build(**values)
         except InputError as error:
             raise field_error(f"{self.name}: {error.args[0]}", "file") from error
 
 
 def column_from_toml(value: object, kind: type[Column] = Column) -> Column:
-    """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``; anything else is an InputError."""
+    """Structure a column: ``"name"`` or ``{ column = "name", unit = "mN" }``; InputError for any other value."""
     if not isinstance(value, dict):
         return kind(text(value))
-    known = [field.name for field in attrs.fields(kind)]
+    keys = [field.name for field in attrs.fields(kind)]
     for key in value:
-        if key not in known:
-            raise field_error(f"unknown key; {nearest(key, known)}", key)
+        if key not in keys:
+            raise field_error(f"unknown key; {nearest(key, keys)}", key)
     if "column" not in value:
         raise field_error("missing; expected the name of a column in the file", "column")
     return kind(**value)
 
 
-def column_hooks(converter: Converter) -> None:
-    """Let a converter structure columns, and keys of a format, which the class itself checks: white space counts."""
+def register_column_hooks(converter: Converter) -> None:
+    """Register hooks for columns and for keys of a text format; the classes check these themselves (blanks count)."""
     converter.register_structure_hook(Column, column_from_toml)
     as_given = override(struct_hook=lambda value, _: tuple(value) if isinstance(value, list) else value)
     keys = {field.name: as_given for field in attrs.fields(Format)}
     converter.register_structure_hook_factory(
         lambda kind: isinstance(kind, type) and issubclass(kind, Format),
-        lambda kind, within: table_hook(kind, within, **keys),
+        lambda kind, within: make_table_hook(kind, within, **keys),
     )

@@ -1,4 +1,4 @@
-"""The sections of a scenario, one class for each: their keys, and what these must be."""
+"""Sections of a scenario: one class each, with its keys and their checks."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,15 +21,15 @@ from historysim.basics.fields import (
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, field_error
 from historysim.loads.friction_course import FrictionCourse, check_one
-from historysim.scenario.grid import Grid, grid_of
+from historysim.scenario.grid import Grid, build_grid
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
     AnyFrictionLaw,
     AnyWearLaw,
     ColumnsOf,
     NumbersFile,
+    explicit_fields,
     from_table,
-    given,
     table,
     text,
 )
@@ -61,15 +61,15 @@ class MaterialsSection:
     second: MaterialEntry | None = None  #: the other material
     contact_modulus: Pressure | None = None  #: E* of the pair, in place of materials, together with ``shear_modulus``
     shear_modulus: Pressure | None = None  #: G* of the pair
-    #: Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it serves
-    #: the check whether the model may be used.
+    #: Of the softer one, if the pair is given by its moduli. Without ``yielding`` it changes no result: it is used to
+    #: check the validity of the model.
     hardness: Pressure | None = None
     yield_stress: Pressure | None = None  #: of the softer one, likewise
 
     def __attrs_post_init__(self) -> None:
-        """Check that the pair is given in one way, and fully."""
-        limits = {"hardness", "yield_stress"} & given(self).keys()
-        keys = [key for key in given(self) if key not in limits]
+        """Check that the pair is given either by two materials or by two moduli."""
+        limits = {"hardness", "yield_stress"} & explicit_fields(self).keys()
+        keys = [key for key in explicit_fields(self) if key not in limits]
         if self.first is not None and limits:
             raise field_error("belongs to one material; expected it in first or second", min(limits))
         if keys not in (["first", "second"], ["contact_modulus", "shear_modulus"]):
@@ -84,12 +84,12 @@ class MaterialsSection:
 
         with at("materials"):
             if self.first is None or self.second is None:
-                return MaterialPair.from_moduli(**given(self))
+                return MaterialPair.from_moduli(**explicit_fields(self))
             return MaterialPair(self.first, self.second)
 
 
 def material_from_toml(converter: Converter, value: object, _: object) -> "Material":
-    """Return a built-in material by its name, or that of a table."""
+    """Structure a built-in material from its name, or a custom one from a table."""
     from historysim.contact.materials import Material, material
 
     return from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
@@ -97,23 +97,23 @@ def material_from_toml(converter: Converter, value: object, _: object) -> "Mater
 
 @attrs.frozen(kw_only=True)
 class CourseFile(NumbersFile):
-    """A course from a file of numbers."""
+    """A friction course from a file of numbers."""
 
-    #: Which column holds what: ``coefficient``, and ``time`` or ``distance``.
+    #: Columns: ``coefficient``, and ``time`` or ``distance``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("coefficient", "time distance"))
 
     def __attrs_post_init__(self) -> None:
-        """Check that it goes with one thing."""
+        """Check that it depends on either time or distance."""
         with at("columns"):
             check_one(time=self.columns.get("time"), distance=self.columns.get("distance"))
 
     def course(self, folder: Path) -> FrictionCourse:
-        """Return the course that the file has; its path is relative to the folder."""
+        """Read the course from the file; its path is relative to the folder."""
         return self.read(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}, FrictionCourse)
 
 
 def course_from_toml(converter: Converter, value: object, _: object) -> FrictionCourse | CourseFile:
-    """Return the course of a table: with a file, or written out."""
+    """Structure a course: read from a file, or written out."""
     if "file" in table(value):
         return converter.structure(value, CourseFile)
     return from_table(FrictionCourse, value, converter)
@@ -121,7 +121,7 @@ def course_from_toml(converter: Converter, value: object, _: object) -> Friction
 
 @attrs.frozen
 class Coefficients:
-    """Of ``[friction]``: one coefficient and its course, or one for each asperity."""
+    """``[friction]`` without a law: one coefficient and its course, or one coefficient per asperity."""
 
     #: Coefficient of friction μ, or an array with one for each asperity.
     coefficient: Numbers = attrs.field(validator=NOT_NEGATIVE)
@@ -129,17 +129,17 @@ class Coefficients:
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
-        """Return the coefficients of ``[friction]``, or its law."""
+        """Structure ``[friction]``: coefficients, or a law."""
         entry = table(value)
         if "law" in entry:
             return converter.structure(entry, AnyFrictionLaw)
         if not entry:
-            raise field_error("missing; expected a coefficient, or law with what it needs", "coefficient")
+            raise field_error("missing; expected a coefficient, or law with its keys", "coefficient")
         return from_table(cls, entry, converter)
 
     @classmethod
-    def meant(cls, key: str) -> str:
-        """Return what to write in place of an unknown key: it may belong to a law."""
+    def hint_for_key(cls, key: str) -> str:
+        """Suggest the law that an unknown key belongs to; empty if none."""
         from historysim.asperities.laws import LAWS
 
         of_law = any(key == field.name for law in LAWS.values() for field in list_fields(law))
@@ -148,9 +148,9 @@ class Coefficients:
 
 @attrs.frozen
 class AdhesionSection:
-    """``[adhesion]``: what says how adhesive the asperities are; the replay itself has no adhesion.
+    """``[adhesion]``: adhesion parameters for the regime of the asperities; the replay itself has no adhesion.
 
-    Without a work of adhesion it follows from the surface energies of the two materials (Girifalco and Good).
+    The default work of adhesion follows from the surface energies of the two materials (Girifalco and Good).
 
     Examples
     --------
@@ -169,10 +169,10 @@ class AdhesionSection:
         from historysim.contact.materials import work_of_adhesion
 
         energies = [material.surface_energy for material in (pair.first, pair.second) if material]
-        known = [energy for energy in energies if energy is not None]
-        if len(known) < 2:
-            raise field_error("missing; the materials have no surface energy to take it from", "work_of_adhesion")
-        return float(work_of_adhesion(*known))
+        available = [energy for energy in energies if energy is not None]
+        if len(available) < 2:
+            raise field_error("missing; the materials have no surface energies to compute it from", "work_of_adhesion")
+        return float(work_of_adhesion(*available))
 
 
 FITTED = ("friction", "shear_modulus", "lateral_stiffness", "parallel_stiffness", "height_scale", "displacement_offset")
@@ -180,7 +180,7 @@ FITTED = ("friction", "shear_modulus", "lateral_stiffness", "parallel_stiffness"
 
 @attrs.frozen
 class FitSection:
-    """``[fit]``: what is fitted to what was measured, and how noisy that is.
+    """``[fit]``: parameters to fit to a record, and the noise of the record.
 
     Examples
     --------
@@ -189,7 +189,7 @@ class FitSection:
     skip = 1
     """
 
-    #: What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
+    #: Fitted parameters, which start from the values of the scenario: any of ``"friction"``, ``"shear_modulus"``,
     #: ``"lateral_stiffness"``, ``"parallel_stiffness"``, ``"height_scale"``, ``"displacement_offset"``. The last is the
     #: ``offset`` of the tangential displacement, whose zero is the displacement without a load.
     parameters: tuple[str, ...]
@@ -211,7 +211,7 @@ class FitSection:
 
 @attrs.frozen
 class MetadataSection:
-    """``[metadata]``: who made the data, what for, and under which licence, by the names of ACDD 1.3.
+    """``[metadata]``: author, purpose and licence of the data, by the names of ACDD 1.3.
 
     Examples
     --------
@@ -221,7 +221,7 @@ class MetadataSection:
     keywords = ["friction", "drift"]
     """
 
-    summary: str | None = None  #: A paragraph on the data; by default one of the program's own
+    summary: str | None = None  #: A paragraph on the data; by default a standard text
     keywords: tuple[str, ...] | None = None  #: words for a catalogue
     comment: str | None = None  #: anything else
     creator_name: str | None = None  #: who made the data
@@ -233,14 +233,16 @@ class MetadataSection:
     publisher_email: str | None = None  #: where to write to
     publisher_url: str | None = None  #: A page on the publisher
     acknowledgement: str | None = None  #: who is thanked
-    references: str | None = None  #: what describes the data or how they were made
+    references: str | None = None  #: publications on the data or on the method
     license: str | None = None  #: under which licence they may be used
     naming_authority: str | None = None  #: who gives the ``id``
     product_version: str | None = None  #: which version of the data
 
     def attributes(self) -> dict[str, str]:
         """Return the attributes of a file; keywords are one string, with commas."""
-        return {key: value if isinstance(value, str) else ", ".join(value) for key, value in given(self).items()}
+        return {
+            key: value if isinstance(value, str) else ", ".join(value) for key, value in explicit_fields(self).items()
+        }
 
 
 RECORDS = ("touching", "all", "totals")
@@ -248,7 +250,7 @@ RECORDS = ("touching", "all", "totals")
 
 @attrs.frozen
 class RecordSection:
-    """``[record]``: the asperities that are written out one by one, and whether it is followed how far they slide.
+    """``[record]``: asperities recorded individually, and whether their slid distance is recorded.
 
     Examples
     --------
@@ -265,19 +267,19 @@ class RecordSection:
             ", ".join(f'"{word}"' for word in RECORDS) + " or an array of indices",
         ),
     )
-    #: Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With wear, or
-    #: friction that evolves, it is recorded in any case.
+    #: Also records the slid distance of each asperity, ∫|dU| in gross slip: ``slid_distance``. With wear or evolving
+    #: friction it is always recorded.
     sliding: bool = False
 
     @property
     def text(self) -> str:
-        """Which asperities, in a word or two."""
+        """Short description of the recorded asperities."""
         return self.asperities if isinstance(self.asperities, str) else f"{len(self.asperities):,} chosen"
 
 
 @attrs.frozen
 class SweepSection:
-    """``[sweep]``: keys with several values each, which `historysim.sweep` goes through.
+    """``[sweep]``: keys with several values each, for `historysim.sweep`.
 
     Examples
     --------
@@ -289,21 +291,21 @@ class SweepSection:
     """
 
     over: dict[str, Any]  #: keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``
-    together: tuple[tuple[str, ...], ...] = ()  #: lists of keys that are taken side by side, as one dimension
-    outputs: tuple[str, ...] = ()  #: numbers, totals or variables that each cell gives; by default ten numbers
+    together: tuple[tuple[str, ...], ...] = ()  #: lists of keys whose values vary together, as one dimension
+    outputs: tuple[str, ...] = ()  #: summary values, totals or variables of each cell; by default ten summary values
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a grid."""
         self.grid()
 
     def grid(self) -> Grid:
-        """Return the grid that the keys span."""
-        return grid_of(self.over, self.together)
+        """Return the grid spanned by the keys."""
+        return build_grid(self.over, self.together)
 
 
 @attrs.frozen
 class DesignSection:
-    """``[design]``: a key that is free, and what `historysim.design` finds its value for.
+    """``[design]``: a free key and the output that `historysim.design` finds its value for.
 
     Examples
     --------
@@ -315,28 +317,28 @@ class DesignSection:
     """
 
     key: str  #: the key to find a value for
-    between: tuple[Any, ...]  #: the least and the greatest value
-    target: Any = None  #: what the output shall be; one of ``target``, ``below`` and ``above`` is needed
-    below: Any = None  #: A limit that the output shall keep in a share of the points of ``over``
-    above: Any = None  #: likewise, from below
-    quantile: Number | None = None  #: that share; by default 0.95
-    output: str = "drift"  #: which number of a sweep
+    between: tuple[Any, ...]  #: the smallest and the largest value
+    target: Any = None  #: wanted output; one of ``target``, ``below`` and ``above`` is needed
+    below: Any = None  #: upper limit of the output, kept in a fraction of the points of ``over``
+    above: Any = None  #: lower limit, likewise
+    quantile: Number | None = None  #: that fraction; by default 0.95
+    output: str = "drift"  #: summary value of a sweep
     over: dict[str, Any] | None = None  #: keys over which the search is repeated, as in ``[sweep.over]``
 
     def __attrs_post_init__(self) -> None:
-        """Check the ends, and that there is a grid where one is asked for."""
+        """Check the range, the target and the grid."""
         if len(self.between) != 2:
-            raise field_error(f"{len(self.between)} values; expected two, the least and the greatest", "between")
+            raise field_error(f"{len(self.between)} values; expected two, the smallest and the largest", "between")
         goals = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
         if len(goals) != 1:
             raise InputError(f"{' and '.join(goals) or 'no target'}; expected one of target, below and above")
         if self.quantile is not None and (goals == ["target"] or not 0.5 <= self.quantile < 1):
-            raise field_error("expected a share from 0.5 to below 1, with below or above", "quantile")
+            raise field_error("expected a fraction from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 
     def grid(self) -> Grid:
-        """Return the grid over which the search is repeated: of one point where there is none."""
-        return grid_of(self.over) if self.over is not None else Grid(())
+        """Return the grid over which the search is repeated; a single point without ``over``."""
+        return build_grid(self.over) if self.over is not None else Grid(())
 
 
 @attrs.frozen
@@ -360,8 +362,8 @@ class Sections:
     title: str = ""  #: A heading, before the first section
 
     @classmethod
-    def meant(cls, key: str) -> str:
-        """Return what to write in place of a key that stands before the first section; empty where it is unknown."""
+    def hint_for_key(cls, key: str) -> str:
+        """Suggest the section of a key that precedes the first section; empty if unknown."""
         from historysim.asperities.laws import LAWS
         from historysim.scenario.loading_kinds import LOADINGS
         from historysim.scenario.surface_kinds import SURFACES
@@ -376,13 +378,13 @@ class Sections:
             "materials": (MaterialsSection,),
         }
         homes = [
-            name for name, of in kinds.items() if any(key == each.name for kind in of for each in list_fields(kind))
+            name for name, of in kinds.items() if any(key == field.name for kind in of for field in list_fields(kind))
         ]
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property
     def course(self) -> FrictionCourse | CourseFile | None:
-        """The course of the coefficient of friction, where it has one."""
+        """Course of the friction coefficient; None if it is constant."""
         return self.friction.course if isinstance(self.friction, Coefficients) else None
 
     def pair(self) -> "MaterialPair":

@@ -15,7 +15,7 @@ from historysim.results.analysis.each_asperity import nominal_pressure, total_me
 from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
 from historysim.results.analysis.recorded import sizes
 from historysim.results.history_drift import branch_drift
-from historysim.scenario.document import files_of
+from historysim.scenario.document import find_named_files
 from historysim.scenario.scenario import Scenario
 from historysim.studies.store import stamp
 
@@ -176,7 +176,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
             summary = SUMMARIES[name]
             if name in OF_ALL_SUMMITS and history.sizes.get("asperity") != int(history.attrs["number_of_asperities"]):
                 raise InputError(
-                    f"{name}: not all summits are recorded beside rows of each asperity; expected "
+                    f"{name}: not all summits are recorded together with rows of each asperity; expected "
                     'record.asperities = "all", or it in a sweep without these rows'
                 )
             summaries[name] = xr.Variable(
@@ -207,7 +207,7 @@ def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
     job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
     records_rows = with_rows or not job.changes.steady
     with loaded.locate_errors():
-        # totals cost the same whatever the number of asperities; of these only what summaries read is put beside them
+        # the cost of totals does not depend on the number of asperities; only coordinates that summaries read are added
         history = (job if records_rows else attrs.evolve(job, record="totals")).dataset()
     if records_rows:
         return history
@@ -227,7 +227,7 @@ def _surface(loaded: Scenario) -> "BuiltSurface":
     """Return the surface of a scenario, made once for cells that follow one another on it."""
     # a surface is what its keys say, and the files that these name
     section, folder = loaded.sections.surface, loaded.path.parent
-    key = (repr(section), folder, *map(stamp, files_of(section, folder)))
+    key = (repr(section), folder, *map(stamp, find_named_files(section, folder)))
     built = _surfaces.pop(key, None) or loaded.surface()
     _surfaces[key] = built
     while len(_surfaces) > SURFACES_KEPT:

@@ -16,7 +16,7 @@ from historysim.basics.wording import Lines, Notify, counted, nearest, progress_
 from historysim.errors import HistorySimError, InputError, at
 from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
-from historysim.scenario.schema import reported
+from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
 from historysim.studies.sweep import describe_point, notify_first
@@ -52,21 +52,21 @@ class Problem:
         """That of the output."""
         return SUMMARIES[self.output].units
 
-    def output_at(self, point: Point, value: float) -> float:
+    def compute_output(self, point: Point, value: float) -> float:
         """Return the output at a point, for a value of the key."""
         return float(cell(self.scenario, {**point, self.key: value}, (self.output,))[self.output])
 
 
 @attrs.frozen
 class Root:
-    """A root, or why there is none."""
+    """A root, or the reason why none was found."""
 
-    value: float = math.nan  #: of the key
-    output: float = math.nan  #: what the scenario gives there
-    reason: str = ""  #: why there is none
-    others: int = 0  #: further values in the range at which the output crosses the target
-    rises: bool = False  #: whether the output is greater at the greatest value of the key than at the least one
-    throughout: Limit | None = None  #: where the output is that at all values of the key
+    value: float = math.nan  #: value of the key
+    output: float = math.nan  #: output of the scenario there
+    reason: str = ""  #: reason why none was found
+    further_crossings: int = 0  #: further values in the range at which the output crosses the target
+    rises: bool = False  #: whether the output is larger at the largest value of the key than at the smallest
+    throughout: Limit | None = None  #: side of the limit on which the output is at all values of the key
 
 
 def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
@@ -131,7 +131,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     if key is not None:
         share = None if quantile is None else scalar("quantile", quantile)
         ends = tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
-        with reported(scenario.path.name), at("design"):
+        with located_errors(scenario.path.name), at("design"):
             keys: Any = over
             section = DesignSection(key, ends, target, below, above, share, output, keys)
     problem, grid = read_problem(scenario, section)
@@ -147,17 +147,17 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         if not np.isfinite(values).any():
             raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
         _notify_results(problem, points, roots, notify)
-        with reported(scenario.path.name), at("design"):
+        with located_errors(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _value_at_quantile(problem, roots)
         # the spread over the points if all had the one value that is recommended
-        outputs_at_value = solve_all(functools.partial(_output_at, problem, middle))
+        outputs_at_value = solve_all(functools.partial(_compute_output_or_nan, problem, middle))
     return _dataset(problem, grid, roots, outputs_at_value, middle)
 
 
 def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
     """Return the problem of a section (default: that in the scenario) and the grid over which it is solved."""
     section = section or scenario.sections.design
-    with reported(scenario.path.name), at("design"):
+    with located_errors(scenario.path.name), at("design"):
         if section is None:
             raise InputError(
                 "missing; expected [design] with key, between and target, as key = 'friction.coefficient', between = "
@@ -167,7 +167,7 @@ def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tu
             raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
         key, grid = section.key, section.grid()
     unit = find_unit(scenario.at({**next(grid.points()), key: section.between[0]}).sections, key)
-    with reported(scenario.path.name), at("design"):
+    with located_errors(scenario.path.name), at("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
         with at("between"):
@@ -189,8 +189,8 @@ def _notify_results(problem: Problem, points: Sequence[Point], roots: Sequence[R
         where = describe_point(point) or problem.scenario.path.name
         if root.reason and not (problem.limit and root.throughout):
             notes.append(f"{where}: {root.reason}")
-        if root.others:
-            more = counted(root.others, "more value", "more values")
+        if root.further_crossings:
+            more = counted(root.further_crossings, "more value", "more values")
             notes.append(f"{where}: the least value counts; {more} of {problem.key} would do, too")
     notify_first(notes, "more notes of this kind", notify)
     if problem.limit is None:
@@ -200,7 +200,7 @@ def _notify_results(problem: Problem, points: Sequence[Point], roots: Sequence[R
         share, further = f"{problem.quantile:.0%}", len(roots) + 1
         notify(
             f"{share} is asked of {len(roots)} points: it is the outermost of them, and one further point in {further} "
-            f"goes beyond it. It takes {required} for {share}, and {sure} to be 95 % sure of it; give more seeds"
+            f"exceeds it. It takes {required} for {share}, and {sure} to be 95 % sure of it; give more seeds"
         )
     limit = quantity_text(problem.target, problem.unit)
     for side in ("below", "above"):
@@ -258,7 +258,7 @@ def _find_crossing(problem: Problem, point: Point) -> Root:
 
     space = np.geomspace if problem.low > 0 else np.linspace
     values = space(problem.low, problem.high, SCANNED_VALUES)
-    outputs = np.array([problem.output_at(point, value) for value in values])
+    outputs = np.array([problem.compute_output(point, value) for value in values])
     missing = outputs - problem.target
     rises = bool(outputs[-1] > outputs[0])
     # a value that meets the target itself is a crossing of the stretch that begins there
@@ -273,26 +273,26 @@ def _find_crossing(problem: Problem, point: Point) -> Root:
         return Root(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
     index = int(crossings[0])
     if missing[index] == 0:
-        return Root(float(values[index]), float(outputs[index]), others=crossings.size - 1, rises=rises)
+        return Root(float(values[index]), float(outputs[index]), further_crossings=crossings.size - 1, rises=rises)
 
     def residual(value: float) -> float:
-        return problem.output_at(point, value) - problem.target
+        return problem.compute_output(point, value) - problem.target
 
     low, high = values[index : index + 2]
     # a relative accuracy alone would never be reached at 0
     accuracy = ROOT_TOLERANCE * abs(low) or ROOT_TOLERANCE * abs(high)
     root = float(brentq(residual, low, high, xtol=accuracy, rtol=ROOT_TOLERANCE))
-    output = problem.output_at(point, root)
+    output = problem.compute_output(point, root)
     # Brent's method also ends at a jump, where another asperity begins to decide
     if abs(output - problem.target) > LARGEST_JUMP * abs(problem.target):
         reached = quantity_text(output, problem.unit)
         return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
-    return Root(root, output, others=crossings.size - 1, rises=rises)
+    return Root(root, output, further_crossings=crossings.size - 1, rises=rises)
 
 
-def _output_at(problem: Problem, value: float, point: Point) -> float:
+def _compute_output_or_nan(problem: Problem, value: float, point: Point) -> float:
     try:
-        return problem.output_at(point, value)
+        return problem.compute_output(point, value)
     except HistorySimError:
         return math.nan
 
@@ -314,8 +314,8 @@ def _dataset(
     }
     if any(reasons := [root.reason for root in roots]):
         data[FAILURE] = failures(grid, reasons, "why there is no value, empty where there is")
-    what = f"The {key} at which a frictional contact has the {output} that is wanted."
-    attributes = table_attributes(problem.scenario, grid, "Design", what)
+    summary_text = f"The {key} at which a frictional contact has the {output} that is wanted."
+    attributes = table_attributes(problem.scenario, grid, "Design", summary_text)
     attributes |= {"design_key": key, "design_output": output, "target": problem.target}
     limited = {"limit": problem.limit, "quantile": problem.quantile, "chosen": middle}
     attributes |= {"median": middle} if problem.limit is None else limited

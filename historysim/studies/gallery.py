@@ -52,8 +52,8 @@ def gallery(
     workers : int
         As for `historysim.sweep`.
     scripts : bool
-        Also carry out the scripts beside them that hold the line ``# historysim gallery: example``, with the functions
-        that the page of this folder names. A script may do whatever its user may.
+        Also run the scripts in the folder that contain the line ``# historysim gallery: example``, with the functions
+        described in the README of this package. Scripts run with the rights of the user.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     notify : callable, optional
@@ -170,7 +170,7 @@ def _figure(source: Scenario | xr.Dataset) -> list[str]:
 
 
 def _run(scenario: Scenario) -> list[str]:
-    # the surface stands in a file beside the history
+    # the surface is stored in the file of the history
     with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc", notify=silent) as history:
         # one step has no course
         return _figure(history) or (history_pictures(history) if history.sizes["step"] > 1 else [])

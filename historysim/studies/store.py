@@ -27,7 +27,7 @@ from historysim.basics.files import UNFINISHED, is_file, is_own, own_file, repla
 from historysim.basics.limits import check_archive
 from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
-from historysim.scenario.document import files_of
+from historysim.scenario.document import find_named_files
 from historysim.scenario.grid import with_values
 from historysim.scenario.scenario import Scenario
 
@@ -68,7 +68,7 @@ def _content_digest(of: Stamp) -> str:
 def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
     """Return the digest of all that decides the content of a cell, as hexadecimal digits."""
     document = with_values(scenario.document, point)
-    read = sorted(set(files_of(document, scenario.path.parent)))
+    read = sorted(set(find_named_files(document, scenario.path.parent)))
     content = {
         "form": FORM,
         "historysim_version": __version__,

@@ -11,9 +11,9 @@ import xarray as xr
 
 from historysim.basics.wording import Notify, progress_bar, silent
 from historysim.errors import HistorySimError, InputError, at
-from historysim.scenario.grid import Grid, Point, grid_of
+from historysim.scenario.grid import Grid, Point, build_grid
 from historysim.scenario.scenario import Scenario, as_scenario
-from historysim.scenario.schema import reported
+from historysim.scenario.schema import located_errors
 from historysim.studies.cell import cell, chosen_outputs
 from historysim.studies.store import Store, digest
 from historysim.studies.sweep_table import find_mismatches, gather, swept_coordinates
@@ -21,7 +21,7 @@ from historysim.studies.workers import AHEAD, BrokenError, open_executor, outcom
 
 logger = logging.getLogger(__name__)
 
-MOST_CELLS_IN_A_BATCH = 16  # a task costs some tenths of a millisecond beside its cells
+MOST_CELLS_IN_A_BATCH = 16  # overhead of a task: some tenths of a millisecond
 FEWEST_BATCHES_OF_A_WORKER = 8  # so that all workers end at about the same time
 MOST_NOTICES = 10
 KILLED = "the process that computed it was killed, perhaps for lack of memory"
@@ -53,8 +53,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
         Names of what is kept of each cell, see the page on sweeps; by default those of the scenario, else the numbers
         that sum a history up.
     store : path, optional
-        A folder in which cells are kept as they end. A sweep that was killed goes on there and computes no cell
-        again; several sweeps may share it, also at one time. Workers on another machine need it under the same name.
+        A folder that keeps completed cells. An interrupted sweep resumes there and recomputes no cell; several sweeps
+        may share it, also simultaneously. Workers on another machine need it under the same name.
     workers : int
         Processes on this machine; with 1 the cells are computed in this one. They do not change a bit of the result.
         A script that asks for more needs ``if __name__ == "__main__":`` around its statements.
@@ -128,13 +128,13 @@ def read_sweep(
 ) -> tuple[Grid, tuple[str, ...]]:
     """Return grid and outputs of a sweep (default: ``[sweep]``); InputError with file and key if they are wrong."""
     section = scenario.sections.sweep
-    with reported(scenario.path.name):
+    with located_errors(scenario.path.name):
         if over is None:
             if section is None:
                 raise InputError("has no [sweep]; expected one, as [sweep.over] with friction.coefficient = [0.1, 0.2]")
             over, together, outputs = section.over, section.together, tuple(outputs) or section.outputs
         with at("sweep"):
-            grid, outputs = grid_of(over, together), chosen_outputs(outputs)
+            grid, outputs = build_grid(over, together), chosen_outputs(outputs)
     # a key or a value that is wrong is an error before anything is computed
     swept_coordinates(scenario, grid)
     return grid, outputs
@@ -223,14 +223,14 @@ class _Plan:
         count = f"{len(self.cells):,} of {len(self.points):,} cells"
         if self.folder is None:
             return f"{count} are lost without a store"
-        return f"{self.folder} keeps {count}, and the same sweep goes on there"
+        return f"{self.folder} keeps {count}, and the same sweep resumes there"
 
-    def _run(self, given: object, workers: int, done: Callable[[int], object], *, wait: bool) -> None:
+    def _run(self, user_executor: object, workers: int, done: Callable[[int], object], *, wait: bool) -> None:
         """Compute the missing cells; after a killed process cell by cell, with half as many processes."""
         apart, size = workers > 1, MOST_CELLS_IN_A_BATCH
         while missing := self._missing_cells():
             try:
-                with open_executor(min(workers, len(missing)), given, apart=apart) as (executor, count):
+                with open_executor(min(workers, len(missing)), user_executor, apart=apart) as (executor, count):
                     size = max(1, min(size, len(missing) // (count * FEWEST_BATCHES_OF_A_WORKER)))
                     batches = [
                         self._batch(missing[start : start + size], wait) for start in range(0, len(missing), size)
@@ -241,7 +241,7 @@ class _Plan:
                         self._collect(batches[index], results)
                         done(sum(cell is not None for cell in results))
             except BrokenError:
-                if given is not None:
+                if user_executor is not None:
                     raise
                 if workers == 1:
                     self.reasons[self._missing_cells()[0]] = KILLED

@@ -15,9 +15,9 @@ from historysim.basics.wording import Finding, brief, counted, nearest, read_fin
 from historysim.errors import InputError, at
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, VALIDITY, made_with
 from historysim.results.tables import SWEEP
-from historysim.scenario.grid import Grid, place_of, variable_name
+from historysim.scenario.grid import Grid, path_of_key, variable_name
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.schema import reported, type_of_one_value
+from historysim.scenario.schema import located_errors, single_value_type
 from historysim.scenario.sections import Sections
 
 FAILURE = "failure"
@@ -126,7 +126,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
             unit = find_unit(sections, key)
-            with reported(scenario.path.name), at(*place_of(key)):
+            with located_errors(scenario.path.name), at(*path_of_key(key)):
                 values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
             attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
             plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
@@ -147,17 +147,17 @@ def find_unit(sections: Sections, key: str) -> str:
     """Return the SI unit of a key, empty if it has none."""
     section: Any = sections
     unit = ""
-    for step in place_of(key):
+    for step in path_of_key(key):
         if isinstance(step, int):
             section = section[step]
             continue
         # a surface may have keys that change it, and friction may be a law
         while step not in _fields(section) and "of" in _fields(section):
             section = section.of
-        if step not in _fields(section) and step in getattr(section, "by_kind", ("", ()))[1]:
-            # of a waypoint: what an event has beside its time
-            held, kinds = section.by_kind
-            unit, section = field_unit(type_of_one_value(kinds[step])[0]), getattr(section, held).get(step)
+        if step not in _fields(section) and step in getattr(section, "event_keys", ("", ()))[1]:
+            # of a waypoint: the field of an event other than its time
+            held, kinds = section.event_keys
+            unit, section = field_unit(single_value_type(kinds[step])[0]), getattr(section, held).get(step)
             continue
         if step not in _fields(section):
             return ""

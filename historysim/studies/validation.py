@@ -56,10 +56,10 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
 
         read_problem(loaded)
     if loaded.sections.fit is not None:
-        from historysim.scenario.fit import to_fit
+        from historysim.scenario.fit import prepare_fit
 
         for run in loaded.runs():
-            to_fit(run)
+            prepare_fit(run)
     lines = summary(loaded, walk=seconds)
     for number, point in ends.items():
         # a cell that takes long is left to the sweep

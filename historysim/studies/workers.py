@@ -42,7 +42,7 @@ class Processes(ProcessPoolExecutor):
             return super().submit(fn, *args, **kwargs)
 
     def give_up(self) -> None:
-        """End the processes at once."""
+        """End the processes immediately."""
         self._alive.close()
 
 
@@ -78,7 +78,7 @@ def open_executor(
 ) -> Iterator[tuple[Executor | None, int]]:
     """Yield an executor and its number of workers: the given one, or processes of the block; None is this process.
 
-    With ``apart`` one worker is a process of its own, too. Another number of workers than 1 or more is an InputError.
+    With ``apart`` even a single worker is a separate process. InputError unless the number of workers is 1 or more.
     """
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
@@ -99,7 +99,7 @@ def open_executor(
 
 @contextlib.contextmanager
 def ending(executor: Executor) -> Iterator[Executor]:
-    """Shut an executor down with the block: after an error without tasks that wait, after an interrupt at once."""
+    """Shut an executor down with the block: after an error without pending tasks, after an interrupt immediately."""
     try:
         yield executor
     except BaseException as error:

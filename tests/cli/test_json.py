@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
-from historysim.cli.ending import GROUPS
+from historysim.cli.exit_codes import GROUPS
 
 SCENARIO = """
 title = "two"

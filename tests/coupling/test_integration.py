@@ -104,7 +104,7 @@ def test_nonsense_is_refused():
         (1.0, place, {}, r"t_span is 1\.0; expected two times"),
         ((0.0, 1e-3), lambda _t, _y: 1.0, {}, r"place returned 1\.0; expected targets of the contact"),
         ((0.0, 1e-3), lambda _t, y: {"displacement": y[0]}, {}, "place returned 'displacement'; expected normal_load"),
-        ((0.0, 1e-3), place, {"rtoll": 1e-9}, "'rtoll' is no option of RK45; did you mean 'rtol'"),
+        ((0.0, 1e-3), place, {"rtoll": 1e-9}, "'rtoll' is not an option of RK45; did you mean 'rtol'"),
     ):
         with pytest.raises(hs.InputError, match=message):
             solve_ivp(free, t_span, [0.0, SPEED], ENSEMBLE, where, **options)

@@ -164,7 +164,7 @@ def test_another_history_gives_an_answer_or_a_message(transformation):
         ("twice along asperities", "asperities of the history have the same label"),
         ("two runs", "differs along run"),
         ("without asperity", "no labels of its asperities"),
-        ("table", "this Dataset is no history"),
+        ("table", "this Dataset is not a history"),
     ],
 )
 def test_the_message_has_the_remedy(transformation, message):

@@ -155,7 +155,7 @@ def test_an_invalid_picture_is_reported_with_its_path(write, text, message):
     [
         (
             'waypoints = [{time=0, normal_load=1, name="K"}, {after=1, normal_load=2, name="K"}]',
-            r"waypoints\[1\].name: 'K' stands before",
+            r"waypoints\[1\].name: 'K' is used before",
         ),
     ],
 )

@@ -177,7 +177,7 @@ def test_gaps_of_an_own_clock(folder):
     columns = {"tangential_displacement": '{ column = "u", time = "t2" }'}
     said = refusal(folder, columns, loading="max_gap = 2")
     # from 5 s to 9 s nothing is known
-    assert "3 samples within gaps of a channel's own clock, the first one at line 8" in said
+    assert "3 samples within gaps of a channel's separate clock, the first one at line 8" in said
     assert_allclose(
         record(folder, columns, loading="max_gap = 4")["tangential_displacement"], np.interp(TIME, own, MOVED)
     )
@@ -197,8 +197,8 @@ def test_centred_and_free_of_drift(folder):
     )
     assert_allclose(found["tangential_displacement"], swing * 1e-6, atol=1e-18)
     said = remarks(found)
-    assert said["tangential displacement: drift taken off"].startswith("20 nm/s ± ")
-    assert said["tangential displacement: offset taken off"].startswith("3 µm ± ")
+    assert said["tangential displacement: drift removed"].startswith("20 nm/s ± ")
+    assert said["tangential displacement: offset removed"].startswith("3 µm ± ")
 
 
 def test_a_backlash_is_taken_up(folder):
@@ -213,7 +213,7 @@ def test_a_backlash_is_taken_up(folder):
     found = record(folder, {"tangential_displacement": '{ column = "u", backlash = 0.5 }'})
     settled = time > 1
     assert_allclose(found["tangential_displacement"][settled], true[settled], atol=1e-12)
-    assert remarks(found) == {"tangential displacement: backlash taken up": "500 mm"}
+    assert remarks(found) == {"tangential displacement: backlash removed": "500 mm"}
 
 
 @pytest.mark.parametrize("closing", ["", ', closing_load = "10 mN"'])
@@ -224,7 +224,7 @@ def test_free_play_is_taken_off_by_the_load(folder, closing, replayed):
     found = record(folder, {"tangential_displacement": None, replayed: channels[replayed]}, {beside: channels[beside]})
     side = np.clip(FORCE / 0.01, -1, 1) if closing else np.sign(FORCE)
     assert_allclose(found["tangential_displacement"], MOVED - 0.1 * side, atol=1e-14)
-    assert remarks(found) == {"tangential displacement: free play taken off": "200 mm"}
+    assert remarks(found) == {"tangential displacement: free play removed": "200 mm"}
 
 
 # -- replay ----------------------------------------------------------------------------------------
@@ -272,7 +272,7 @@ def test_a_wrong_channel(folder, channel, said):
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ("closing_load = 1", "closing_load: goes with free_play"),
+        ("closing_load = 1", "closing_load: needs free_play"),
         ("free_play = 1", "free_play: needs the tangential load"),
     ],
 )
@@ -285,7 +285,7 @@ def test_a_wrong_displacement(folder, keys, said):
 @pytest.mark.parametrize(
     ("response", "said"),
     [
-        ({"tangential_displacement": '"T"'}, "response.tangential_displacement: is replayed already, by columns"),
+        ({"tangential_displacement": '"T"'}, "response.tangential_displacement: is replayed by columns already"),
         (
             {"normal_displacement": '{ column = "u", free_play = 1 }'},
             "response.normal_displacement.free_play: is a clearance in the path of the tangential load",

@@ -161,7 +161,7 @@ WRONG = {
         (
             "[surface]",
             "[surface",
-            "is not TOML: line 5: [surface: the name of a section stands in brackets, with a point between",
+            "is not TOML: line 5: [surface: expected the name of a section in brackets, with a point between",
         ),
     ],
     BLOCKS: [

@@ -236,7 +236,7 @@ def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
     plain = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6})
     changed = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6, **change})
     assert find_unit(changed.sections, "surface.rms_height") == "m"
-    assert np.array_equal(changed.unprepared_surface().surface.heights, plain.unprepared_surface().surface.heights)
+    assert np.array_equal(changed.raw_surface().surface.heights, plain.raw_surface().surface.heights)
 
 
 @pytest.mark.parametrize(

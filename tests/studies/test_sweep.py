@@ -14,7 +14,7 @@ from swept import BALL, ROUGH, displacement
 import historysim as hs
 from historysim.errors import InputError
 from historysim.results import analysis
-from historysim.scenario.grid import grid_of
+from historysim.scenario.grid import build_grid
 from historysim.studies import sweep as sweeping
 from historysim.studies.cell import SUMMARIES
 
@@ -111,7 +111,7 @@ def test_evolving_cells_equal_runs_of_their_scenarios(ball, name):
     outputs = tuple(name for name in SUMMARIES if name != "peak_nominal_pressure")
     found = hs.sweep(ball, over, outputs=outputs)
     assert "failure" not in found
-    for index, point in enumerate(grid_of(over).points()):
+    for index, point in enumerate(build_grid(over).points()):
         history = hs.run(hs.load(ball, point))
         where = np.unravel_index(index, tuple(found.sizes.values()))
         for output in outputs:

@@ -4,7 +4,7 @@ import tomllib
 
 from hypothesis import strategies as st
 
-from historysim.scenario.loading_kinds import written
+from historysim.scenario.loading_kinds import inline
 from historysim.surfaces import distribution, random
 
 SPHERE = """
@@ -210,7 +210,7 @@ VALUES = st.one_of(
 
 def keep_small(monkeypatch):
     """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
-    for module, name in ((written, "MOST_EVENTS"), (distribution, "MOST_SUMMITS"), (random, "MOST_POINTS")):
+    for module, name in ((inline, "MOST_EVENTS"), (distribution, "MOST_SUMMITS"), (random, "MOST_POINTS")):
         monkeypatch.setattr(module, name, 1000)
     monkeypatch.setenv("HISTORYSIM_MOST_STEPS", "1000")
 

@@ -30,7 +30,7 @@ from historysim.measured.fitting import check_start, fit_parameters
 from historysim.measured.loops import loops_of_measurement
 from historysim.measured.reduction import Measurement, loop_dead_band, resample
 from historysim.measured.search import OFFSET
-from historysim.scenario.loading_kinds.measured import ForceChannel, hum_remark
+from historysim.scenario.loading_kinds.channels import ForceChannel, hum_remark
 
 PAGE = Path(__file__).resolve().parents[2] / "historysim" / "measured" / "README.md"
 HEADING = "### Findings and their remedies"

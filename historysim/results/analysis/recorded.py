@@ -30,7 +30,7 @@ def check_recorded(history: History, *names: str) -> None:
     if not hasattr(history, "sizes"):
         raise InputError(f"{brief(history)} is no history; expected a Dataset from historysim, as hs.open gives")
     if "total_normal_load" not in history:
-        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+        raise InputError("this Dataset is not a history; expected one from historysim, with all its variables")
     missing = [name for name in names if name not in history]
     if not missing:
         return

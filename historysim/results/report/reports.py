@@ -326,7 +326,7 @@ def comparison_page(
 
 
 def _again(command: str) -> Section:
-    text = "The scenario above, saved as scenario.toml where its files are, makes it again:"
+    text = "The scenario above, saved as scenario.toml where its files are, recomputes it:"
     return Section("How to reproduce", (paragraph(text), code(command)))
 
 

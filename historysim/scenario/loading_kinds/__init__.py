@@ -1,4 +1,4 @@
-"""The kinds of ``[loading]`` in a scenario, and the events they make. A kind is a file here."""
+"""Kinds of ``[loading]`` in a scenario, which build its events."""
 
 import abc
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ from historysim.errors import InputError, field_error
 from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
-NAMED_BY_A_KEY = ("waypoints", "blocks", "file")  # kinds with a key of their own name, which need no ``kind``
+NAMED_BY_A_KEY = ("waypoints", "blocks", "file")  # kinds identified by a key of the same name, without ``kind``
 
-# The kinds of ``[loading]`` by their names.
+# Kinds of ``[loading]`` by name.
 LOADINGS: Registry[type["Loading"]] = Registry(
     "historysim.loadings", f"{__name__}:Loading", "kind of loading", __name__
 )
@@ -25,14 +25,14 @@ LOADINGS: Registry[type["Loading"]] = Registry(
 
 @attrs.frozen(kw_only=True)
 class Loading(abc.ABC):
-    """What every kind of loading has."""
+    """Base class of the kinds of loading."""
 
     registry: ClassVar[Registry[Any]] = LOADINGS
     kind: ClassVar[str]
     also_called: ClassVar[tuple[str, ...]] = ()
 
-    substeps: int = 1  #: steps that are recorded from one event to the next; they do not change the result
-    #: ``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is an error.
+    substeps: int = 1  #: recorded steps from one event to the next; they do not change the result
+    #: ``true`` limits a tangential load to the friction limit and flags the step; otherwise it is an error.
     saturate: bool = False
 
     def __attrs_post_init__(self) -> None:
@@ -42,28 +42,28 @@ class Loading(abc.ABC):
 
     @abc.abstractmethod
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
-        """Return the events, in time order; paths are relative to the folder; ``notify`` takes notices for the user."""
+        """Build the events, in time order; paths are relative to the folder; ``notify`` receives notices."""
 
-    def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - for those who know more
-        """Return the place of an event in the scenario; folder as for `events`."""
+    def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - for subclasses
+        """Return the location of an event in the scenario; folder as for `events`."""
         return "loading"
 
     @property
     def names(self) -> dict[str, float]:
-        """The times [s] of waypoints that have a name."""
+        """Times [s] of named waypoints."""
         return {}
 
 
 def loading_from_toml(converter: Converter, value: object, _: object) -> Loading:
-    """Return the loading of ``[loading]``; not exactly one kind of loading is an InputError."""
+    """Structure ``[loading]``; InputError unless it is exactly one kind of loading."""
     entry = table(value)
-    given = [key for key in NAMED_BY_A_KEY if key in entry]
-    if given == ["blocks", "file"]:
-        # conditioning before the record
-        given = ["file"]
-    if "kind" not in entry and len(given) != 1:
-        problem = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
-        others = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
-        more = f", or kind, one of {others}" if others else ""
+    kinds = [key for key in NAMED_BY_A_KEY if key in entry]
+    if kinds == ["blocks", "file"]:
+        # conditioning loops before the record
+        kinds = ["file"]
+    if "kind" not in entry and len(kinds) != 1:
+        problem = " and ".join(kinds) or ", ".join(repr(key) for key in entry) or "nothing"
+        registered = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
+        more = f", or kind, one of {registered}" if registered else ""
         raise InputError(f"{problem} given; expected exactly one of waypoints, blocks and file{more}")
-    return kind_from_toml(converter, {"kind": given[0], **entry} if given else entry, LOADINGS)
+    return kind_from_toml(converter, {"kind": kinds[0], **entry} if kinds else entry, LOADINGS)

@@ -1,4 +1,4 @@
-"""The kinds of ``[surface]`` in a scenario, and the keys that all of them may have. A kind is a file here."""
+"""Kinds of ``[surface]`` in a scenario, and the keys common to all."""
 
 import abc
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 INTERACTIONS = ("none", "full")
 MOST_PASSES = 1000
-# The kinds of ``[surface]`` by their names.
+# Kinds of ``[surface]`` by name.
 SURFACES: Registry[type["SurfaceKind"]] = Registry(
     "historysim.surfaces", f"{__name__}:SurfaceKind", "kind of surface", __name__
 )
@@ -31,21 +31,23 @@ SURFACES: Registry[type["SurfaceKind"]] = Registry(
 
 @attrs.frozen(eq=False)
 class BuiltSurface:
-    """What a ``[surface]`` gives."""
+    """Summits, height map and further results of a ``[surface]``."""
 
-    summits: "Summits | None"  #: the summits that become asperities; None where a normal curve is given
-    surface: "Surface | None" = None  #: the height map that they were found on
-    friction: Any = None  #: their friction coefficients, where the surface has its own
-    notices: tuple[str, ...] = ()  #: what the user should know about how it was made
-    interacts: bool = False  #: whether the parts of the map press on one another, in place of its summits
-    solutions: "NormalSolutions | None" = None  #: those of the map, once they are there
-    #: A normal curve in place of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
+    summits: "Summits | None"  #: summits that become asperities; None with a normal curve
+    surface: "Surface | None" = None  #: height map of the summits
+    friction: Any = None  #: friction coefficients of the summits, if the surface defines them
+    notices: tuple[str, ...] = ()  #: notices for the user
+    interacts: bool = False  #: whether the whole map is solved, with elastic interaction, instead of its summits
+    solutions: "NormalSolutions | None" = None  #: normal solutions of the map, once computed
+    #: A normal curve instead of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
     curve: tuple[Any, Any, Any] | None = None
-    #: Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
+    #: Radius of the ball under the map [m]: the nominal area is then the contact area of the ball.
     ball_radius: float | None = None
-    yielding: "YieldingLaw | None" = None  #: how the summits yield
-    passes: Any = None  #: by which the map is still to be run in
-    find: "Callable[[Surface], Summits] | None" = None  #: finds the summits of a map as those here were found
+    yielding: "YieldingLaw | None" = None  #: yielding law of the summits
+    passes: Any = None  #: running-in passes that are not yet applied
+    find: "Callable[[Surface], Summits] | None" = (
+        None  #: function that finds the summits of a map, as for these summits
+    )
 
 
 class SurfaceKind(abc.ABC):
@@ -53,30 +55,30 @@ class SurfaceKind(abc.ABC):
 
     registry: ClassVar[Registry[Any]] = SURFACES
     kind: ClassVar[str]
-    also_called: ClassVar[tuple[str, ...]] = ()  #: other words for it, which a message takes for a slip of the pen
+    also_called: ClassVar[tuple[str, ...]] = ()  #: synonyms, for suggestions in messages
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":
-        """Return the class that the keys of a section belong to, where a kind has several."""
+        """Return the class for the keys of a section, if a kind has several classes."""
         del entry
         return cls
 
     @abc.abstractmethod
     def build(self, folder: Path) -> BuiltSurface:
-        """Return the summits, with the map that they were found on; paths are relative to the folder."""
+        """Build the summits and their map; paths are relative to the folder."""
 
-    def unprepared(self) -> "SurfaceKind | None":
-        """Return the same with its map as it comes, and all its summits; None where nothing prepares it."""
+    def without_preparation(self) -> "SurfaceKind | None":
+        """Return the kind without preparation of its map and with all summits; None if nothing prepares it."""
         return None
 
 
 @attrs.frozen
 class PassEntry:
-    """Passes of one kind."""
+    """Identical passes."""
 
     normal_load: Force  #: of each pass
-    sliding_distance: Length = 0.0  #: how far the flat slides in each pass
-    #: How many passes, up to 1000.
+    sliding_distance: Length = 0.0  #: sliding distance of the flat in each pass
+    #: Number of passes, up to 1000.
     repeat: int = attrs.field(
         default=1, validator=Key(lambda number: 1 <= number <= MOST_PASSES, f"a number from 1 to {MOST_PASSES}")
     )
@@ -84,7 +86,7 @@ class PassEntry:
 
 @attrs.frozen
 class Passes:
-    """Passes of a flat over a map, which run it in before it is loaded.
+    """Passes of a flat over a map, which run it in before the loading.
 
     Examples
     --------
@@ -99,13 +101,13 @@ class Passes:
     passes = { steps = [{ normal_load = "90 mN", repeat = 2 }], volume = "conserved" }
     """
 
-    steps: tuple[PassEntry, ...]  #: the passes, one after the other
+    steps: tuple[PassEntry, ...]  #: the passes, in sequence
     wear: AnyWearLaw | None = None  #: A law of wear with its keys, as in ``[wear]``; without it summits yield only
-    #: What becomes of what is cut off: ``"lost"``, or ``"conserved"``, which raises all other points alike.
+    #: Material that is cut off: ``"lost"``, or ``"conserved"``, which raises all other points equally.
     volume: str = "lost"
 
-    def done(self, built: BuiltSurface, pair: "MaterialPair", friction: object) -> BuiltSurface:
-        """Return a surface after the passes; raises what `run_in` does."""
+    def apply(self, built: BuiltSurface, pair: "MaterialPair", friction: object) -> BuiltSurface:
+        """Apply the passes to a surface; errors as for `run_in`."""
         from historysim.asperities.running_in import Pass, run_in
 
         if built.surface is None or built.summits is None or built.find is None:
@@ -113,49 +115,52 @@ class Passes:
         if built.interacts:
             raise field_error('given with interaction = "full", which has no summits; expected one of them', "passes")
         if not isinstance(friction, int | float):
-            raise field_error("given beside friction that is not one coefficient; expected one", "passes")
+            raise field_error("needs one friction coefficient; expected friction.coefficient as a number", "passes")
         if not self.steps:
-            raise field_error("there are none; expected one or more", "passes", "steps")
+            raise field_error("is empty; expected one or more passes", "passes", "steps")
         with at("passes"):
-            steps = [Pass(one.normal_load, one.sliding_distance) for one in self.steps for _ in range(one.repeat)]
+            steps = [
+                Pass(entry.normal_load, entry.sliding_distance) for entry in self.steps for _ in range(entry.repeat)
+            ]
             laws: Any = {"friction": float(friction), "yielding": built.yielding, "wear": self.wear}
             surface, records = run_in(built.surface, pair, steps, volume=self.volume, find=built.find, **laws)
-        first, last = records[0], records[-1]
+        first_record, last_record = records[0], records[-1]
         notice = (
-            f"run in by {len(records)} passes: preliminary displacement {first.preliminary_displacement * 1e9:.4g} nm "
-            f"in the first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
-            f"{last.contact_count} contacts; volume {self.volume}"
+            f"run in by {len(records)} passes: preliminary displacement "
+            f"{first_record.preliminary_displacement * 1e9:.4g} nm in the first, "
+            f"{last_record.preliminary_displacement * 1e9:.4g} nm in the last; "
+            f"{first_record.contact_count} and {last_record.contact_count} contacts; volume {self.volume}"
         )
         return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, notice))
 
 
 @attrs.frozen(kw_only=True)
 class ChangedSurface(SurfaceKind):
-    """Keys that a surface of any kind may have."""
+    """Keys common to all kinds of surface."""
 
     of: SurfaceKind
-    #: Of a surface with summits: stretches their heights, and those of their map, about the mean of the summits. The
-    #: radii of the summits stay.
+    #: Of a surface with summits: scales their heights, and the heights of their map, about the mean of the summits. The
+    #: radii of the summits are unchanged.
     height_scale: float | None = attrs.field(
         default=None, validator=Key(lambda scale: scale > 0, "a number greater than 0")
     )
-    #: Of a height map: with ``"full"`` its asperities press on one another, and the contact of the map is solved whole;
+    #: Of a height map: ``"full"`` includes elastic interaction: the contact of the whole map is solved;
     #: ``"none"`` is the default.
     interaction: str | None = attrs.field(
         default=None, validator=Key(lambda word: word in INTERACTIONS, f"one of {', '.join(INTERACTIONS)}")
     )
-    yielding: AnyYieldingLaw | None = None  #: of a surface with summits: how they yield, as below
-    passes: Passes | None = None  #: of a height map: how it is run in, as below
+    yielding: AnyYieldingLaw | None = None  #: of a surface with summits: yielding law, as below
+    passes: Passes | None = None  #: of a height map: running-in, as below
 
-    def unprepared(self) -> SurfaceKind | None:
-        """Return what is changed with its map as it comes; see `SurfaceKind.unprepared`."""
-        return self.of.unprepared()
+    def without_preparation(self) -> SurfaceKind | None:
+        """Return the underlying surface without preparation; see `SurfaceKind.without_preparation`."""
+        return self.of.without_preparation()
 
     def build(self, folder: Path) -> BuiltSurface:
-        """Return the surface as the keys change it, in their order; passes need materials and friction, too."""
+        """Build the surface and apply the keys in their order; passes additionally need materials and friction."""
         built = self.of.build(folder)
         if self.height_scale is not None:
-            built = _stretched(built, self.height_scale)
+            built = _stretch_heights(built, self.height_scale)
         if self.interaction == "full":
             if built.surface is None:
                 problem = "full, of a surface without a height map; expected a random, measured or sum"
@@ -164,7 +169,7 @@ class ChangedSurface(SurfaceKind):
         if self.yielding is not None:
             if built.interacts:
                 raise field_error(
-                    'given with interaction = "full", and the normal contact of a whole map is solved as elastic; '
+                    'does not apply to interaction = "full", which solves the contact of a whole map as elastic; '
                     "expected one of them",
                     "yielding",
                 )
@@ -172,13 +177,13 @@ class ChangedSurface(SurfaceKind):
                 raise field_error("given for a normal curve, which is the contact itself; expected none", "yielding")
             built = attrs.evolve(built, yielding=self.yielding)
         if self.passes is not None:
-            # summits that are found anew would not have the radii that stay where heights are stretched
+            # summits found again after scaling would not have the unchanged radii
             find = getattr(self.of, "found_summits", None) if self.height_scale is None else None
             built = attrs.evolve(built, passes=self.passes, find=find)
         return built
 
 
-def _stretched(built: BuiltSurface, scale: float) -> BuiltSurface:
+def _stretch_heights(built: BuiltSurface, scale: float) -> BuiltSurface:
     summits, surface = built.summits, built.surface
     if summits is None:
         raise field_error("given for a normal curve, which has no heights; expected none", "height_scale")

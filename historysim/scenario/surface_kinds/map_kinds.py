@@ -1,4 +1,4 @@
-"""Surfaces given by a height map: random, measured, or two, as their sum or where their summits meet."""
+"""Surfaces from height maps: random, measured, the sum of two maps, or the meeting summits of two maps."""
 
 import abc
 from collections.abc import Mapping
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 
 Angle = Annotated[float, Quantity("rad")]
 
-_SHARE = Key(
-    lambda share: isinstance(share, bool) or 0 <= share < 1,
-    "true, or a share of the height range, from 0 to less than 1",
+_FRACTION = Key(
+    lambda fraction: isinstance(fraction, bool) or 0 <= fraction < 1,
+    "true, or a fraction of the height range, from 0 to less than 1",
 )
 
 
-def declared(kind: type, section: object) -> dict[str, Any]:
-    """Return the keys that a class declares itself, with their values: arguments of the function of the same names."""
+def declared_fields(kind: type, section: object) -> dict[str, Any]:
+    """Return the fields that a class itself declares, by name, as arguments of a function."""
     return {key: getattr(section, key) for key in kind.__annotations__}
 
 
 def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs.Attribute[Any]]":
-    """Give a kind of map the keys of the steps that prepare it, beside its own."""
+    """Add the keys of the preparation steps to the fields of a kind of map."""
     names = {field.name for field in fields}
     keys = list_keys(select_steps(getattr(kind, "kind", None), kind.preparations))  # type: ignore[attr-defined] # of a HeightMap
     return [*fields, *(key for key in keys if key.name not in names)]
@@ -43,33 +43,33 @@ def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs
 
 @attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class HeightMap(SurfaceKind):
-    """What every kind with a height map has."""
+    """Base class of surfaces with a height map."""
 
     preparations: ClassVar[tuple[type[Preparation], ...]] = registered_steps()
 
     #: Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
     rule: int = 9
-    #: ``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz, or by that
-    #: share.
-    prune: bool | float | None = attrs.field(default=None, validator=_SHARE)
-    ball_radius: Length | None = None  #: lays the map on a ball, its centre on top, after all that prepares it
+    #: ``true``, or a fraction of Rz: accepts only summits that rise above the saddle to a higher one by 5 % of Rz,
+    #: or by that fraction.
+    prune: bool | float | None = attrs.field(default=None, validator=_FRACTION)
+    ball_radius: Length | None = None  #: places the map on a ball, centre on top, after all preparation
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
-        """Return this class, with the keys of the steps of other packages where an entry has a key beside its own."""
-        # those are looked for then only, since that takes time
+        """Return this class, with the keys of preparation steps of other packages if an entry has unknown keys."""
+        # the search for them takes time
         if entry.keys() <= {*attrs.fields_dict(cls), "kind"}:
             return cls
         everything = {"preparations": tuple(PREPARATIONS.values())}
         return attrs.frozen(kw_only=True, field_transformer=_with_steps)(type(cls.__name__, (cls,), everything))
 
     @abc.abstractmethod
-    def made(self, folder: Path, notify: Notify) -> "Surface":
-        """Return the map before its preparation; ``notify`` takes what the user should know."""
+    def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":
+        """Read or generate the map before its preparation; ``notify`` receives notices for the user."""
 
     def surface(self, folder: Path, notify: Notify = silent) -> "Surface":
-        """Return the map, prepared."""
-        surface = self.made(folder, notify)
+        """Return the prepared map."""
+        surface = self.read_or_generate(folder, notify)
         for step in select_steps(self.kind, self.preparations):
             keys = {key: getattr(self, key) for key in attrs.fields_dict(step)}
             surface = step(**keys).prepare(surface, lambda notice: notify(f"{self.source}{notice}"))
@@ -77,37 +77,37 @@ class HeightMap(SurfaceKind):
 
     @property
     def source(self) -> str:
-        """What stands before a notice on the map."""
+        """Prefix of notices on the map."""
         return ""
 
-    def unprepared(self) -> "HeightMap | None":
-        """Return the same kind with its map as it comes, and all its summits; None where this is that."""
+    def without_preparation(self) -> "HeightMap | None":
+        """Return the kind without preparation and with all summits; None if nothing prepares it."""
         steps = [step for step in select_steps(self.kind, self.preparations) if step.compared]
         defaults: dict[str, Any] = {key.name: key.default for key in list_keys(steps)}
         plain = attrs.evolve(self, **defaults, prune=None)
         return None if plain == self else plain
 
-    def found_summits(self, surface: "Surface") -> Summits:
-        """Return the summits, without those that rise less than a share of the height range."""
+    def find_summits(self, surface: "Surface") -> Summits:
+        """Return the summits, except those of too small prominence if ``prune`` is set."""
         if not self.prune:
             return surface.summits(self.rule)
         share = WOLF if self.prune is True else self.prune
         return surface.summits(self.rule, prominence=share * surface.statistics().height_range)
 
     def build(self, folder: Path) -> BuiltSurface:
-        """Return the summits of the map, and the map."""
+        """Build the summits of the map."""
         notices: list[str] = []
         with representable():
             surface = self.surface(folder, notices.append)
             if self.ball_radius is not None:
                 with at("ball_radius"):
                     surface = surface.on_ball(self.ball_radius)
-            summits = self.found_summits(surface)
+            summits = self.find_summits(surface)
         if not len(summits):
             points = " × ".join(map(str, surface.shape))
             raise InputError(
-                f"the {self.rule}-point rule finds no summit among {points} points; expected a point with lower ones "
-                "all around, none of them missing or beyond the border"
+                f"the {self.rule}-point rule finds no summit among {points} points; expected a point with only lower "
+                "neighbours, none of them missing or beyond the border"
             )
         return BuiltSurface(summits, surface, notices=tuple(notices), ball_radius=self.ball_radius)
 
@@ -134,18 +134,20 @@ class RandomMap(HeightMap):
     shape: tuple[int, ...]  #: points, ``[nx, ny]``
     pixel_size: Lengths  #: distance of the points, one length or one for x and one for y
     rms_height: Length  #: Rq
-    autocorrelation_length: Lengths  #: where the autocorrelation falls to 0.1: at least a pixel, at most half a side
-    seed: int  #: the same seed makes the same surface
+    autocorrelation_length: (
+        Lengths  #: length at which the autocorrelation is 0.1: at least a pixel, at most half a side
+    )
+    seed: int  #: the same seed gives the same surface
     autocorrelation: str = "exponential"  #: ``"exponential"`` or ``"gaussian"``
     skewness: Number = 0.0  #: of the heights
     kurtosis: Number = 3.0  #: of the heights; 3 is Gaussian
 
-    def made(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - it needs no file
-        """Return the map."""
-        # with scipy, which maps of files do not need
+    def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - no file needed
+        """Generate the map."""
+        # imports scipy, which maps from files do not need
         from historysim.surfaces.random import random_surface
 
-        return random_surface(**declared(RandomMap, self))
+        return random_surface(**declared_fields(RandomMap, self))
 
 
 @SURFACES.register
@@ -167,21 +169,21 @@ class MeasuredMap(HeightMap):
     also_called = ("map", "height map", "heights", "topography", "file", "afm", "profilometer")
 
     file: str  #: path, relative to the scenario
-    pixel_size: Lengths | None = None  #: distance of the points, where the file does not say it
+    pixel_size: Lengths | None = None  #: spacing of the points, if the file does not state it
     height_unit: str | None = None  #: unit of the heights, likewise
     lateral_unit: str | None = None  #: unit of coordinates, likewise
     channel: int | str | None = None  #: number, from 0, or name of the channel of a file that has several
-    missing: Numbers = ()  #: numbers of the file that stand for missing points, such as ``-9999``
+    missing: Numbers = ()  #: numbers that mark missing points in the file, such as ``-9999``
 
     @property
     def source(self) -> str:
         """The file."""
         return f"{self.file}: "
 
-    def made(self, folder: Path, notify: Notify) -> "Surface":
-        """Return the map of the file, and notice where its heights are too coarse for radii."""
+    def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":
+        """Read the map; notify if its heights are too coarse for summit radii."""
         with at("file"):
-            keys = declared(MeasuredMap, self)
+            keys = declared_fields(MeasuredMap, self)
             measured = read_surface(folder / keys.pop("file"), **keys)
         unfiltered = getattr(self, "s_filter", None) is None
         if unfiltered and (notice := quantisation_notice(measured)):
@@ -192,7 +194,7 @@ class MeasuredMap(HeightMap):
 @SURFACES.register
 @attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class SumOfMaps(HeightMap):
-    """Two rough surfaces against each other, as the sum of both against a flat.
+    """Two rough surfaces in contact, as the sum of both against a flat.
 
     Examples
     --------
@@ -206,20 +208,20 @@ class SumOfMaps(HeightMap):
     kind = "sum"
 
     first: HeightMap  #: A surface that is ``"random"``, ``"measured"`` or again a ``"sum"``
-    second: HeightMap  #: the other one, which lies on the first centre over centre
-    shift: Lengths = (0.0, 0.0)  #: by which the second is moved, ``[x, y]``
-    rotation: Angle = 0.0  #: by which the second is turned about its own centre, from x towards y
+    second: HeightMap  #: the other surface, centred on the first
+    shift: Lengths = (0.0, 0.0)  #: displacement of the second, ``[x, y]``
+    rotation: Angle = 0.0  #: rotation of the second about its centre, from x towards y
     #: Of the second on the points of the first: ``"spline"``, ``"fourier"`` or ``"none"``.
     interpolation: str = "spline"
 
-    def made(self, folder: Path, notify: Notify) -> "Surface":
-        """Return the sum of both maps."""
+    def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":
+        """Add both maps."""
         with at("first"):
-            first = self.first.surface(folder, notify)
+            first_map = self.first.surface(folder, notify)
         with at("second"):
-            second = self.second.surface(folder, notify)
-        return first.combined(
-            second,
+            second_map = self.second.surface(folder, notify)
+        return first_map.combined(
+            second_map,
             shift=self.shift,
             rotation=self.rotation,
             interpolation=self.interpolation,  # type: ignore[arg-type] # its value is checked there
@@ -229,7 +231,7 @@ class SumOfMaps(HeightMap):
 @SURFACES.register
 @attrs.frozen(kw_only=True)
 class MeetingMaps(SurfaceKind):
-    """Two rough surfaces of which summits meet on slopes: asperities are inclined.
+    """Two rough surfaces whose summits meet on slopes: asperities are inclined.
 
     Examples
     --------
@@ -242,12 +244,12 @@ class MeetingMaps(SurfaceKind):
     kind = "meeting"
 
     first: HeightMap  #: A surface of a kind that has a height map
-    #: The other one, with heights towards the first, which lies on it centre over centre and moves along x.
+    #: The other surface, with heights towards the first; centred on the first, it moves along x.
     second: HeightMap
-    shift: Lengths = (0.0, 0.0)  #: by which the second is moved first, ``[x, y]``
+    shift: Lengths = (0.0, 0.0)  #: initial displacement of the second, ``[x, y]``
 
     def build(self, folder: Path) -> BuiltSurface:
-        """Return where summits meet."""
+        """Build the meeting summits."""
         if np.shape(self.shift) != (2,):
             raise field_error(f"{shown(self.shift)}; expected one length along x and one along y", "shift")
         notices: list[str] = []
@@ -255,7 +257,7 @@ class MeetingMaps(SurfaceKind):
         for name, kind in (("first", self.first), ("second", self.second)):
             with at(name), representable():
                 surface = kind.surface(folder, notices.append)
-                summits.append(kind.found_summits(surface))
+                summits.append(kind.find_summits(surface))
                 centres.append((np.array(surface.shape) - 1) / 2 * surface.pixel_size)
         x, y = centres[0] - centres[1] + self.shift
         return BuiltSurface(summits[0].meeting(summits[1], shift=(float(x), float(y))), notices=tuple(notices))

@@ -1,4 +1,4 @@
-"""Surfaces given by their summits: one, a list, a table, a regular array, a distribution; or by a normal curve."""
+"""Surfaces from summits (one, a list, a table, a regular array, a distribution), or from a normal curve."""
 
 import abc
 import math
@@ -14,7 +14,7 @@ from historysim.basics.fields import Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import nearest, shown
 from historysim.errors import at, field_error
 from historysim.loads.friction_course import check_one
-from historysim.scenario.schema import ColumnsOf, NumbersFile, given
+from historysim.scenario.schema import ColumnsOf, NumbersFile, explicit_fields
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.distribution import (
     LAWS,
@@ -47,14 +47,14 @@ class Sphere(SurfaceKind):
     radius: Length  #: radius of the ball
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
-        """Return one summit at height 0."""
+        """Build one summit at height 0."""
         return BuiltSurface(Summits(0.0, self.radius))
 
 
 @SURFACES.register
 @attrs.frozen
 class InlineSummits(SurfaceKind):
-    """Summits written out in the scenario; a single number stands for all.
+    """Summits written out in the scenario; a single number applies to all.
 
     Examples
     --------
@@ -76,12 +76,12 @@ class InlineSummits(SurfaceKind):
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
-        """Return the class of a table, where the keys say so."""
+        """Return the class of a table if the entry names a file."""
         return SummitTable if {"file", "columns"} & set(entry) else cls
 
-    def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
-        """Return the summits."""
-        sizes = {key: np.size(value) for key, value in given(self).items()}
+    def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - no file needed
+        """Build the summits."""
+        sizes = {key: np.size(value) for key, value in explicit_fields(self).items()}
         for key, size in sizes.items():
             if size == 0:
                 raise field_error("an empty array; expected one number, or one for each summit", key)
@@ -101,11 +101,11 @@ class SummitTable(NumbersFile, SurfaceKind):
     columns = { height = { column = "height_nm", unit = "nm" }, radius = { column = "radius_um", unit = "µm" } }
     """
 
-    #: Which column holds what: ``height``, ``radius``, and where they are known ``x``, ``y`` and ``friction``.
+    #: Columns: ``height``, ``radius``, and optionally ``x``, ``y`` and ``friction``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("height radius", "x y friction"))
 
     def build(self, folder: Path) -> BuiltSurface:
-        """Return the summits of the table."""
+        """Read the summits of the table."""
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
         rows = self.table(folder, self.columns, units)
         columns = rows.columns
@@ -138,15 +138,15 @@ class Textured(SurfaceKind):
     also_called = ("texture", "pattern", "laser", "grid", "bumps", "pillars")
 
     count: tuple[int, ...]  #: asperities along x and y, ``[nx, ny]``
-    pitch: Lengths  #: distance of the asperities, one length or ``[px, py]``
-    radius: Length  #: radius of each; with ``scaling`` of the one asperity that the array replaces
+    pitch: Lengths  #: spacing of the asperities, one length or ``[px, py]``
+    radius: Length  #: radius of each; with ``scaling`` the radius of the single asperity that the array replaces
     scaling: str | None = None  #: ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
     height_scatter: Length = 0.0  #: standard deviation of Gaussian heights
     radius_scatter: Number = 0.0  #: standard deviation of log-normal radii, as a fraction of their mean
-    seed: int | None = None  #: of the scatter; needed where there is any
+    seed: int | None = None  #: seed of the scatter; required with scatter
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
-        """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
+        """Build the array; with a scaling law the radius belongs to the single asperity that the array replaces."""
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
@@ -165,8 +165,7 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
     kind = "normal_curve"
     also_called = ("curve", "stiffness", "finite elements", "fem")
 
-    #: Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
-    #: is known ``area``, that of the contact.
+    #: Columns: ``approach`` from first touch, ``load``, whose slope increases, and optionally the contact ``area``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("approach load", "area"))
 
     def build(self, folder: Path) -> BuiltSurface:
@@ -181,12 +180,12 @@ SummitDensity = Annotated[float, Quantity("m-2")]
 
 @attrs.frozen(kw_only=True)
 class DistributedSummits(SurfaceKind):
-    """So many summits per area, drawn with a seed or, without one, as quantiles."""
+    """Summits of a given density, sampled with a seed or, without one, at quantiles."""
 
     radius: Length  #: radius of all summits
     summit_density: SummitDensity  #: summits per nominal area
     nominal_area: Area  #: nominal area
-    #: With a seed heights and positions are drawn; without one the summits are the quantiles (i + ½)/n of the density.
+    #: With a seed heights and positions are random; without one the summits are the quantiles (i + ½)/n of the density.
     seed: int | None = None
 
     @abc.abstractmethod
@@ -194,7 +193,7 @@ class DistributedSummits(SurfaceKind):
         """Return the distribution of the heights."""
 
     def build(self, folder: Path) -> BuiltSurface:
-        """Return the summits."""
+        """Build the summits."""
         amount = {"summit_density": self.summit_density, "nominal_area": self.nominal_area}
         with representable():
             heights = self.distribution(folder)
@@ -226,18 +225,18 @@ class GaussianHeights(DistributedSummits):
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
-        """Return the class of a table, or of a density that is written out, where the keys say so."""
+        """Return the class of a table, or of a density that is written out, if the entry has their keys."""
         if {"file", "columns"} & set(entry):
             return DistributionTable
         return InlineDistribution if {"density", "height", "gap"} & set(entry) else cls
 
-    def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - it is in the scenario itself
+    def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - no file needed
         """Return the distribution of the heights."""
         return Gaussian(self.rms_height)
 
 
-def _tabulated(density: Any, height: Any = None, gap: Any = None) -> HeightDistribution:  # noqa: ANN401 - numbers
-    """Return the distribution of a density over heights, or over gaps."""
+def _tabulate(density: Any, height: Any = None, gap: Any = None) -> HeightDistribution:  # noqa: ANN401 - numbers
+    """Build the distribution of a density over heights or over gaps."""
     return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
 
 
@@ -258,29 +257,29 @@ class InlineDistribution(DistributedSummits):
 
     height: Lengths | None = None  #: heights at which the density is given; or ``gap``
     gap: Lengths | None = None  #: distances from the flat at first touch, 0 or more
-    density: Numbers  #: density at each of them, in any unit; straight in between
+    density: Numbers  #: density at each of them, in any unit; linear in between
 
     def __attrs_post_init__(self) -> None:
-        """Check that the density is of one thing."""
+        """Check that the density depends on either height or gap."""
         check_one(height=self.height, gap=self.gap)
 
-    def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - it is in the scenario itself
+    def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - no file needed
         """Return the distribution of the heights."""
-        return _tabulated(self.density, self.height, self.gap)
+        return _tabulate(self.density, self.height, self.gap)
 
 
 @attrs.frozen(kw_only=True)
 class DistributionTable(NumbersFile, DistributedSummits):
     """A density of heights or gaps from a file."""
 
-    #: Which column holds what: ``density``, and ``height`` or ``gap``.
+    #: Columns: ``density``, and ``height`` or ``gap``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("density", "height gap"))
 
     def __attrs_post_init__(self) -> None:
-        """Check that the density is of one thing."""
+        """Check that the density depends on either height or gap."""
         with at("columns"):
             check_one(height=self.columns.get("height"), gap=self.columns.get("gap"))
 
     def distribution(self, folder: Path) -> HeightDistribution:
-        """Return the distribution of the heights, read from the file."""
-        return self.read(folder, self.columns, {"height": "m", "gap": "m", "density": "1"}, _tabulated)
+        """Read the height distribution from the file."""
+        return self.read(folder, self.columns, {"height": "m", "gap": "m", "density": "1"}, _tabulate)

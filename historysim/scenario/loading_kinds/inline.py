@@ -1,4 +1,4 @@
-"""``[loading]`` that is written out in the scenario: waypoints, and blocks of them."""
+"""``[loading]`` written out in the scenario: waypoints and blocks of waypoints."""
 
 import abc
 from collections.abc import Mapping, Sequence
@@ -16,14 +16,14 @@ from historysim.loads.holding import Timeline, find_ramp
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
-Changes = dict[str, "Event | tuple[Any, ...]"]  # by the names of events their fields beside the time, or the event
+Changes = dict[str, "Event | tuple[Any, ...]"]  # by the names of events: their fields without the time, or the event
 Place = tuple[str | int, ...]
 MOST_EVENTS = 10_000_000
 
 
 @attrs.frozen
 class Waypoint:
-    """What the channels have reached at a time, or some time after the waypoint before it, and what changes then.
+    """Values of channels at a time, or at a time after the previous waypoint, and changes of friction or geometry then.
 
     Examples
     --------
@@ -35,37 +35,37 @@ class Waypoint:
     ]
     """
 
-    by_kind: ClassVar = ("changes", EVENTS)
+    event_keys: ClassVar = ("changes", EVENTS)
 
-    time: Time | None = None  #: when; or ``after``
-    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: time since the waypoint before it
-    asperities: tuple[int, ...] | None = None  #: whose friction changes; without it that of all
-    name: str | None = None  #: what the state is called, for pictures and ``--steps``
+    time: Time | None = None  #: time; or ``after``
+    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: time since the previous waypoint
+    asperities: tuple[int, ...] | None = None  #: asperities whose friction changes; by default all
+    name: str | None = None  #: label of the state, for pictures and ``--steps``
     changes: Changes = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
-        """Check that it has one time, and something to reach."""
+        """Check that it has one time and at least one value."""
         if (self.time is None) == (self.after is None):
-            given = "neither time nor after" if self.time is None else "both time and after"
-            raise InputError(f"{given}; expected either the time itself, or the time after the waypoint before it")
+            problem = "neither time nor after" if self.time is None else "both time and after"
+            raise InputError(f"{problem}; expected either the time itself, or the time after the previous waypoint")
         _check_channels(self.changes)
         if self.asperities is not None and "friction" not in self.changes:
-            raise field_error("without friction; expected both, or asperities in geometry", "asperities")
+            raise field_error("given without friction; expected both, or asperities in geometry", "asperities")
         if not self.changes:
-            raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENTS.own())}")
+            raise InputError(f"no value; expected one or more of {', '.join(EVENTS.own())}")
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
-        """Return the waypoint of a table, in which any other key is the name of an event."""
-        made = with_kinds(cls, value, converter)
-        change = made.changes.get("friction")
-        if made.asperities is not None and isinstance(change, tuple):
-            made = attrs.evolve(made, changes={**made.changes, "friction": (*change, made.asperities)})
-        return made
+        """Structure a waypoint from a table, whose other keys are names of events."""
+        waypoint = with_kinds(cls, value, converter)
+        change = waypoint.changes.get("friction")
+        if waypoint.asperities is not None and isinstance(change, tuple):
+            waypoint = attrs.evolve(waypoint, changes={**waypoint.changes, "friction": (*change, waypoint.asperities)})
+        return waypoint
 
 
 def _check_channels(changes: Mapping[str, Any]) -> None:
-    """Check that each channel is controlled in one way; a load and a displacement of one are an InputError."""
+    """Check that each channel is controlled once; InputError for a load and a displacement of one channel."""
     controlled: dict[str, str] = {}
     for key, change in changes.items():
         kind = EVENTS[key]
@@ -75,23 +75,23 @@ def _check_channels(changes: Mapping[str, Any]) -> None:
         elif issubclass(kind, TangentialEvent):
             channels = tangential_channels(change[0])
         for channel in channels:
-            if (before := controlled.setdefault(channel, key)) != key:
+            if (earlier := controlled.setdefault(channel, key)) != key:
                 hint = (
                     ", or each in another direction, as { x = … } and { y = … }" if kind.channel == "tangential" else ""
                 )
-                raise InputError(f"{before} and {key} together; expected one of them{hint}: the other follows from it")
+                raise InputError(f"{earlier} and {key} together; expected one of them{hint}: the other follows from it")
 
 
 @attrs.define
-class PlacedTimeline(Timeline):
-    """Events of a scenario in time order, with the key that each one comes from."""
+class LocatedTimeline(Timeline):
+    """Events of a scenario in time order, with their keys in the scenario."""
 
-    #: Whether each channel keeps its value at waypoints that do not set it; None if the scenario does not state it.
+    #: Whether channels keep their values at waypoints that do not set them; None if the scenario does not state it.
     holds: bool | None = None
     now: float = 0.0  #: time of the last waypoint [s]
-    places: list[Place] = attrs.Factory(list)  #: key of each event
+    locations: list[Place] = attrs.Factory(list)  #: key of each event
 
-    def reach(self, time: float, changes: Changes, *place: str | int) -> None:
+    def reach(self, time: float, changes: Changes, *path: str | int) -> None:
         """Append an event for each change at a time."""
         for key, change in changes.items():
             with at(key):
@@ -101,57 +101,57 @@ class PlacedTimeline(Timeline):
         self.now = time
         if self.holds:
             self.hold(time)
-        self._attribute_to(place)
+        self._append_locations(path)
 
-    def hold_here(self, *place: str | int) -> None:
+    def hold_channels(self, *path: str | int) -> None:
         """Hold all channels until the last waypoint."""
         self.hold(self.now)
-        self._attribute_to(place)
+        self._append_locations(path)
 
-    def _attribute_to(self, place: Place) -> None:
-        self.places += [place] * (len(self.events) - len(self.places))
+    def _append_locations(self, path: Place) -> None:
+        self.locations += [path] * (len(self.events) - len(self.locations))
 
     def warn_of_ramp(self, notify: Notify) -> None:
         """Notify of a channel that ramps through waypoints that do not set it, unless ``hold`` is stated."""
         if self.holds is None and (ramp := find_ramp(self.events)) is not None:
-            location = path_text(self.places[ramp.passed])
+            location = path_text(self.locations[ramp.passed])
             notify(ramp.notice(location, "loading.hold = true", "hold = false"))
 
 
 @attrs.frozen(kw_only=True)
-class Written(Loading):
-    """A loading that is written out; whether a channel is held at waypoints that do not name it."""
+class InlineLoading(Loading):
+    """Base class of loadings written out in the scenario."""
 
-    hold: bool | None = None  #: whether a channel stays where it stands at each waypoint that does not name it
+    hold: bool | None = None  #: whether a channel is held at waypoints that do not set it
 
     @classmethod
-    def meant(cls, key: str) -> str:
-        """Return what to write in place of an unknown key: a channel belongs to a waypoint."""
+    def hint_for_key(cls, key: str) -> str:
+        """Suggest a waypoint for the key of a channel; empty for other keys."""
         return f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
 
     @abc.abstractmethod
-    def timeline(self) -> PlacedTimeline:
-        """Return the events with their places."""
+    def timeline(self) -> LocatedTimeline:
+        """Build the events with their locations."""
 
-    def events(self, folder: Path, notify: Notify = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
-        """Return the events; ``notify`` hears of channels that run on unnamed."""
+    def events(self, folder: Path, notify: Notify = silent) -> list[Event]:  # noqa: ARG002 - no file needed
+        """Build the events; ``notify`` receives a notice of a channel that ramps through waypoints without it."""
         line = self.timeline()
         line.warn_of_ramp(notify)
         return line.events
 
     def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - as for `events`
-        """Return the waypoint of an event."""
-        return path_text(self.timeline().places[index])
+        """Return the key of the waypoint of an event."""
+        return path_text(self.timeline().locations[index])
 
 
 @LOADINGS.register
 @attrs.frozen(kw_only=True)
-class Waypoints(Written):
-    """``loading.waypoints``: what is reached, and when."""
+class Waypoints(InlineLoading):
+    """``loading.waypoints``: values of channels at given times."""
 
     kind = "waypoints"
 
-    waypoints: tuple[Waypoint, ...]  #: what is reached, and when, as below
+    waypoints: tuple[Waypoint, ...]  #: values at given times, as below
 
     def __attrs_post_init__(self) -> None:
         """Check that names differ."""
@@ -159,9 +159,7 @@ class Waypoints(Written):
         names = [waypoint.name for waypoint in self.waypoints]
         for index, name in enumerate(names):
             if name is not None and name in names[:index]:
-                raise field_error(
-                    f"{shown(name)} stands before; expected a name of its own", "waypoints", index, "name"
-                )
+                raise field_error(f"{shown(name)} is used before; expected a unique name", "waypoints", index, "name")
 
     @property
     def names(self) -> dict[str, float]:
@@ -173,9 +171,9 @@ class Waypoints(Written):
                 times[waypoint.name] = time
         return times
 
-    def timeline(self) -> PlacedTimeline:
-        """Return the events with their places."""
-        line = PlacedTimeline(holds=self.hold)
+    def timeline(self) -> LocatedTimeline:
+        """Build the events with their locations."""
+        line = LocatedTimeline(holds=self.hold)
         for index, waypoint in enumerate(self.waypoints):
             with at("loading", "waypoints", index):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
@@ -189,18 +187,18 @@ class Waypoints(Written):
 
 @attrs.frozen
 class Each:
-    """Arrays of values to reach in turn, by the keys of a waypoint that take one value, such as ``normal_load``.
+    """Arrays of values to reach in sequence, by the keys of a waypoint with one value, such as ``normal_load``.
 
-    The waypoints of the block run at each of them.
+    The waypoints of the block run at each value.
     """
 
-    by_kind: ClassVar = ("values", EVENTS)
+    event_keys: ClassVar = ("values", EVENTS)
 
     after: Time = attrs.field(validator=NOT_NEGATIVE)  #: time to reach each value
     values: Mapping[str, tuple[Any, ...]] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
-        """Check that there are values, as many of one as of the other."""
+        """Check that there are values, and as many for each key."""
         for values in zip(*self.values.values(), strict=False):
             _check_channels({key: (value,) for key, value in zip(self.values, values, strict=True)})
         lengths = {key: len(value) for key, value in self.values.items()}
@@ -211,23 +209,23 @@ class Each:
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
-        """Return the values of a table, in which any other key is the name of an event."""
+        """Structure the values from a table, whose other keys are names of events."""
         return with_kinds(cls, value, converter, in_turn=True)
 
     @property
     def turns(self) -> list[Changes]:
-        """What is reached in each turn."""
+        """Values of each turn."""
         return [{key: (values[turn],) for key, values in self.values.items()} for turn in range(self.count)]
 
     @property
     def count(self) -> int:
-        """The number of values."""
+        """Number of values."""
         return len(next(iter(self.values.values())))
 
 
 @attrs.frozen
 class WaypointBlock:
-    """Waypoints to run, some number of times, at each of some values.
+    """Waypoints to repeat, optionally at each of several values.
 
     Examples
     --------
@@ -241,67 +239,67 @@ class WaypointBlock:
     ]
     """
 
-    waypoints: tuple[Waypoint, ...]  #: Waypoints with ``after``. A channel that the block does not name is held.
-    repeat: int = 1  #: how many times they run
-    each: Each | None = None  #: values to reach first, one after the other, as below; the waypoints run at each of them
+    waypoints: tuple[Waypoint, ...]  #: Waypoints with ``after``. A channel that the block does not set is held.
+    repeat: int = 1  #: number of repetitions
+    each: Each | None = None  #: values to reach first, in sequence, as below; the waypoints run at each of them
 
     def __attrs_post_init__(self) -> None:
-        """Check that it can be run more than once."""
+        """Check that it can be repeated."""
         if not self.waypoints:
             raise field_error("none; expected one or more", "waypoints")
         for index, waypoint in enumerate(self.waypoints):
             with at("waypoints", index):
                 if waypoint.after is None:
-                    raise field_error("a block runs at its place among the others; expected after instead", "time")
-                if waypoint.name is not None:
                     raise field_error(
-                        "a block may run several times; expected names in loading.waypoints alone", "name"
+                        "the time of a block follows from the blocks before it; expected after instead", "time"
                     )
+                if waypoint.name is not None:
+                    raise field_error("a block may run several times; expected names only in loading.waypoints", "name")
         if self.repeat < 1:
             raise field_error(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
 
     def count(self) -> int:
-        """Return how many events it makes, without the few that hold channels."""
+        """Return its number of events, without the few that hold channels."""
         turns = self.each.count if self.each else 1
         return turns * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
-    def extend(self, line: PlacedTimeline, *place: str | int) -> None:
-        """Append the events of the block, at a place of the scenario."""
+    def extend(self, line: LocatedTimeline, *path: str | int) -> None:
+        """Append the events of the block, with its path in the scenario."""
         run = [(waypoint.after or 0.0, waypoint.changes) for waypoint in self.waypoints]
         for turn in self.each.turns if self.each else [{}]:
-            # a channel without an event here would run straight to its next waypoint, across all the loops
-            line.hold_here(*place)
+            # a channel without an event here would ramp to its next waypoint during all loops
+            line.hold_channels(*path)
             if self.each:
                 with at("each"):
-                    line.reach(line.now + self.each.after, turn, *place, "each")
-                line.hold_here(*place, "each")
+                    line.reach(line.now + self.each.after, turn, *path, "each")
+                line.hold_channels(*path, "each")
             for _ in range(self.repeat):
                 for index, (after, changes) in enumerate(run):
                     with at("waypoints", index):
-                        line.reach(line.now + after, changes, *place, "waypoints", index)
+                        line.reach(line.now + after, changes, *path, "waypoints", index)
 
 
 @LOADINGS.register
 @attrs.frozen(kw_only=True)
-class Blocks(Written):
-    """``[[loading.blocks]]``: runs of waypoints, one after the other."""
+class Blocks(InlineLoading):
+    """``[[loading.blocks]]``: blocks of waypoints, in sequence."""
 
     kind = "blocks"
 
-    blocks: tuple[WaypointBlock, ...]  #: runs of waypoints, one after the other, as below
+    blocks: tuple[WaypointBlock, ...]  #: blocks of waypoints, in sequence, as below
 
-    def timeline(self) -> PlacedTimeline:
-        """Return the events with their places."""
-        return timeline_of(self.blocks, hold=self.hold)
+    def timeline(self) -> LocatedTimeline:
+        """Build the events with their locations."""
+        return build_timeline(self.blocks, hold=self.hold)
 
 
-def timeline_of(blocks: Sequence[WaypointBlock], *, hold: bool | None = None) -> PlacedTimeline:
-    """Return the events of blocks of ``[loading]`` with their places; too many are an InputError."""
+def build_timeline(blocks: Sequence[WaypointBlock], *, hold: bool | None = None) -> LocatedTimeline:
+    """Build the events of blocks with their locations; InputError if there are too many."""
     count = sum(block.count() for block in blocks)
     if count > MOST_EVENTS:
         problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
         raise field_error(problem, "loading", "blocks")
-    line = PlacedTimeline(holds=hold)
+    line = LocatedTimeline(holds=hold)
     for index, block in enumerate(blocks):
         with at("loading", "blocks", index):
             block.extend(line, "loading", "blocks", index)

@@ -1,4 +1,4 @@
-"""``loading.file``: from the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected."""
+"""``loading.file``: from the columns of a file to a `Measurement`: one clock, complete, in SI, corrected."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +20,7 @@ from historysim.loads.events import ACROSS, LOAD_KINDS, Event, NormalLoad, Tange
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
 from historysim.scenario.loading_kinds import LOADINGS, Loading
-from historysim.scenario.loading_kinds.measured import (
+from historysim.scenario.loading_kinds.channels import (
     Channel,
     Channels,
     DeadBand,
@@ -28,48 +28,50 @@ from historysim.scenario.loading_kinds.measured import (
     LengthChannel,
     LoadColumns,
     column_names,
-    conditioned,
+    filter_channel,
     hum_remark,
     last_digit,
 )
-from historysim.scenario.loading_kinds.written import WaypointBlock, timeline_of
+from historysim.scenario.loading_kinds.inline import WaypointBlock, build_timeline
 from historysim.scenario.run_column import find_run_column
-from historysim.scenario.schema import NumbersFile, given
+from historysim.scenario.schema import NumbersFile, explicit_fields
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
 
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
-FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on how a file was read, and on hum in a channel
-CLEAR_OF_ZERO = 0.05  # first sample of a tangential displacement over its range, from which on a notice says so
-EACH = "each"  # of several runs in one file, each by itself
-# the space keeps it apart from the keys of channels
+FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on the reading of a file, and on hum in a channel
+CLEAR_OF_ZERO = 0.05  # first sample of a tangential displacement over its range, above which a notice is given
+EACH = "each"  # run = "each": all runs of a file, evaluated separately
+# the space distinguishes them from the keys of channels
 _RUN, RETRACE = " run", " retrace"
 
 
-def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
-    """Return the measurement of a file, made ready by the keys of ``[loading]``."""
-    record = _on_one_clock(folder, section)
+def assemble_measurement(folder: Path, section: "MeasuredLoading") -> Measurement:
+    """Read and condition the measurement of a file by the keys of ``[loading]``."""
+    record = _align_clocks(folder, section)
     record.take_run()
     record.append_retrace()
-    with at("file"), _named(section.name):
+    with at("file"), _file_named(section.name):
         record.take_window()
         record.leave_out_missing()
         record.check_order_and_gaps()
     if section.interval is not None:
-        with at("interval"), _named(section.name):
+        with at("interval"), _file_named(section.name):
             record.resample(section.interval)
-    in_si: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
-    # coefficients follow the load that they are multiplied by
-    for (group, key), channel in sorted(section.channels.items(), key=lambda item: _factor_of(item[1]) is not None):
-        with at(group, key), _named(section.name):
-            factor = {**in_si["response"], **in_si["columns"]}.get(_factor_of(channel) or "")
-            in_si[group][key] = record.in_si(channel, group, key, 1.0 if factor is None else factor)
-    record.close_free_play(in_si)
+    converted: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
+    # columns of coefficients come after the load that multiplies them
+    for (group, key), channel in sorted(
+        section.channels.items(), key=lambda item: _factor_channel(item[1]) is not None
+    ):
+        with at(group, key), _file_named(section.name):
+            factor = {**converted["response"], **converted["columns"]}.get(_factor_channel(channel) or "")
+            converted[group][key] = record.convert_channel(channel, group, key, 1.0 if factor is None else factor)
+    record.close_free_play(converted)
     measurement = Measurement(
         time=record.time,
-        channels=in_si["columns"],
-        response=in_si["response"],
-        dead_band=given(section.dead_band),
+        channels=converted["columns"],
+        response=converted["response"],
+        dead_band=explicit_fields(section.dead_band),
         reduced=section.reduce,
         removed=record.removed,
         row=record.row,
@@ -77,14 +79,14 @@ def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
         starts_displaced=bool(getattr(section.columns.tangential_displacement, "offset", None)),
     )
     if section.reduce:
-        kept = measurement.kept().size
-        record.remark("replayed", f"{kept:,} of {_samples(measurement.time.size)}: what is remembered")
+        replayed = measurement.kept().size
+        record.remark("replayed", f"{replayed:,} of {_samples(measurement.time.size)}, which the contact remembers")
     return attrs.evolve(measurement, remarks=tuple(record.remarks))
 
 
-def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
-    """Read the columns of a file; channels of one clock together, since clocks may have samples of their own number."""
-    measured = {place: channel for place, channel in section.channels.items() if channel.sources}
+def _align_clocks(folder: Path, section: "MeasuredLoading") -> "_Record":
+    """Read the columns of a file, grouped by clock, because clocks may have different numbers of samples."""
+    measured = {path: channel for path, channel in section.channels.items() if channel.sources}
     tables: dict[Column | None, Table] = {}
     for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())]):
         together = {key: channel for (_, key), channel in measured.items() if channel.time == clock}
@@ -92,40 +94,40 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
     notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
     main = tables[None]
     time = main.columns["time"]
-    values, first, inside = {}, {}, np.ones(time.size, dtype=np.bool_)
+    values, first_readings, inside = {}, {}, np.ones(time.size, dtype=np.bool_)
     for (group, key), channel in measured.items():
         own = tables[channel.time]
         raw = [own.columns[name] for name in column_names(key, channel)]
         if channel.retrace is not None:
             values[group, key + RETRACE] = raw.pop()
-        column = channel.combined(raw)
-        first[group, key] = _first_of(column)
+        column = channel.combine(raw)
+        first_readings[group, key] = _first_reading(column)
         if channel.time is not None or channel.shift != 0:
-            with at(group, key, "shift" if channel.time is None else "time"), _named(section.name):
-                column = _onto(time, own, column, channel.shift, section.max_gap)
+            with at(group, key, "shift" if channel.time is None else "time"), _file_named(section.name):
+                column = _resample_onto_clock(time, own, column, channel.shift, section.max_gap)
             shifted = own.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
     remarks = [(FILE_REMARK, notice) for notice in notices]
-    record = _Record(section, time, values, first, main.lines, inside, _run_of(main), remarks)
+    record = _Record(section, time, values, first_readings, main.lines, inside, _number_runs(main), remarks)
     if section.runs_by is None and len(section.files) == 1:
         record.remark_runs(folder)
     if section.rate is not None:
         record.remark("clock", f"{quantity_text(section.rate, 'Hz')}, from 0 s")
     elif section.columns.time is None:
-        record.remark("clock", "no column for time: the number of the row, from 0 s")
+        record.remark("clock", "no column for time: the row number, from 0 s")
     return record
 
 
-def _factor_of(channel: Channel) -> str | None:
-    """Return the channel that a column of coefficients is multiplied by; None for a load or a displacement."""
+def _factor_channel(channel: Channel) -> str | None:
+    """Return the channel that multiplies a column of coefficients; None for a load or a displacement."""
     return getattr(channel, "times", None)
 
 
-def _first_of(column: Floats) -> float:
-    """Return the first reading of a column; NaN where there is none."""
-    known = column[~np.isnan(column)]
-    return float(known[0]) if known.size else math.nan
+def _first_reading(column: Floats) -> float:
+    """Return the first reading of a column; NaN if there is none."""
+    finite = column[~np.isnan(column)]
+    return float(finite[0]) if finite.size else math.nan
 
 
 def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channels: Mapping[str, Channel]) -> Table:
@@ -144,7 +146,7 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
             count = int(np.count_nonzero(~reduction.whole_samples(*read.columns.values())))
             left_out = f"{count:,} of {_samples(sum(read.file_rows))}"
         except InputError:
-            # another value is broken
+            # another value is not a number
             left_out = "such samples"
         raise field_error(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
     if clock is None:
@@ -153,7 +155,9 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
     if len(table.file_rows) == 1:
         return table
     time, count = _continue_clock(table.columns["time"], table.file_rows)
-    restarted = f"the clock starts again in {counted(count, 'file', 'files')}, put one sample after the file before"
+    restarted = (
+        f"the clock starts again in {counted(count, 'file', 'files')}, joined one sample after the previous file"
+    )
     notices = (*table.notices, restarted) if count else table.notices
     return attrs.evolve(table, columns={**table.columns, "time": time}, notices=notices)
 
@@ -161,57 +165,57 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
 def _continue_clock(time: Floats, file_rows: Sequence[int]) -> tuple[Floats, int]:
     """Return the times of joined files [s] on one clock, and the number of files whose clock starts again.
 
-    Such a file begins one sample (its median interval) after the end of the file before.
+    Such a file starts one sample (its median interval) after the end of the previous file.
     """
     continued = time.copy()
-    end, raw_end, step, offset, restarts = -math.inf, -math.inf, 0.0, 0.0, 0
+    previous_end, raw_end, step, offset, restarts = -math.inf, -math.inf, 0.0, 0.0, 0
     for times in np.split(continued, np.cumsum(file_rows)[:-1]):
         finite = times[~np.isnan(times)]
         if not finite.size:
             continue
         step = max(float(np.median(np.diff(finite))), 0.0) if finite.size > 1 else step
         if finite[0] < raw_end:
-            offset = end + step - finite[0]
+            offset = previous_end + step - finite[0]
             restarts += 1
         raw_end = finite[-1]
-        end = raw_end + offset
+        previous_end = raw_end + offset
         np.add(times, offset, out=times)
     return continued, restarts
 
 
-def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
-    """Return a channel on the clock of the record instead of its own; NaN where it is not known."""
-    known = np.flatnonzero(~np.isnan(own.columns["time"]))
-    clock = own.columns["time"][known]
-    if not known.size:
+def _resample_onto_clock(time: Floats, table: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
+    """Resample a channel from its separate clock onto the clock of the record; NaN outside its samples."""
+    timed_rows = np.flatnonzero(~np.isnan(table.columns["time"]))
+    clock = table.columns["time"][timed_rows]
+    if not timed_rows.size:
         raise InputError("the column has no times; expected one or more")
-    check_order(clock, lambda index: own.place(int(known[index])), rising=True)
-    wanted = np.where(np.isnan(time), clock[0], time)
+    check_order(clock, lambda index: table.place(int(timed_rows[index])), rising=True)
+    target_times = np.where(np.isnan(time), clock[0], time)
     longest = math.inf if max_gap is None else max_gap
-    return reduction.resample(clock, column[known], wanted, shift=shift, max_gap=longest)
+    return reduction.resample(clock, column[timed_rows], target_times, shift=shift, max_gap=longest)
 
 
-def _run_of(table: Table) -> Floats:
-    """Return the run of each row: by its column, or from 1 where the clock starts again; NaN if missing."""
+def _number_runs(table: Table) -> Floats:
+    """Return the run number of each row: from its column, or counted at restarts of the clock; NaN if missing."""
     if _RUN in table.columns:
         return table.columns[_RUN]
     time = table.columns["time"]
-    known = np.flatnonzero(~np.isnan(time))
+    timed_rows = np.flatnonzero(~np.isnan(time))
     number = np.full(time.size, np.nan)
-    number[known] = np.append(0, np.cumsum(np.diff(time[known]) < 0))[: known.size] + 1
+    number[timed_rows] = np.append(0, np.cumsum(np.diff(time[timed_rows]) < 0))[: timed_rows.size] + 1
     return number
 
 
-def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
-    """Return the runs of a file, in their order, and how many samples each has."""
-    run = _on_one_clock(folder, section).run
-    known = run[~np.isnan(run)]
-    numbers, first, count = np.unique(known, return_index=True, return_counts=True)
-    return {int(numbers[place]): int(count[place]) for place in np.argsort(first)}
+def count_run_samples(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
+    """Return the number of samples of each run of a file, in their order."""
+    run = _align_clocks(folder, section).run
+    runs = run[~np.isnan(run)]
+    numbers, first_rows, count = np.unique(runs, return_index=True, return_counts=True)
+    return {int(numbers[index]): int(count[index]) for index in np.argsort(first_rows)}
 
 
 def _events_of_start(measurement: Measurement) -> Events:
-    """Return events that press the contact before it is moved to a first sample that has a known zero."""
+    """Return events that press the contact before its move to the first sample of a displacement with known zero."""
     channels, time = measurement.channels, float(measurement.time[0])
     if not measurement.starts_displaced or not {"normal_load", "tangential_displacement"} <= channels.keys():
         return Events([])
@@ -221,7 +225,7 @@ def _events_of_start(measurement: Measurement) -> Events:
 
 
 @contextmanager
-def _named(name: str) -> Iterator[None]:
+def _file_named(name: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
@@ -234,17 +238,17 @@ def _samples(count: int) -> str:
 
 @attrs.define(eq=False)
 class _Record:
-    """Columns of a file on one clock, on their way to a measurement."""
+    """Columns of a file on one clock, during their conversion to a measurement."""
 
     section: "MeasuredLoading"
     time: Floats
-    values: dict[tuple[str, str], Floats]  #: as they were read, some with gaps
-    first: dict[tuple[str, str], float]  #: the first reading of each, whatever is left out later
+    values: dict[tuple[str, str], Floats]  #: raw values, possibly with gaps
+    first_readings: dict[tuple[str, str], float]  #: first reading of each, before samples are left out
     row: Integers | None
-    inside: Booleans  #: samples that lie within all clocks
+    inside: Booleans  #: samples within the range of all clocks
     run: Floats
     remarks: list[tuple[str, str]]
-    removed: dict[str, Floats] = attrs.Factory(dict)  #: what conditioning has taken off channels
+    removed: dict[str, Floats] = attrs.Factory(dict)  #: parts of channels removed by filters
     offset: dict[str, float] = attrs.Factory(dict)  #: offset added to the readings of each displacement [m]
 
     def remark(self, label: str, text: str) -> None:
@@ -255,15 +259,15 @@ class _Record:
         runs = find_run_column(folder / self.section.files[0], self.section)
         if runs is not None:
             text = (
-                f"column {runs.name!r} has the numbers {runs.listed}, and these runs are joined; if each was stored by "
-                f'itself, say runs_by = "{runs.name}" and run = "each", or one of them'
+                f"column {runs.name!r} has the numbers {runs.runs_text}, and these runs are joined; if they are "
+                f'separate records, add runs_by = "{runs.name}" and run = "each", or one of the numbers'
             )
             self.remark(FILE_REMARK, text)
 
-    def keep(self, kept: Booleans) -> None:
-        self.values = {key: array[kept] for key, array in self.values.items()}
-        self.row = None if self.row is None else self.row[kept]
-        self.time, self.inside, self.run = self.time[kept], self.inside[kept], self.run[kept]
+    def keep(self, mask: Booleans) -> None:
+        self.values = {key: array[mask] for key, array in self.values.items()}
+        self.row = None if self.row is None else self.row[mask]
+        self.time, self.inside, self.run = self.time[mask], self.inside[mask], self.run[mask]
 
     def place(self, index: int) -> str:
         return Measurement(self.time, {}, row=self.row).place(index)
@@ -284,44 +288,44 @@ class _Record:
             raise InputError(f"{self.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI")
 
     def take_run(self) -> None:
-        """Leave out all but the run of the scenario."""
+        """Select the run of the scenario."""
         run = self.section.run
         if run is None:
             return
         runs = sorted({int(number) for number in self.run[~np.isnan(self.run)]})
-        known = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
+        listed_runs = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
         if run == EACH:
-            expected = f'expected one of the runs {known}: "each" is for loops, sliding and fit'
+            expected = f'expected one of the runs {listed_runs}: "each" is for loops, sliding and fit'
             raise field_error(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
-        kept = self.run == run
-        if not kept.any():
-            raise field_error(f"there is no run {run}; expected one of {known}", "run")
-        self.first = {place: _first_of(column[kept]) for place, column in self.values.items()}
-        self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}")
-        self.keep(kept)
+        in_run = self.run == run
+        if not in_run.any():
+            raise field_error(f"there is no run {run}; expected one of {listed_runs}", "run")
+        self.first_readings = {path: _first_reading(column[in_run]) for path, column in self.values.items()}
+        self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(in_run.sum()))}")
+        self.keep(in_run)
 
     def append_retrace(self) -> None:
-        """Append the retrace in reverse order; channels without one return along their trace."""
+        """Append the retrace in reverse order; channels without a retrace repeat their trace backwards."""
         if not any(key.endswith(RETRACE) for _, key in self.values):
             return
-        traces = {place: column for place, column in self.values.items() if not place[1].endswith(RETRACE)}
+        traces = {path: column for path, column in self.values.items() if not path[1].endswith(RETRACE)}
         self.values = {
             (group, key): np.append(column, self.values.get((group, key + RETRACE), column)[::-1])
             for (group, key), column in traces.items()
         }
         step = float(np.nanmedian(np.diff(self.time))) if self.time.size > 1 else 1.0
-        end = float(np.nanmax(self.time))
+        end_time = float(np.nanmax(self.time))
         self.remark("retrace", f"{_samples(self.time.size)} after the trace, in reverse order")
-        self.time = np.append(self.time, end + step + (end - self.time[::-1]))
+        self.time = np.append(self.time, end_time + step + (end_time - self.time[::-1]))
         self.row = None if self.row is None else np.append(self.row, self.row[::-1])
         self.inside = np.append(self.inside, self.inside[::-1])
         self.run = np.append(self.run, self.run[::-1])
 
     def take_window(self) -> None:
         """Leave out samples before the start or after the end."""
-        start = -math.inf if self.section.start is None else self.section.start
-        end = math.inf if self.section.end is None else self.section.end
-        outside = (self.time < start) | (self.time > end)
+        start_time = -math.inf if self.section.start is None else self.section.start
+        end_time = math.inf if self.section.end is None else self.section.end
+        outside = (self.time < start_time) | (self.time > end_time)
         if outside.all():
             within = f"expected times within the record, from {self.time.min():.9g} s to {self.time.max():.9g} s"
             raise InputError(f"no sample between start and end; {within}")
@@ -330,26 +334,26 @@ class _Record:
         self.keep(~outside)
 
     def leave_out_missing(self) -> None:
-        """Leave out samples outside of the clock of a channel, and with ``missing = "drop"`` those that miss one."""
+        """Leave out samples outside the clock of a channel and, with ``missing = "drop"``, incomplete samples."""
         if outside := int(np.count_nonzero(~self.inside)):
             self.remark("outside the clocks of all channels", f"{_samples(outside)}, left out")
             self.keep(self.inside)
-        whole = reduction.whole_samples(self.time, *self.values.values())
-        if not whole.any():
+        complete = reduction.whole_samples(self.time, *self.values.values())
+        if not complete.any():
             raise InputError("no sample has all channels; expected some, and clocks that overlap")
-        missing = int(np.count_nonzero(~whole))
+        missing = int(np.count_nonzero(~complete))
         if missing and self.section.missing == "refuse":
-            place = self.place(int(np.flatnonzero(~whole)[0]))
+            location = self.place(int(np.flatnonzero(~complete)[0]))
             raise InputError(
-                f"{_samples(missing)} within gaps of a channel's own clock, the first one at {place}; raise max_gap, "
-                'or write missing = "drop" to leave such samples out'
+                f"{_samples(missing)} within gaps of a channel's separate clock, the first one at {location}; raise "
+                'max_gap, or write missing = "drop" to leave such samples out'
             )
         if missing:
             self.remark("missing", f"{_samples(missing)}, left out")
-        self.keep(whole)
+        self.keep(complete)
 
     def check_order_and_gaps(self) -> None:
-        """Check that the clock runs on, and has no gap that is too long."""
+        """Check that the clock does not run backwards and has no gap above ``max_gap``."""
         try:
             self.check_order()
         except InputError as error:
@@ -363,29 +367,29 @@ class _Record:
         longest = math.inf if self.section.max_gap is None else self.section.max_gap
         wide = np.flatnonzero(np.diff(self.time) > longest)
         if wide.size:
-            after = int(wide[0]) + 1
-            length = quantity_text(self.time[after] - self.time[after - 1], "s")
+            index = int(wide[0]) + 1
+            length = quantity_text(self.time[index] - self.time[index - 1], "s")
             raise InputError(
                 f"{counted(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of {length} before "
-                f"{self.place(after)}; split the record there, or raise max_gap"
+                f"{self.place(index)}; split the record there, or raise max_gap"
             )
 
     def remark_repeated_times(self) -> None:
         """Remark on samples that share a time: all are replayed, and only the last of each time is recorded."""
         repeated = int(np.count_nonzero(np.diff(self.time) == 0))
         if repeated:
-            first = int(np.flatnonzero(np.diff(self.time) == 0)[0]) + 1
+            index = int(np.flatnonzero(np.diff(self.time) == 0)[0]) + 1
             text = (
                 f"{repeated:,} of {_samples(self.time.size)} have the time of the sample before, the first one at "
-                f"{self.place(first)}: all are replayed in their order, and the last one at each time is recorded; if "
+                f"{self.place(index)}: all are replayed in their order, and the last one at each time is recorded; if "
                 f"the clock was rounded, {correction.rate_remedy(self.time)}"
             )
             self.remark(FILE_REMARK, text)
 
     def resample(self, interval: float) -> None:
-        """Take samples at even times, straight between the measured ones."""
+        """Resample all channels at uniform times by linear interpolation."""
         duration = float(self.time[-1] - self.time[0])
-        # a division may go beyond the largest float
+        # a division might overflow
         if not duration < MOST_SAMPLES * interval:
             problem = f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s"
             raise InputError(f"{problem}; expected a longer one")
@@ -396,19 +400,19 @@ class _Record:
         self.time, self.row = time, None
         self.remark("resampled", f"every {quantity_text(interval, 's')}, {_samples(count)}")
 
-    def in_si(self, channel: Channel, group: str, key: str, factor: Floats | float) -> Floats:
-        """Return a channel, times a factor, in SI, conditioned and corrected, of a size that is computed with."""
+    def convert_channel(self, channel: Channel, group: str, key: str, factor: Floats | float) -> Floats:
+        """Return a channel times a factor in SI, filtered, corrected and checked for size."""
         constant = getattr(channel, "constant", None)
         if constant is not None:
             return np.full(self.time.size, constant)
         raw = self.values[group, key]
         offset = getattr(channel, "offset", None)
         values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw * factor + (offset or 0.0)
-        values = self.corrected(channel, key, values)
+        values = self.correct(channel, key, values)
         if isinstance(channel, LengthChannel):
             self.offset[key] = offset or 0.0
             if offset is None and not channel.centred:
-                values = self.from_zero(key, values, channel.scale * self.first[group, key])
+                values = self.from_zero(key, values, channel.scale * self.first_readings[group, key])
         self.check_sizes(values)
         if jumps := reduction.jumps_of_counter(raw):
             self.remark(FILE_REMARK, f"{key.replace('_', ' ')}: {jumps}")
@@ -416,80 +420,81 @@ class _Record:
             self.remark(HUM_REMARK, hum)
         return values
 
-    def from_zero(self, key: str, values: Floats, first: float) -> Floats:
-        """Return a displacement from the zero of its stage, which is its first reading [m]."""
+    def from_zero(self, key: str, values: Floats, first_reading: float) -> Floats:
+        """Return a displacement [m] relative to its first reading, the zero of its stage."""
         name = key.replace("_", " ")
-        if abs(first) <= reduction.REVERSAL * reduction.estimated_noise(values):
+        if abs(first_reading) <= reduction.REVERSAL * reduction.estimated_noise(values):
             return values
         if key.startswith("tangential"):
-            clear = abs(first) > CLEAR_OF_ZERO * float(np.ptp(values))
-            text = (
-                f"its first sample, {quantity_text(first, 'm')}, is its zero; offset = 0 takes the readings as they are"
-            )
+            clear = abs(first_reading) > CLEAR_OF_ZERO * float(np.ptp(values))
+            first_text = quantity_text(first_reading, "m")
+            text = f"its first sample, {first_text}, is its zero; offset = 0 leaves the readings unchanged"
             self.remark(FILE_REMARK if clear else f"{name}: zero", f"{name}: {text}" if clear else text)
-            self.offset[key] = -first
-            return values - first
-        if first > 0:
-            reading = quantity_text(-first, "m", 9)
+            self.offset[key] = -first_reading
+            return values - first_reading
+        if first_reading > 0:
+            reading = quantity_text(-first_reading, "m", 9)
             raise InputError(
-                f"the {name} begins at {quantity_text(first, 'm')}, pressed in before the record begins: it is the "
-                f"approach from first touch, and a stage has a zero of its own; expected the reading of first touch "
-                f'with its sign turned as offset, as in offset = "{reading}" where the first sample is that, or offset '
-                "= 0 where the readings are approaches"
+                f"the {name} starts at {quantity_text(first_reading, 'm')}, in contact before the record starts: it is "
+                "the approach from first touch, but the zero of a stage is arbitrary; expected the negative reading at "
+                f'first touch as offset, as in offset = "{reading}" if the first sample is that, or offset = 0 if '
+                "the readings are approaches"
             )
         return values
 
-    def corrected(self, channel: Channel, key: str, values: Floats) -> Floats:
-        """Return a channel after the corrections that its keys ask for, in their order."""
+    def correct(self, channel: Channel, key: str, values: Floats) -> Floats:
+        """Apply the corrections of a channel in the order of its keys."""
         name, unit = key.replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
         given_band = getattr(self.section.dead_band, key, None)
         dead_band = given_band or 0.0
-        # what noise makes of cycles has no midpoints
+        # cycles caused by noise have no midpoints
         of_cycles = reduction.loop_dead_band(values) if given_band is None else given_band
         if (channel.median, channel.notch, channel.low_pass) != (None, None, None):
-            before, values = values, conditioned(channel, self.time, values)
-            off = self.removed[key] = before - values
-            rms = quantity_text(float(np.sqrt(np.mean(off**2))), unit, 3)
-            most = quantity_text(float(np.abs(off).max()), unit, 3)
-            self.remark(f"{name}: conditioning took off", f"{rms} rms, {most} at most")
+            unfiltered, values = values, filter_channel(channel, self.time, values)
+            removed = self.removed[key] = unfiltered - values
+            rms = quantity_text(float(np.sqrt(np.mean(removed**2))), unit, 3)
+            largest = quantity_text(float(np.abs(removed).max()), unit, 3)
+            self.remark(f"{name}: filters removed", f"{rms} rms, {largest} at most")
         if isinstance(channel, LengthChannel) and channel.backlash:
             with at("backlash"):
                 self.check_order(rising=True)
                 values = correction.remove_backlash(self.time, values, channel.backlash, dead_band=dead_band)
-            self.remark(f"{name}: backlash taken up", quantity_text(channel.backlash, "m"))
+            self.remark(f"{name}: backlash removed", quantity_text(channel.backlash, "m"))
         if channel.drift_free:
             with at("drift_free"):
                 self.check_order(rising=True)
                 drift = correction.drift_of_cycles(self.time, values, dead_band=of_cycles)
             values = values - drift.value * (self.time - self.time[0])
             error = quantity_text(drift.standard_error, unit)
-            self.remark(f"{name}: drift taken off", f"{quantity_text(drift.value, unit)}/s ± {error}/s")
+            self.remark(f"{name}: drift removed", f"{quantity_text(drift.value, unit)}/s ± {error}/s")
         if channel.centred:
             with at("centred"):
                 offset = correction.offset_of_cycles(values, dead_band=of_cycles)
             values = values - offset.value
             error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
-            self.remark(f"{name}: offset taken off", f"{quantity_text(offset.value, unit)}{error}")
+            self.remark(f"{name}: offset removed", f"{quantity_text(offset.value, unit)}{error}")
         if isinstance(channel, ForceChannel) and channel.negative_as_zero:
-            self.remark(f"{name}: negative, taken as 0", _samples(int(np.count_nonzero(values < 0))))
+            self.remark(f"{name}: negative, replaced by 0", _samples(int(np.count_nonzero(values < 0))))
             values = np.maximum(values, 0.0)
         return values
 
-    def close_free_play(self, in_si: dict[str, dict[str, Floats]]) -> None:
-        """Take a clearance in the path of the load, which opens at small loads, off the tangential displacement."""
+    def close_free_play(self, converted: dict[str, dict[str, Floats]]) -> None:
+        """Subtract a clearance in the load path, which opens at small loads, from the tangential displacement."""
         name = "tangential_displacement"
         for (group, key), channel in self.section.channels.items():
             if key == name and isinstance(channel, LengthChannel) and channel.free_play:
-                load = {**in_si["response"], **in_si["columns"]}["tangential_load"]
+                load = {**converted["response"], **converted["columns"]}["tangential_load"]
                 width, closing = channel.free_play, channel.closing_load
-                in_si[group][key] = correction.remove_free_play(in_si[group][key], load, width, closing_load=closing)
-                self.remark("tangential displacement: free play taken off", quantity_text(width, "m"))
+                converted[group][key] = correction.remove_free_play(
+                    converted[group][key], load, width, closing_load=closing
+                )
+                self.remark("tangential displacement: free play removed", quantity_text(width, "m"))
 
 
 @LOADINGS.register
 @attrs.frozen(kw_only=True)
 class MeasuredLoading(NumbersFile, Loading):
-    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint.
+    """``loading.file``: a record; each sample, or with ``reduce`` each reversal, is a waypoint.
 
     Examples
     --------
@@ -512,35 +517,35 @@ class MeasuredLoading(NumbersFile, Loading):
     kind = "file"
     also_called = ("measured", "record", "csv")
 
-    columns: LoadColumns  #: what is replayed: ``time``, and a load or displacement of one channel or both, as below
-    #: Waypoints before the record, such as conditioning loops; it begins one sample after them.
+    columns: LoadColumns  #: replayed columns: ``time``, and a load or displacement of one channel or both, as below
+    #: Waypoints before the record, such as conditioning loops; the record starts one sample after them.
     blocks: tuple[WaypointBlock, ...] = ()
-    response: Channels = attrs.Factory(Channels)  #: what was measured beside it, to compare with; the same keys
-    #: Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
-    #: value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
+    response: Channels = attrs.Factory(Channels)  #: measured response, to compare with; the same keys
+    #: Of a file with several runs: the number of the run, from 1, counted at restarts of the clock; or its value in
+    #: ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
     run: int | str | None = None
     runs_by: Column | None = None  #: column with the number of the run
-    #: Constant sampling rate, in place of a column for time: rows are 1/rate apart.
+    #: Constant sampling rate, instead of a column for time: rows are 1/rate apart.
     rate: Frequency | None = attrs.field(default=None, validator=POSITIVE)
     start: Time | None = None  #: samples before this time are left out
     end: Time | None = None  #: samples after this time are left out
-    #: ``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted.
+    #: ``"refuse"``, or ``"drop"``: incomplete samples are left out and counted.
     missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
     max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)  #: A longer time between samples is an error
-    #: Samples evenly spaced by this time instead, straight between the measured ones.
+    #: Resamples the record at this interval by linear interpolation.
     interval: Time | None = attrs.field(default=None, validator=POSITIVE)
-    #: For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
-    #: with ``reduce``.
+    #: For each channel the swing below which there is no reversal. Used by ``loops``, ``compare``, ``fit``, and by
+    #: ``run`` with ``reduce``.
     dead_band: DeadBand = attrs.Factory(DeadBand)
-    reduce: bool = False  #: replays only the samples that the contact remembers, by the dead bands
+    reduce: bool = False  #: replays only the samples that the contact remembers, using the dead bands
 
     @classmethod
-    def meant(cls, key: str) -> str:
-        """Return what to write in place of an unknown key: a channel is a column, or a constant."""
+    def hint_for_key(cls, key: str) -> str:
+        """Suggest a column or a constant for the key of a channel; empty for other keys."""
         return f"expected columns.{key} = {{ constant = … }}, or a column of the file" if key in LOAD_KINDS else ""
 
     def __attrs_post_init__(self) -> None:
-        """Check what the types leave open."""
+        """Check the keys against each other."""
         Loading.__attrs_post_init__(self)
         is_number = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
         if self.run not in {None, EACH} and not is_number:
@@ -553,11 +558,11 @@ class MeasuredLoading(NumbersFile, Loading):
             raise field_error('counts rows, and broken = "drop" would leave some out; expected one of them', "rate")
         if self.start is not None and self.end is not None and self.end < self.start:
             raise field_error(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
-        replayed, names = given(self.columns), [key for _, key in self.channels]
+        replayed, names = explicit_fields(self.columns), [key for _, key in self.channels]
         if self.reduce and any(key.endswith(ACROSS) for key in replayed):
-            raise field_error("goes with one tangential direction; expected reduce = false", "reduce")
-        for key in given(self.response).keys() & replayed.keys():
-            problem = "is replayed already, by columns; expected a channel that was measured beside it"
+            raise field_error("supports one tangential direction only; expected reduce = false", "reduce")
+        for key in explicit_fields(self.response).keys() & replayed.keys():
+            problem = "is replayed by columns already; expected another measured channel"
             raise field_error(problem, "response", key)
         for key in LOAD_KINDS:
             if getattr(self.dead_band, key) and key not in names:
@@ -567,51 +572,51 @@ class MeasuredLoading(NumbersFile, Loading):
         self._check_channels(names)
 
     def _check_channels(self, names: list[str]) -> None:
-        """Check that each channel has what its keys need beside it."""
-        for place, channel in self.channels.items():
+        """Check that the record has the channels and times that the keys of each channel need."""
+        for path, channel in self.channels.items():
             if getattr(channel, "free_play", 0) and "tangential_load" not in names:
-                problem = "needs the tangential load, at which the clearance opens; expected a column for it"
-                raise field_error(problem, *place, "free_play")
-            if (factor := _factor_of(channel)) and factor not in names:
+                problem = "needs the tangential load, which closes the clearance; expected a column for it"
+                raise field_error(problem, *path, "free_play")
+            if (factor := _factor_channel(channel)) and factor not in names:
                 problem = "was not measured; expected a column or a constant for normal_load"
-                raise field_error(problem, *place, "times")
+                raise field_error(problem, *path, "times")
             for needs in ("time", "shift", "notch", "low_pass"):
                 if self.columns.time is None and self.rate is None and getattr(channel, needs):
                     problem = (
                         "needs the times of the record; expected a column for loading.columns.time, or a constant "
                         'sampling rate, as in loading.rate = "5 kHz"'
                     )
-                    raise field_error(problem, *place, needs)
+                    raise field_error(problem, *path, needs)
         if self.columns.time is None and not any(channel.sources for channel in self.channels.values()):
-            raise field_error("constants alone, and no time; expected a column", "columns")
+            raise field_error("only constants, and no time; expected a column", "columns")
 
     @property
     def channels(self) -> dict[tuple[str, str], Channel]:
-        """Its channels, those that are replayed first, by their places: ``("columns", "normal_load")``."""
+        """Its channels, replayed ones first, by their paths: ``("columns", "normal_load")``."""
         return {
             (group, key): channel
             for group in ("columns", "response")
-            for key, channel in given(getattr(self, group)).items()
+            for key, channel in explicit_fields(getattr(self, group)).items()
             if isinstance(channel, Channel)
         }
 
     def measurement(self, folder: Path) -> Measurement:
-        """Return what was measured; a file that cannot be read, or made ready, is an InputError."""
+        """Read the record; InputError if the file cannot be read or conditioned."""
         with at("loading"):
-            return assembled(folder, self)
+            return assemble_measurement(folder, self)
 
     def place(self, folder: Path, index: int) -> str:
-        """Return the line of the file that has an event."""
-        before = timeline_of(self.blocks)
-        if index < len(before.events):
-            return path_text(before.places[index])
+        """Return the line of the file of an event."""
+        line = build_timeline(self.blocks)
+        if index < len(line.events):
+            return path_text(line.locations[index])
         measurement = self.measurement(folder)
-        index -= len(before.events) or len(_events_of_start(measurement))
+        index -= len(line.events) or len(_events_of_start(measurement))
         sample = int(measurement.kept()[max(index, 0) // len(measurement.vectors)])
         return f"loading.file: {self.name}: {measurement.place(sample)}"
 
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
-        """Return the events of the file; ``notify`` takes remarks on how it was read, and on noise."""
+        """Build the events of the file; ``notify`` receives remarks on its reading, and on noise."""
         measurement = self.measurement(folder)
         for label, notice in measurement.remarks:
             if label in {FILE_REMARK, HUM_REMARK}:
@@ -623,15 +628,15 @@ class MeasuredLoading(NumbersFile, Loading):
                 events = measurement.events()
             except InputError as error:
                 raise InputError(f"{self.name}: {error}") from error
-        before = self._events_before(measurement.time) if self.blocks else _events_of_start(measurement)
-        if not len(before):
+        earlier_events = self._events_before(measurement.time) if self.blocks else _events_of_start(measurement)
+        if not len(earlier_events):
             return events
-        return Events.join([before, events if isinstance(events, Events) else Events(events)])
+        return Events.join([earlier_events, events if isinstance(events, Events) else Events(events)])
 
     def _events_before(self, time: Floats) -> Events:
-        """Return the events of the blocks, which end one sample before the record, with all channels held."""
-        line = timeline_of(self.blocks)
-        line.hold_here("loading", "blocks")
+        """Build the events of the blocks, which end one sample before the record with all channels held."""
+        line = build_timeline(self.blocks)
+        line.hold_channels("loading", "blocks")
         steps = np.diff(time)
         interval = float(np.median(steps)) if steps.size else 0.0
         offset = float(time[0]) - (interval or 1.0) - line.now

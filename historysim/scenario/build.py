@@ -1,4 +1,4 @@
-"""A scenario built: its sections made once into the surface, the ensemble and the events of a replay."""
+"""From the sections of a scenario to the surface, the ensemble and the events of a replay."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from historysim.loads.event_sequence import as_events, channel_values, to_loads
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
 from historysim.replaying import Replay
-from historysim.scenario.schema import reported
+from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
@@ -24,27 +24,27 @@ if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.loads.schedule import Cursor
 
-WALKED_AT_ONCE = 256  # event times between two looks at the clock
+WALKED_AT_ONCE = 256  # event times between two checks of the clock
 
 
 class _EndedError(Exception):
-    """The seconds of a walk are over; its argument is the time [s] of the last event."""
+    """The time limit of a trial replay is reached; its argument is the time [s] of the last event."""
 
 
 @attrs.frozen
 class BuiltScenario:
-    """What a scenario describes, checked and built once."""
+    """Surface, ensemble and events of a scenario, checked and built once."""
 
-    name: str  #: of the file, for messages
+    name: str  #: name of the file, for messages
     sections: Sections = attrs.field(repr=False)
-    surface: BuiltSurface  #: as it is loaded
+    surface: BuiltSurface  #: with the quantities that depend on the largest load
     ensemble: Ensemble
     events: Sequence[Event]  #: in time order; each fits the number of asperities
 
     def __attrs_post_init__(self) -> None:
         """Check that the events and the recorded indices fit the number of asperities."""
         record = self.sections.record.asperities
-        with reported(self.name), at("record", "asperities"):
+        with located_errors(self.name), at("record", "asperities"):
             if not isinstance(record, str):
                 chosen_asperities(self.ensemble, (), record)
         for event in self.events if to_loads(self.events) is None else ():
@@ -53,7 +53,7 @@ class BuiltScenario:
 
     @property
     def replay(self) -> Replay:
-        """The replay of the events on the ensemble, as the scenario says."""
+        """Replay of the events on the ensemble, with the options of the scenario."""
         sections = self.sections
         return Replay(
             self.ensemble,
@@ -66,18 +66,18 @@ class BuiltScenario:
         )
 
     def walk(self, seconds: float) -> float | None:
-        """Walk the loads for some seconds, recording nothing; errors as for `Replay`.
+        """Replay the loads for some seconds without recording; errors as for `Replay`.
 
-        Returns the time of the last event that was reached [s], where that was not all of them.
+        Returns the time of the last event reached [s]; None if all events were replayed.
         """
-        end = monotonic() + seconds
+        deadline = monotonic() + seconds
 
         def look(cursor: "Cursor", _: object) -> None:
-            if monotonic() > end and cursor.events < len(self.events):
+            if monotonic() > deadline and cursor.events < len(self.events):
                 raise _EndedError(cursor.time)
 
         job = attrs.evolve(self.replay, substeps=1, record="totals")
-        # where asperities evolve an event may take a second
+        # with evolving asperities one event may take a second
         rows = WALKED_AT_ONCE if job.changes.steady else 1
         try:
             job.walk(job.recorder(StateOnly), most_rows=rows, on_event=look)
@@ -86,16 +86,16 @@ class BuiltScenario:
         return None
 
     def adhering(self) -> "AdheringAsperities | None":
-        """Return how adhesive the asperities are where they are pressed most.
+        """Return the adhesion state of the asperities at the largest load.
 
-        None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
+        None without ``[adhesion]`` or without contact; InputError if ``[adhesion]`` cannot be used.
         """
         adhesion = self.sections.adhesion
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
 
-        with reported(self.name), at("adhesion"):
+        with located_errors(self.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -105,23 +105,23 @@ class BuiltScenario:
             )
 
 
-def built(
+def build_scenario(
     name: str, sections: Sections, surface: BuiltSurface, events: Sequence[Event], notify: Notify
 ) -> BuiltScenario:
-    """Return a scenario built with the surface as it comes, and its events; ``name`` is its file, for messages."""
+    """Build a scenario from its surface and events; ``name`` is its file, for messages."""
     events = as_events(events)
     if surface.solutions is None and (surface.interacts or surface.ball_radius):
-        surface = _as_loaded(name, sections, surface, events, notify)
-    return BuiltScenario(name, sections, surface, ensemble_on(name, sections, surface), events)
+        surface = _surface_at_largest_load(name, sections, surface, events, notify)
+    return BuiltScenario(name, sections, surface, build_ensemble(name, sections, surface), events)
 
 
-def _as_loaded(
+def _surface_at_largest_load(
     name: str, sections: Sections, surface: BuiltSurface, events: Sequence[Event], notify: Notify
 ) -> BuiltSurface:
-    """Return a surface with what depends on the largest load.
+    """Add the quantities of a surface that depend on the largest load.
 
-    That is the normal contact of a map with interaction, and the nominal area of one that lies on a ball: that of the
-    smooth ball under that load, after Hertz.
+    These are the normal contact of a map with interaction, and the nominal area of a map on a ball: the Hertzian
+    contact area of the smooth ball at that load.
     """
     load = float(channel_values(events, NormalLoad).max(initial=0.0)) / sections.pair().contact_modulus
     approach = float(channel_values(events, NormalDisplacement).max(initial=0.0))
@@ -134,7 +134,7 @@ def _as_loaded(
         return surface
     from historysim.interaction.solutions import NormalSolutions
 
-    with reported(name), at("surface", "interaction"):
+    with located_errors(name), at("surface", "interaction"):
         solutions = NormalSolutions.solve(
             surface.surface, largest_load=load, largest_approach=approach, progress=True, notify=notify
         )
@@ -143,9 +143,9 @@ def _as_loaded(
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(name: str, sections: Sections, surface: BuiltSurface) -> Ensemble:
-    """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
-    with reported(name):
+def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Ensemble:
+    """Build the ensemble on a surface; errors as for `Scenario.ensemble`."""
+    with located_errors(name):
         pair, friction = sections.pair(), sections.friction
         if (friction is None) == (surface.friction is None):
             both = "given both here and in surface.columns; expected one of them"
@@ -173,12 +173,12 @@ def ensemble_on(name: str, sections: Sections, surface: BuiltSurface) -> Ensembl
 
 
 def _check_steady(sections: Sections) -> None:
-    """Check that no key asks for what patches of a normal curve cannot do."""
-    asked = {
+    """Check that no key needs independent summits if the contact is given by normal curves."""
+    requested = {
         ("wear",): sections.wear is not None,
         ("record", "sliding"): sections.record.sliding,
         ("friction", "law"): not isinstance(sections.friction, Coefficients | None),
     }
-    for place in (key for key, is_asked in asked.items() if is_asked):
+    for path in (key for key, is_asked in requested.items() if is_asked):
         problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
-        raise field_error(problem, *place)
+        raise field_error(problem, *path)
