@@ -67,7 +67,7 @@ def said(*words):
         ("validate my.toml m.toml", "Expected SCENARIO alone"),
         ("state my.history 1.5", "a time is given as --at 1.5"),
         ("log state my.history", "Expected historysim state, without log before it."),
-        ("show r.csv", 'is a record with the columns "t", "N_mN", "x", and no height map; expected historysim col'),
+        ("show r.csv", 'is a record with the columns "t", "N_mN", "x", not a height map; expected historysim col'),
         ("show map.txt", "in the shell --height-unit nm"),
         ("columns map.txt", "32 columns without names; if this is a height map: historysim show map.txt"),
         ("loops r.csv", "`historysim columns r.csv -o my.toml` writes a scenario"),

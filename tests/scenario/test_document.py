@@ -18,13 +18,13 @@ from historysim.scenario.document import parse_toml
         ("first = silicon", 'a string needs quotes; expected first = "silicon"'),
         ("first = “silicon”", 'curly quotation marks; expected straight ones: first = "silicon"'),
         ('first = "silicon', "the quotation mark is not closed"),
-        ("saturate = True", "True is no value of TOML; expected saturate = true"),
+        ("saturate = True", "True is not a value of TOML; expected saturate = true"),
         ("wear = None", "TOML has no None; leave the key out"),
         (r'file = "C:\data\a.csv"', "a backslash in quotes starts an escape sequence; expected / between folders"),
         ("w = { time = 0 load = 1 }", "expected a comma between keys, and } on the same line"),
         ("[loading columns]", "expected the name of a section in brackets, with a point between its parts"),
         ("title = 'again'", "appears for the second time; expected it once"),
-        ("w = [\n[friction]\ncoefficient = 0.2", "no value of TOML; expected one, as 2.5e-3"),
+        ("w = [\n[friction]\ncoefficient = 0.2", "not a value of TOML; expected one, as 2.5e-3"),
     ],
 )
 def test_a_slip_is_shown_with_its_line_and_its_mend(line, mend):

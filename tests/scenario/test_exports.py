@@ -83,7 +83,7 @@ def test_files_follow_one_another(tmp_path):
     loaded = scenario(tmp_path, exports.step(1), "file = ['a.txt', 'b.txt']", TWO)
     measured = loaded.measurement()
     assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5]
-    restarted = "the clock starts again in 1 file, put one sample after the file before"
+    restarted = "the clock starts again in 1 file, joined one sample after the previous file"
     assert ("file", restarted) in measured.remarks
     later = exports.step(9).replace(exports.rows("\t"), exports.rows("\t", shift=9.5))
     (tmp_path / "b.txt").write_text(later, encoding="utf-8")

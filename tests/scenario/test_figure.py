@@ -131,7 +131,7 @@ seed = 1""",
     names = [text.get_text() for part in figure.subfigs for legend in part.legends for text in legend.get_texts()]
     assert names[0].startswith("surface 1: ")
     assert names[1].startswith("surface 2: ")
-    with pytest.raises(InputError, match="picture: the surface is no height map"):
+    with pytest.raises(InputError, match="picture: the surface is not a height map"):
         hs.plot(hs.load(write(BALL + '[picture]\nkind = "map"\n')))
 
 

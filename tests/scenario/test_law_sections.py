@@ -77,7 +77,7 @@ def test_a_wrong_law_is_refused_with_its_place(tmp_path, friction, said):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ("normal_load = 0.1, asperities = [0]", "asperities: without friction"),
+        ("normal_load = 0.1, asperities = [0]", "asperities: given without friction"),
         ("friction = 0.1, asperities = [3]", "asperity 3 does not exist"),
         ("geometry = { asperities = [0] }", "neither summit_height nor summit_radius"),
     ],

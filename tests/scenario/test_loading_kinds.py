@@ -245,7 +245,7 @@ def test_reduced_to_turning_points(folder):
     columns = {"normal_load": '{ constant = "2 N" }'}
     whole, reduced = loaded(folder, columns), loaded(folder, columns, loading="reduce = true")
     kept = [0, 2, 6, 10, 14]
-    assert remarks(reduced.measurement()) == {"replayed": "5 of 15 samples: what is remembered"}
+    assert remarks(reduced.measurement()) == {"replayed": "5 of 15 samples, which the contact remembers"}
     long, short = replayed(whole), replayed(reduced)
     assert_array_equal(short.time, TIME[kept])
     # nothing is lost without a dead band

@@ -129,12 +129,12 @@ def test_options_that_do_not_fit_are_errors(files, name, options, said):
 
 @pytest.mark.parametrize("what", [None, ROUGH, xr.Dataset({"a": 1})])
 def test_objects_without_a_picture_are_refused(what):
-    with pytest.raises(InputError, match=r"this .* (has no picture|is no history); expected"):
+    with pytest.raises(InputError, match=r"this .* (has no picture|is not a history); expected"):
         hs.plot(what)
 
 
 def test_reading_options_are_for_files(history):
-    with pytest.raises(InputError, match="expected with the path of a height map alone"):
+    with pytest.raises(InputError, match="only apply to the path of a height map"):
         hs.plot(history, form="plane")
     with pytest.raises(InputError, match="step does not apply to the picture surface"):
         hs.plot(hs.Surface(np.eye(4), 1.0), step=1)

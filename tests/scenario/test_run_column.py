@@ -59,7 +59,7 @@ def test_joined_runs_are_noted_and_the_note_names_the_key(proposed):
     proposed.write_text(joined, encoding="utf-8")
     remark = dict(hs.loops(proposed).remarks)["file"]
     assert "1, 10, 100, 1000, 10000" in remark
-    assert 'say runs_by = "Cycle"' in remark
+    assert 'add runs_by = "Cycle"' in remark
     result = CliRunner().invoke(main, ["run", str(proposed), "-o", "s.nc"])
     assert remark in result.stderr
 

@@ -272,7 +272,7 @@ def test_a_map_without_summits_is_refused(folder, name):
     entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm", "form": "mean"}
     assert refusal(folder, entry) == (
         f"s.toml: surface: the 9-point rule finds no summit among {columns} × {lines} points; expected a point with "
-        "lower ones all around, none of them missing or beyond the border"
+        "only lower neighbours, none of them missing or beyond the border"
     )
 
 

@@ -178,7 +178,7 @@ class ChangedSurface(SurfaceKind):
             built = attrs.evolve(built, yielding=self.yielding)
         if self.passes is not None:
             # summits found again after scaling would not have the unchanged radii
-            find = getattr(self.of, "found_summits", None) if self.height_scale is None else None
+            find = getattr(self.of, "find_summits", None) if self.height_scale is None else None
             built = attrs.evolve(built, passes=self.passes, find=find)
         return built
 
