@@ -39,7 +39,7 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
     assert dict(hs.show(tmp_path / "r.history"))["asperities"] == "2"
     np.savetxt(tmp_path / "map.txt", np.pad([[4.0]], 2))
     lines = dict(hs.show(tmp_path / "map.txt", pixel_size="1 µm", height_unit="nm", form="mean"))
-    assert (lines["points"], lines["form taken off"]) == ("5 × 5, 1 µm apart", "mean")
+    assert (lines["points"], lines["form removed"]) == ("5 × 5, 1 µm apart", "mean")
     assert dict(hs.show(hs.Surface(np.eye(4), 1e-6)))["points"] == "4 × 4, 1 µm apart"
     loops = hs.loops(hs.replay(ROUGH, EVENTS, substeps=50))
     assert dict(hs.show(loops))["dead band"] == "10 nm, 5 % of the range of the displacement"
@@ -60,10 +60,10 @@ def test_two_maps_of_one_area_show_the_worn_volume(tmp_path):
     drawn = hs.plot(paths, **reading)
     assert drawn.axes[0].get_title(loc="left") == "Height lost"
     assert lines["worn volume"] in drawn.texts[-1].get_text()
-    alone = "; expected one, or two height maps of one place"
+    alone = "; expected one, or two height maps of one area"
     with pytest.raises(InputError, match=f"3 files or maps are given{alone}"):
         hs.show([before] * 3)
-    with pytest.raises(InputError, match=f"2 files or maps are given; 5 is none{alone}"):
+    with pytest.raises(InputError, match=f"2 files or maps are given; 5 is not a height map{alone}"):
         hs.show([before, 5])
 
 
@@ -74,14 +74,14 @@ def test_a_map_in_coarse_steps_is_reported_though_a_plane_was_taken_off(tmp_path
     assert "warning" not in dict(hs.show(tmp_path / "fine.txt", **reading))
     np.savetxt(tmp_path / "coarse.txt", np.round(heights))
     lines = dict(hs.show(tmp_path / "coarse.txt", **reading))
-    assert lines["form taken off"] == "plane"
+    assert lines["form removed"] == "plane"
     assert lines["warning"].startswith("heights come in steps of 1 nm, and the median summit rises ")
 
 
 def test_unsupported_objects_are_refused(tmp_path):
     with pytest.raises(InputError, match="3 cannot be shown; expected a history"):
         hs.show(3)
-    with pytest.raises(InputError, match="expected with the path of a height map alone"):
+    with pytest.raises(InputError, match="only apply to the path of a height map"):
         hs.show(hs.Surface(np.eye(4), 1.0), pixel_size=1.0)
     (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
     with pytest.raises(InputError, match=r"form: .*s.toml is a scenario; expected a height map"):

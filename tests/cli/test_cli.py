@@ -128,7 +128,7 @@ def test_other_values_change_the_result(folder):
         assert history.total_normal_load.values[-1] == pytest.approx(60e-3, rel=1e-12)
         (folder / "told.toml").write_text(history.attrs["scenario"], encoding="utf-8")
         assert history.drop_attrs().identical(hs.run("told.toml").drop_attrs())
-    said = "ball.nc: is no scenario (.toml), so that --set has nothing to change"
+    said = "ball.nc: is not a scenario (.toml), so --set does not apply"
     check_refusal(call("show", "ball.nc", "--set", "friction.coefficient=0.3"), 2, said)
 
 
@@ -226,7 +226,7 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert "50 mN" in call("show", "n.nc").output
     said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
     check_refusal(call("loops", "ball.nc", "-o", "l.xlsx"), 2, said)
-    check_refusal(call("loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
+    check_refusal(call("loops", "l.nc"), 2, "l.nc: is neither a scenario (.toml) nor a result of historysim run")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
@@ -425,7 +425,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size given 3 times"),
         (["show", "ball.toml", *PIXEL], "pixel_size, height_unit: ball.toml is a scenario; expected a height map"),
-        (["plot", "good.nc", "--with", "what=1"], "is no option of a picture"),
+        (["plot", "good.nc", "--with", "what=1"], "is not an option of a picture"),
     ],
 )
 def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, arguments, said):

@@ -38,7 +38,7 @@ def test_a_stage_has_its_own_zero(tmp_path):
     zero = 10e-9
     path = write(tmp_path, MOVED + zero)
     assert hs.compare(path).residuals.rms < 1e-6 * FRICTION * LOAD
-    notice = "its first sample, .* is its zero; offset = 0 takes the readings as they are"
+    notice = "its first sample, .* is its zero; offset = 0 leaves the readings unchanged"
     with pytest.warns(UserWarning, match=notice):
         history = hs.run(path)
     np.testing.assert_allclose(history.total_tangential_load, STICKS, atol=1e-6 * FRICTION * LOAD)
@@ -68,7 +68,7 @@ def test_a_raw_stage_height_is_not_an_approach(tmp_path):
     ):
         path = write(tmp_path, 5e-6 + 0 * MOVED, columns={**columns, "normal_displacement": entry}, response={})
         if refused:
-            with pytest.raises(hs.InputError, match=r'begins at 5 µm.*offset = "-5 µm".*offset = 0'):
+            with pytest.raises(hs.InputError, match=r'starts at 5 µm.*offset = "-5 µm".*offset = 0'):
                 hs.load(path).events()
         else:
             assert hs.load(path).events()
@@ -126,7 +126,7 @@ def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
 @pytest.mark.parametrize(
     ("column", "message"),
     [
-        ('{ column = "u", centred = true }', "fit.parameters: displacement_offset: centred takes any offset off"),
+        ('{ column = "u", centred = true }', "fit.parameters: displacement_offset: centred removes any offset"),
         (None, "fit.parameters: displacement_offset: no displacement was measured"),
     ],
 )

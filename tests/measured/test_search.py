@@ -10,7 +10,7 @@ from scipy import optimize
 from historysim.measured.comparison import compute_response, observe
 from historysim.measured.reduction import Measurement
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
-from historysim.scenario.fit import model_of
+from historysim.scenario.fit import build_model
 from historysim.scenario.scenario import load
 
 
@@ -106,7 +106,7 @@ def test_a_search_on_a_real_record_ends_at_the_minimum(tmp_path):
     """A damper with backlash, no contact of one sphere: nearly all places of turns are at their bounds."""
     (tmp_path / "d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
     scenario = load(tmp_path / "d.toml")
-    _, model, start = model_of(scenario)
+    _, model, start = build_model(scenario)
     search = Search.from_start(model, start, observe(scenario.measurement()).thin(2000))
     end = check_minimum(search)
     # and nowhere else, with the nodes where they are

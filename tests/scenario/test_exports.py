@@ -13,7 +13,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
-from historysim.scenario.suggestion import suggested_loading
+from historysim.scenario.suggestion import suggest_loading
 from historysim.tables import Format, describe, summarise_text
 
 HEAD = """
@@ -70,7 +70,7 @@ def test_without_a_clock_the_row_is_the_time(tmp_path):
     measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 2", columns).measurement()
     assert measured.time.tolist() == [0.0, 1, 2, 3]
     np.testing.assert_allclose(measured["tangential_displacement"], np.multiply(exports.STROKE, 1e-6))
-    assert ("clock", "no column for time: the number of the row, from 0 s") in measured.remarks
+    assert ("clock", "no column for time: the row number, from 0 s") in measured.remarks
 
 
 def test_blocks_of_one_file_are_not_joined(tmp_path):
@@ -101,7 +101,7 @@ def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text(exports.step(1).replace("\t1", "\t-1") + exports.step(2), encoding="utf-8")
     _, blocks = summarise_text(path)
-    text = suggested_loading(path, describe(path), Format(), blocks)
+    text = suggest_loading(path, describe(path), Format(), blocks)
     assert blocks == 2
     assert "block = 1  # of 2" in text
     loading = tomllib.loads(text)["loading"]
@@ -132,7 +132,7 @@ def test_columns_are_recognised_by_their_names(tmp_path, monkeypatch, header, ti
     monkeypatch.chdir(tmp_path)
     path = Path("data/a.csv")
     path.write_text(f"{header}\n0,1,2,3\n1,2,3,4\n", encoding="utf-8")
-    text = suggested_loading(path, describe(path), Format())
+    text = suggest_loading(path, describe(path), Format())
     loading = tomllib.loads(text)["loading"]
     assert loading["file"] == "data/a.csv"
 
@@ -161,7 +161,7 @@ def test_all_samples_tell_the_sign_of_the_normal_load_and_not_the_first(tmp_path
     path = tmp_path / "a.csv"
     rows = "".join(f"{at};{load}\n" for at, load in enumerate(loads.replace(".", ",").split()))
     path.write_text(f"Zeit [s];Fn [mN]\n{rows}", encoding="utf-8")
-    suggested = suggested_loading(path, describe(path), Format())
+    suggested = suggest_loading(path, describe(path), Format())
     assert tomllib.loads(suggested)["loading"]["columns"]["normal_load"] == expected
     assert ("below zero; if that is noise: negative_as_zero = true" in suggested) == (
         expected == "Fn [mN]" and not loads.startswith("-0 ")
@@ -201,7 +201,7 @@ def test_the_proposed_scenario_runs(tmp_path, header, order, normal, stroke, fri
     rows = zip(*(CHANNELS[key].tolist() for key in order), strict=True)
     path = tmp_path / "m.csv"
     path.write_text("\n".join([header, *(",".join(f"{value:.6g}" for value in row) for row in rows)]), "utf-8")
-    text = suggested_loading(path, describe(path), Format())
+    text = suggest_loading(path, describe(path), Format())
     loading = tomllib.loads(text)["loading"]
     found = {**loading["columns"], **loading.get("response", {})}
 
@@ -335,7 +335,7 @@ def test_coefficients_and_retraces_are_suggested_as_such(tmp_path, heading, expe
         ",".join(f"{value:g}" for value in (0.1 * row, 5.0, 0.2, 1.0)[: heading.count(",") + 1]) for row in range(9)
     ]
     path.write_text("\n".join([heading, *rows, ""]), encoding="utf-8")
-    loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
+    loading = tomllib.loads(suggest_loading(path, describe(path), Format()))["loading"]
     for group, entries in expected.items():
         for name, entry in entries.items():
             assert loading[group][name] == entry

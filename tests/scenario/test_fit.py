@@ -12,7 +12,7 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.fitting import Parameter
 from historysim.scenario import scenario
-from historysim.scenario.fit import fitted_text, model_of
+from historysim.scenario.fit import build_model, fitted_text
 
 ALL = 'parameters = ["friction", "lateral_stiffness", "shear_modulus", "height_scale"]'
 ROUGH = """
@@ -76,7 +76,7 @@ def reloaded(folder, text, name="fitted.toml"):
 
 def test_the_model_starts_from_the_scenario(folder):
     of = loaded(folder)
-    section, model, start = model_of(of)
+    section, model, start = build_model(of)
     assert start == {"friction": 0.2, "lateral_stiffness": 5e5, "shear_modulus": 2e10, "height_scale": 1.0}
     assert section.skip == 0
     ensemble, instrument = model(start)
@@ -86,7 +86,7 @@ def test_the_model_starts_from_the_scenario(folder):
 
 
 def test_the_model_is_made_of_its_parameters(folder):
-    _, model, _ = model_of(loaded(folder))
+    _, model, _ = build_model(loaded(folder))
     ensemble, instrument = model({"friction": 0.3, "lateral_stiffness": 7.0, "shear_modulus": 5.0, "height_scale": 2.0})
     assert ensemble.pair.shear_modulus == 5
     assert ensemble.pair.contact_modulus == 1e11
@@ -99,7 +99,7 @@ def test_the_model_is_made_of_its_parameters(folder):
 
 def refusal(folder, fit=ALL, **options):
     with pytest.raises(InputError) as refused:
-        model_of(loaded(folder, fit, **options))
+        build_model(loaded(folder, fit, **options))
     assert "\n" not in str(refused.value)
     return str(refused.value)
 
@@ -139,7 +139,7 @@ def test_the_fitted_scenario_holds_the_values_and_the_comments(folder):
     assert "height_scale = 1.5 # fitted, 95 %: 1.35 to 1.65\n" in text
     again = reloaded(folder, text)
     assert again.instrument.lateral_stiffness == 6e5
-    ensemble, model = again.ensemble(), model_of(of)[1]
+    ensemble, model = again.ensemble(), build_model(of)[1]
     expected, _ = model({"friction": 0.25, "lateral_stiffness": 6e5, "shear_modulus": 3e10, "height_scale": 1.5})
     assert_allclose(ensemble.summit_height, expected.summit_height, rtol=1e-12, atol=1e-20)
     assert ensemble.pair.shear_modulus == 3e10

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.scenario.grid import expand, grid_of, place_of, text_with_values, with_values
+from historysim.scenario.grid import build_grid, expand, path_of_key, text_with_values, with_values
 
 SCENARIO = """
 [materials]
@@ -24,7 +24,7 @@ waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load =
 
 
 def test_keys_are_crossed_and_the_last_varies_fastest():
-    grid = grid_of({"a.b": [1, 2], "c": np.array([0.5, 1.5, 2.5])})
+    grid = build_grid({"a.b": [1, 2], "c": np.array([0.5, 1.5, 2.5])})
     expected = [{"a.b": b, "c": c} for b, c in itertools.product([1, 2], [0.5, 1.5, 2.5])]
     assert list(grid.points()) == expected
     assert grid.shape == (2, 3)
@@ -32,7 +32,7 @@ def test_keys_are_crossed_and_the_last_varies_fastest():
 
 
 def test_keys_go_together():
-    grid = grid_of({"x": [1, 2], "y": [5, 6, 7], "z": [3, 4]}, together=[["z", "x"]])
+    grid = build_grid({"x": [1, 2], "y": [5, 6, 7], "z": [3, 4]}, together=[["z", "x"]])
     assert [axis.keys for axis in grid.axes] == [("z", "x"), ("y",)]
     assert [(point["z"], point["x"], point["y"]) for point in grid.points()] == [
         (z, x, y) for (z, x), y in itertools.product([(3, 1), (4, 2)], [5, 6, 7])
@@ -40,7 +40,7 @@ def test_keys_go_together():
 
 
 def test_tables_are_keys_with_dots():
-    nested = grid_of(
+    nested = build_grid(
         {"surface": {"seed": {"from": 1, "count": 2}, "count": [[4, 4], [8, 8]]}, "friction.coefficient": [1]}
     )
     assert next(nested.points()) == {"surface.seed": 1, "surface.count": [4, 4], "friction.coefficient": 1}
@@ -66,15 +66,19 @@ def test_values_are_lists_and_ranges(given, values):
     ("over", "together", "message"),
     [
         ({"a": 1}, [], "over.a: 1; expected an array of values, or a range"),
-        ({"a": {"from": 0, "to": 2, "count": 2, "spacing": "logarithmic"}}, [], "over.a: a logarithmic range has"),
+        (
+            {"a": {"from": 0, "to": 2, "count": 2, "spacing": "logarithmic"}},
+            [],
+            "over.a: expected from and to of one sign",
+        ),
         ({"a": [1], "b": [2]}, [["a", "c"]], r"together\[0\]: 'c' has no values in over"),
-        ({"a.b": [1], "a_b": [2]}, [], "over: two keys would be called a_b"),
+        ({"a.b": [1], "a_b": [2]}, [], "over: two keys have the variable name a_b"),
         ({"a": range(2000), "b": range(2000)}, [], "over: 4,000,000 points; expected 1,000,000 at most"),
     ],
 )
 def test_an_invalid_grid_is_refused(over, together, message):
     with pytest.raises(hs.InputError, match=message):
-        grid_of(over, together)
+        build_grid(over, together)
 
 
 def test_a_scenario_has_a_sweep(tmp_path):
@@ -124,7 +128,7 @@ radius = "2.5 mm"
     ],
 )
 def test_a_key_is_written_as_in_messages(key, place):
-    assert place_of(key) == place
+    assert path_of_key(key) == place
 
 
 NO_KEYS = (
@@ -135,8 +139,8 @@ NO_KEYS = (
 
 @pytest.mark.parametrize("key", NO_KEYS)
 def test_an_invalid_key_is_refused(key):
-    with pytest.raises(hs.InputError, match="is no key; expected names"):
-        place_of(key)
+    with pytest.raises(hs.InputError, match="is not a key; expected names"):
+        path_of_key(key)
 
 
 def test_a_document_gets_other_values_and_stays_as_it_is():
@@ -150,8 +154,8 @@ def test_a_document_gets_other_values_and_stays_as_it_is():
 @pytest.mark.parametrize(
     ("key", "message"),
     [
-        ("title.x", "title: 'a ball'; expected a table, to have 'x' in it"),
-        ("loading.waypoints[2].time", r"loading.waypoints\[2\]: there is none; expected \[0\] to \[1\]"),
+        ("title.x", "title: 'a ball'; expected a table, for 'x'"),
+        ("loading.waypoints[2].time", r"loading.waypoints\[2\]: does not exist; expected \[0\] to \[1\]"),
     ],
 )
 def test_a_place_that_is_not_there_is_named(key, message):
@@ -166,7 +170,7 @@ def test_a_key_with_a_dot_of_its_own_is_quoted():
     changed = text_with_values(text, values)
     assert tomllib.loads(changed)["sweep"]["over"] == {"surface.radius": [2e-3], "loading.waypoints[1].time": [3, 2]}
     assert "# one" in changed
-    with pytest.raises(hs.InputError, match=r"sweep\.over\.surface\.radius: a table; .*\[0\] itself stands in quotes"):
+    with pytest.raises(hs.InputError, match=r"sweep\.over\.surface\.radius: a table; .*\[0\] itself needs quotes"):
         text_with_values(text, {"sweep.over.surface.radius[0]": [1e-3]})
     with pytest.raises(hs.InputError, match=r"sweep\.over\.'surface\.radius': an array; expected a table"):
         text_with_values(text, {"sweep.over.'surface.radius'.x": 1})

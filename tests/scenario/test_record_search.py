@@ -58,7 +58,7 @@ def test_the_scenario_sets_the_dead_band(folder):
 
 def test_a_log_is_refused_as_a_log(folder):
     hs.run(folder / "s.toml", folder / "s.nc").close()
-    with pytest.raises(hs.InputError, match=r"s\.history: is no scenario .* makes the result of a log"):
+    with pytest.raises(hs.InputError, match=r"s\.history: is neither a scenario .* recomputes the result of a log"):
         hs.loops(folder / "s.history")
 
 

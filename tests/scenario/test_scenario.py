@@ -140,7 +140,7 @@ def test_tables_give_summits_friction_and_loads(folder):
 WRONG = {
     WAYPOINTS: [
         ("[loading]", "[laoding]", "laoding: unknown key; did you mean 'loading'?"),
-        (", normal_load = 0.01", "", "loading.waypoints[0]: nothing to reach"),
+        (", normal_load = 0.01", "", "loading.waypoints[0]: no value"),
         (
             "normal_load = 0.01",
             "normal_load = 1, normal_displacement = 1",
@@ -171,7 +171,7 @@ WRONG = {
             '"90 mN"], friction = [0.1]',
             "loading.blocks[0].each: 3 of normal_load, 1 of friction values; expected",
         ),
-        ('after = "250 ms"', "time = 1", "loading.blocks[0].waypoints[0].time: a block runs"),
+        ('after = "250 ms"', "time = 1", "loading.blocks[0].waypoints[0].time: the time of a block"),
     ],
     MEASURED: [
         ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "friction: given both here and"),

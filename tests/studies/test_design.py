@@ -145,7 +145,7 @@ def test_an_output_that_does_not_change_is_reported_once(ball):
     ("keys", "message"),
     [
         ('below = "1 nm"\ntarget = "1 nm"', "target and below; expected one of target, below and above"),
-        ('below = "1 nm"\nquantile = 1', "quantile: expected a share from 0.5 to below 1, with below or above"),
+        ('below = "1 nm"\nquantile = 1', "quantile: expected a fraction from 0.5 to below 1, with below or above"),
     ],
 )
 def test_limits_that_are_none(ball, keys, message):
@@ -159,7 +159,7 @@ def test_few_surfaces_for_a_share_of_them_are_noted(rough):
     over = {"surface.seed": [1, 2]}
     hs.design(rough, "surface.rms_height", [5e-9, 5e-7], below="2 nm", over=over, notify=notices.append)
     (note,) = notices
-    assert note.startswith("95% is asked of 2 points: it is the outermost of them, and one further point in 3 goes")
+    assert note.startswith("95% is asked of 2 points: it is the outermost of them, and one further point in 3 exceeds")
     # n/(n + 1) and 1 - q^n by trial
     least = next(n for n in range(1, 99) if n / (n + 1) >= 0.95)
     sure = next(n for n in range(1, 99) if 1 - 0.95**n >= 0.95)
