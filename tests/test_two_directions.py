@@ -174,10 +174,10 @@ MOVED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, (1e-9, 1e-9))]
     ("options", "events", "says"),
     [
         ({}, MIXED, "some tangential loads or displacements are one number and some are two"),
-        ({}, [*MOVED, hs.FrictionRamp(2.0, 0.3)], "one tangential direction goes with friction_ramp"),
-        ({}, [*MOVED, hs.GeometryChange(2.0, summit_height=0.0)], "one tangential direction goes with geometry"),
-        ({"follow_sliding": True}, MOVED, "one tangential direction goes with sliding that is followed"),
-        ({"yielding": "thornton"}, MOVED, "one tangential direction goes with yielding"),
+        ({}, [*MOVED, hs.FrictionRamp(2.0, 0.3)], "friction_ramp supports one tangential direction only"),
+        ({}, [*MOVED, hs.GeometryChange(2.0, summit_height=0.0)], "geometry supports one tangential direction only"),
+        ({"follow_sliding": True}, MOVED, "sliding that is followed supports one tangential direction only"),
+        ({"yielding": "thornton"}, MOVED, "yielding supports one tangential direction only"),
         ({}, [MOVED[0], hs.TangentialLoad(1.0, (1e-3, 1e-3))], "beyond the friction limit"),
     ],
 )

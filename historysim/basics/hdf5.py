@@ -128,7 +128,7 @@ def _visit_by_h5py(path: Path, read: Callable[..., None]) -> None:
         if dataset is not None:
             if item.is_virtual or item.external:
                 raise InputError(
-                    f"{item.name!r} lies in other files; expected one that stands for itself: h5repack copies it whole"
+                    f"{item.name!r} is stored in other files; expected a self-contained file: h5repack copies all of it"
                 )
             if item.chunks and item.id.get_create_plist().get_nfilters():
                 check_unpacked(math.prod(item.chunks) * item.dtype.itemsize, size)

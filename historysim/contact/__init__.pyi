@@ -1,4 +1,4 @@
-# One contact without memory: materials and closed forms, each with the place where it stands.
+# One contact without memory: materials and closed forms, each with the module that defines it.
 
 from historysim.contact import adhesion as adhesion
 from historysim.contact import drift as drift

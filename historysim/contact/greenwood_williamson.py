@@ -155,7 +155,7 @@ def summit_contact(
 def height_integral(order: float, separation: ArrayLike) -> Floats:
     """Return the height integral F_n(h) = ∫_h^∞ (x - h)^n φ(x) dx [1], with φ the standard normal density.
 
-    The order n is from 0 to 10: 0 counts contacts, 1 goes with their area, 3/2 with their load and 1/2 with their
+    The order n is from 0 to 10: 0 counts contacts, 1 is proportional to their area, 3/2 to their load and 1/2 to their
     stiffness; h = d/σ [1]. Accurate to 1e-13 relative, 1e-14 up to order 5/2 and h = 10; 0 where the integral is less
     than the smallest float (h > 38).
     """
@@ -187,7 +187,7 @@ def _log_above_mean(order: float, h: Floats) -> Floats:
     """Return ln F_n(h) for h ≥ 0, by quadrature of F_n(h) = φ(h) ∫_0^∞ t^n exp(-t²/2 - h t) dt with t = x/(1 + h)."""
     scale = 1 / (1 + h)
     total = np.zeros_like(h)
-    # node by node, so that a million separations need no memory for all nodes at once
+    # node by node, so that a million separations do not need memory for all nodes together
     for x, weight in zip(_NODES, _WEIGHTS * _NODES**order, strict=True):
         total += weight * np.exp(-x * scale * (h + x * scale / 2))
     with np.errstate(over="ignore"):

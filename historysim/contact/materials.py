@@ -171,7 +171,7 @@ def _load_materials() -> Mapping[str, Material]:
     return MappingProxyType(materials)
 
 
-# The built-in materials by name, from the table beside this module. The first six are Table B.1 of Winogrodzka's
+# The built-in materials by name, from the table next to this module. The first six are Table B.1 of Winogrodzka's
 # thesis, in which alumina and sapphire are one row, with hardness of other sources. The rest are rounded values of the
 # kind that is meant, as its source says; those of a batch differ by some per cent in E, and by a quarter in hardness.
 # Toughness is rounded from makers' data: the order of what cracks.

@@ -96,7 +96,7 @@ def displacement_after_reversal(
 def tangential_stiffness(radius: ArrayLike, *, shear_modulus: ArrayLike) -> Floats:
     """Return the tangential stiffness dT/dδ_t [N/m]: 8 G* times the radius [m] of the circle that sticks.
 
-    That is a, for the initial stiffness and at once after a reversal (k_t = 8 G* a; Winogrodzka, Eq. 4.3),
+    That is a, for the initial stiffness and immediately after a reversal (k_t = 8 G* a; Winogrodzka, Eq. 4.3),
     `stick_radius` along virgin loading, and `counter_slip_radius` after a reversal.
     """
     return 8 * _modulus(shear_modulus) * checked("radius", radius, least=0)

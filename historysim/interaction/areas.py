@@ -1,4 +1,4 @@
-"""Real contact area of one map over the normal load: the laws in use beside its summits and its whole solution.
+"""Real contact area of one map over the normal load: common area laws, its summits and its full solution.
 
 The surface of the laws is isotropic and Gaussian, and a rigid flat presses it.
 
@@ -26,7 +26,7 @@ from historysim.surfaces.surface_statistics import SpectralMoments
 HOLDS = 0.2  # relative difference from the whole map up to which a law counts as holding
 # Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of its curvatures.
 CURVATURES, RATIOS = 48, 32
-DEVIATIONS = 9.0  # how far the rule for the mean curvature goes beyond what summits of a height have on average
+DEVIATIONS = 9.0  # limit of the rule for the mean curvature, over the average curvature of summits of one height
 HIGHEST = 12.0  # separation over the rms height at which the linear law is reached within 3 %, and no contact is left
 
 
@@ -83,7 +83,7 @@ def area_laws(
     areas["Greenwood–Williamson"] = np.asarray(greenwood.contact_area(greenwood.separation_at(loads)))
     areas["Bush–Gibson–Thomas"] = bush_gibson_thomas_area(pressure, moments, modulus) * nominal
     areas["Persson"] = persson_area(pressure, moments, modulus) * nominal
-    # every first touch, and steps between them; from one to the next the area goes straight
+    # every first touch, and steps between them; the area varies linearly from one to the next
     between = np.linspace(summits.height.max(), summits.height.min(), 400)
     separations = np.unique(np.concatenate([summits.height, between]))[::-1]
     sums = summit_contact(summits.height, summits.radius, separations, contact_modulus=modulus)
@@ -130,7 +130,7 @@ def bush_gibson_thomas(
     """Return nominal pressure [Pa] and A/A0 at separations from the mean plane: independent elliptic summits.
 
     Heights and both curvatures of the summits are distributed as on a Gaussian surface with α > 3/2 (Nayak 1971).
-    Far from the mean plane A/A0 goes as √(2π) p/(E* h'), which is reached only where next to nothing touches.
+    Far from the mean plane A/A0 approaches √(2π) p/(E* h'), which is reached only where next to nothing touches.
     """
     m0, m2, m4 = (scalar(name, value, above=0) for name, value in moments._asdict().items())
     alpha = m0 * m4 / m2**2

@@ -11,7 +11,7 @@ from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 
-# Mean gap over rms height, weighted by pressure, at which a solution is taken: what lies between two rows is known to
+# Mean gap over rms height, weighted by pressure, at which a solution is used: values between two rows are known to
 # some 1e-4.
 ACCURACY = 1e-7
 MOST_ITERATIONS = 2000  # iterations after which a load counts as one that is not solved
@@ -194,7 +194,7 @@ class FewPoints:
     """Contact of the highest points of a map (nx, ny), with the displacement at each offset under a unit pressure.
 
     It is exact. With p the pressures of the points that touch, G the displacement of one point under the pressure of
-    another, and z how deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all
+    another, and z the depth of a point below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all
     others. So p is straight in the approach a from one touch to the next; the first point is a flat punch of one pixel.
     """
 
@@ -211,7 +211,7 @@ class FewPoints:
         """Yield solutions at rising approaches, as long as few points touch."""
         touching = np.zeros(self._depth.size, dtype=bool)
         touching[0] = True
-        # two points of one height touch at once
+        # two points of equal height touch simultaneously
         approach, (_, _, following) = 0.0, self._solve_active_set(0.0, touching)
         while True:
             count = int(touching.sum())

@@ -60,10 +60,10 @@ def cached(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[st
     return result
 
 
-LIGHTEST = 1e-3  # lightest load over the largest where more points than a few touch at once
+LIGHTEST = 1e-3  # lightest load over the largest if more than a few points touch simultaneously
 STEP = 1.12  # loads that are solved by conjugate gradients, one over the one before
 FIRST_PRESSURE = 1e-4  # mean pressure, over E* and the rms slope, to begin from where an approach is to be reached
-ABOVE = 1.001  # by how much the largest load that is solved lies above what is asked for
+ABOVE = 1.001  # largest solved load over the requested load
 MOST_DOUBLINGS = 40
 ITERATIONS = 20  # iterations of the conjugate gradients that a load takes, after the one before it
 LONG = 30.0  # time that is announced before it begins [s]

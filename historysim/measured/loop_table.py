@@ -204,7 +204,7 @@ class LoopTable:
             law = self.power_law(quantity)
             if law is not None:
                 interval = f" (95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f})" if line.count > 2 else ""
-                lines.append((label, f"{text} goes with the power {law.exponent:+.3f} of N{interval}"))
+                lines.append((label, f"{text} varies as the power {law.exponent:+.3f} of N{interval}"))
         return lines
 
     def rows(self) -> list[tuple[str, ...]]:

@@ -160,7 +160,7 @@ class LoopValues:
         levels, classes = self.load_level[self.large], []
         if self._has_damper:
             everyone = np.arange(len(self))
-            reason = "their energy goes with the square of the amplitude, and their load with the amplitude"
+            reason = "their energy is proportional to the square of the amplitude, and their load to the amplitude"
             return ((everyone, f"{counted(len(self), 'loop', 'loops')} are no friction: {reason}, {DAMPER}"),)
         large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
         small = [members[~self.large[members]] for members in self.amplitude_classes()]

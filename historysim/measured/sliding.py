@@ -503,7 +503,7 @@ _SLOWER: tuple[Decay, ...] = (lambda distance: 1 / (1 + 10 * distance), lambda d
 def _least(
     decay_of: Decay, centres: Floats, means: Floats, lengths: Floats
 ) -> tuple[float, tuple[float, float, float]]:
-    """Return the least sum of squares beside a decay, and steady value, start and length of it."""
+    """Fit a decay: return the least sum of squares, and the steady value, start and length of the decay."""
     # each line through the means over a decay, by its slope and its end at no decay
     decay = decay_of(centres / lengths[:, None])
     across, up = decay - decay.mean(axis=1, keepdims=True), means - means.mean()

@@ -81,7 +81,7 @@ def find_changes(ensemble: Ensemble, events: Sequence[Event], instrument: Instru
     kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)} if planar else ()
     if planar and (problem := ensemble.direction_limit or ", ".join(sorted(kinds))):
         raise InputError(
-            f"one tangential direction goes with {problem}; expected one number in each load event, not two"
+            f"{problem} supports one tangential direction only; expected one number in each load event, not two"
         )
     law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
     depends_on = "nothing" if law is None else law.depends_on

@@ -149,14 +149,14 @@ SLIDE_TIME = Variable(
 _SLIPS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
 _HELD = _flags(within_limit=0, held_at_limit=1)
 _DIRECTION = {
-    "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
+    "comment": "dT/dU for a displacement that continues in its direction; after a reversal sliding asperities stick"
 }
 _RATIO = {
     "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
     "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
     "that of a round contact with the same normal curve"
 }
-_YIELDING_WORK = {"comment": "beside what friction dissipates: work of the normal load that is not elastic"}
+_YIELDING_WORK = {"comment": "inelastic work of the normal load, in addition to frictional dissipation"}
 
 
 def _total(name: str, units: str, long_name: str, **options: Any) -> Variable:  # noqa: ANN401 - of all its fields
@@ -247,7 +247,7 @@ VARIABLES = (
     _total(
         "yielded_load_share",
         "1",
-        "share of the normal load that stands on asperities that have yielded",
+        "fraction of the normal load on asperities that have yielded",
         when=_YIELDS,
         source="yielded_share",
     ),

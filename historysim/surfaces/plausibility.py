@@ -58,7 +58,7 @@ def scale_notice(surface: Surface) -> str | None:
     side = max(surface.size[axis] for axis in axes)
     pixel = min(surface.pixel_size[axis] for axis in axes)
     if pixel < SMALLEST:
-        # an error of its own
+        # a separate error
         return None
     steps = np.abs(np.diff(heights, axis=axes[0]))
     steep = float(np.nanmedian(steps)) / surface.pixel_size[axes[0]] if np.isfinite(steps).any() else 0.0

@@ -285,15 +285,15 @@ def _claims(file: h5py.File, _: Path) -> None:
 
 def hdf5() -> Iterator[Case]:
     for fill, said in (
-        (_external, ("lies in other files",)),
-        (_virtual, ("lies in other files",)),
-        (_fifo, ("lies in other files",)),
+        (_external, ("is stored in other files",)),
+        (_virtual, ("is stored in other files",)),
+        (_fifo, ("is stored in other files",)),
         (_linked, ()),
         (_nested, ("HDF5_DEPTH",)),
         (_circle, ()),
         (_claims, ()),
     ):
-        # h5py reads .h5; netCDF4 cannot tell what lies in other files
+        # h5py reads .h5; netCDF4 cannot tell what is stored in other files
         for name, named in (("m.h5", said), ("m.nc", ())):
             for command in (["columns", name], ["run", "s.toml"], ["show", name], ["plot", name], ["report", name]):
                 told = named if command[0] == "columns" else ()

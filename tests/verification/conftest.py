@@ -1,4 +1,4 @@
-"""The verification page: each test here is a case of it, writes its section, and compares it with what stands there.
+"""The verification page: each test here is a case of it, writes its section, and compares it with the page.
 
 `python -m pytest tests/verification --page` writes the page and its pictures anew, with the slow cases.
 """
@@ -48,7 +48,7 @@ import historysim as hs
 ```
 
 An error is the largest difference over the quantity in the column "of". Its bound is known
-beforehand, for the reason beside it. "Rounding" is that of numbers of 16 digits along the way.
+beforehand, for the stated reason. "Rounding" is that of numbers of 16 digits along the way.
 Brute forces and other helpers are in `tests/support`.
 
 """
@@ -129,7 +129,7 @@ class Case:
         return "\n\n".join([f"### {self.title}", *words[:-1], code, place, "\n".join(lines), picture, words[-1]])
 
     def compare(self, page):
-        """The section stands on the page, with the same words and code, and with these numbers to their digits."""
+        """Check that the page has the section, with the same words and code, and with these numbers to their digits."""
         again = "run python -m pytest tests/verification --page"
         found = re.search(rf"^### {re.escape(self.title)}\n.*?(?=^##|\Z)", page, re.MULTILINE | re.DOTALL)
         assert found, f"{self.title} is not on the page; {again}"
@@ -192,7 +192,7 @@ def nothing_is_kept(monkeypatch, tmp_path):
 
 @pytest.fixture
 def page(request):
-    """The case that a test makes; at its end it is written, or compared with what stands on the page."""
+    """The case that a test makes; at its end it is written, or compared with the page."""
     case = Case(request.node)
     yield case
     if case.drawn is not None:
@@ -231,7 +231,7 @@ def pytest_sessionfinish(session, exitstatus):
     written = session.config.stash[WRITTEN]
     if not written or exitstatus:
         return
-    # what was skipped for want of another program stays as it stands
+    # cases skipped for lack of another program stay unchanged
     before = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
     for group, text in re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", before, re.MULTILINE | re.DOTALL):
         for section in re.findall(r"^### .*?(?=^### |\Z)", text, re.MULTILINE | re.DOTALL):

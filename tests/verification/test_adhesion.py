@@ -61,7 +61,7 @@ def test_dmt(page):
     Compared with **Hertz under a greater load**, N + 2πwR: the attraction acts outside the contact and leaves its
     shape alone (*J. Colloid Interface Sci.* 53, 1975, 314).
 
-    The model ends where the attraction bends the surfaces: then Maugis' theory lies between this one and JKR.
+    The model ends where the attraction bends the surfaces: then Maugis' theory is between this one and JKR.
     """
 
     def dmt():

@@ -56,7 +56,7 @@ def test_fmu(page, monkeypatch):
     """A unit of co-simulation with rollbacks
 
     Compared with **a replay by hand**: 400 random steps of an FMU under FMPy, a fifth of which go back to a state
-    that was kept before, give the same bits as `Stepper`, which goes back as well.
+    that was saved before, give the same bits as `Stepper`, which returns as well.
 
     The model ends where the contact evolves (wear, yielding, laws of friction): such a unit is refused.
     """

@@ -1,4 +1,4 @@
-"""Any history of normal and tangential loads, beside springs, polylines and identities."""
+"""Any history of normal and tangential loads, against springs, polylines and identities."""
 
 import numpy as np
 import pytest

@@ -61,7 +61,7 @@ def test_normal_contact(page):
     Compared with **Tamaas** (L. Frérot and others, *J. Open Source Softw.* 5, 2020, 2121), another program, by its
     own conjugate gradients, on a map of 64² points that repeats.
 
-    The model ends where the half-space does: slopes are small, and the body is thick beside the map.
+    The model ends where the half-space does: slopes are small, and the body is thick compared with the map.
     """
     tamaas = pytest.importorskip("tamaas")
 

@@ -29,8 +29,8 @@ def test_hertz(page):
     Compared with **the closed form of Hertz** (K. L. Johnson, *Contact Mechanics*, 1985, equations 4.22 to 4.24),
     with the moduli of silicon and float glass from Table B.1 of the thesis.
 
-    The model ends where the contact is no longer small beside the ball, where the materials yield, and where they
-    adhere. Each run looks at all three.
+    The model ends where the contact is no longer small compared with the ball, where the materials yield, and where
+    they adhere. Each run looks at all three.
     """
 
     def hertz():

@@ -264,7 +264,7 @@ class Regime(enum.StrEnum):
 
 
 def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | npt.NDArray[np.object_]:
-    """Return the zone of the adhesion map in which a contact lies, a `Regime` for scalars.
+    """Return the zone of a contact in the adhesion map, a `Regime` for scalars.
 
     The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5 %. The zone is the
     first of these that holds:

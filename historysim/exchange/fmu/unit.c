@@ -249,7 +249,7 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
     for (unsigned k = 0; k < inputs_of(unit); ++k) {
         to[k] = now->rate[k] == 0.0 ? now->input[k] : now->input[k] + now->rate[k] * length;
         if (!(fabs(to[k]) <= LARGEST_SIZE) || (k == 0 && NORMAL_CONTROL == HS_LOAD && to[k] < 0.0))
-            return refuse(unit, HS_REFUSED, "an input goes to %g; expected a finite number, at most %g in size, and no negative normal load",
+            return refuse(unit, HS_REFUSED, "an input is %g; expected a finite number, at most %g in size, and no negative normal load",
                           to[k], LARGEST_SIZE);
     }
     double normal = to[0];

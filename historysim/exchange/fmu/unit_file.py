@@ -355,7 +355,7 @@ def _render_page(unit: Unit, controls: Controls, at: float | None) -> bytes:
 <p>A rough frictional contact before it slides, with its exact memory, made by historysim. It starts from: {start}. Each
 step carries it straight from where it is to its inputs, in one update, whatever its length. The inputs are where the
 contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it gives
-their first derivatives (FMI 2.0), or goes back and repeats the step. A tangential load beyond the friction limit
+their first derivatives (FMI 2.0), or repeats the step. A tangential load beyond the friction limit
 {beyond}.</p>
 <p>Compile the sources with <code>-std=c11 -ffp-contract=off</code> for the same bits.</p>
 <table border="1"><tr><th>variable</th><th>causality</th><th>unit</th><th>meaning</th></tr>{rows}</table>
