@@ -27,7 +27,7 @@ def made(folder, fill):
 @pytest.mark.parametrize(
     ("fill", "by_h5py", "message"),
     [
-        (hostile._external, True, "'/F' lies in other files"),
+        (hostile._external, True, "'/F' is stored in other files"),
         (hostile._nested, False, "HISTORYSIM_MOST_HDF5_DEPTH"),
         (hostile._circle, False, "a process that reads it ends by a signal, or not within"),
         (hostile._claims, False, "'F' claims 8,000,000,000,000 bytes in a file of"),
