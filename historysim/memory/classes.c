@@ -1,6 +1,7 @@
 /* Classes of rings that ride on one rigid body: their nodes, and their steps of second order. */
 
 #include "rings.h"
+#include "adaptive.h"
 #include "lanes.h"
 #include "losses.h"
 
@@ -40,6 +41,8 @@
 #define SETTLED_LOSS 5.0
 #define SETTLED_WORK 5e-3
 #define MOST_CURVED 0.05
+/* a step of 1/4096 of a path is not halved: a square wave of 4096 turns is an event each */
+#define MOST_HALVINGS 12
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
 #define MOST_CUTS 40
@@ -816,16 +819,16 @@ static int step_with(hs_body *body, hs_body *owner, const hs_plane_target *to) {
     return status;
 }
 
-/* Whether two half steps make of a path what a whole one does: halving leaves a third of the difference. */
-static int settled(const hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
+/* Error of two half steps next to a whole one: halving leaves a third of the difference. */
+static double error_of_halves(const hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
     double limit = hs_most(hs_body_limit(body, body->approach), hs_body_limit(body, one->approach));
     double force = hs_length(hs_plus(one->tangential_load, -1.0, two->tangential_load));
     double way = hs_length(hs_plus(two->displacement, -1.0, body->displacement));
-    double change = fabs(one->dissipated - two->dissipated), lost = two->dissipated - body->dissipated;
-    double curved = first->curved + two->curved;
-    if (curved > MOST_CURVED * hs_most(lost, limit * way * body->tolerance)) return 0;
-    return force <= SETTLED_LOAD * body->tolerance * limit &&
-           change <= hs_most(SETTLED_LOSS * lost, SETTLED_WORK * limit * way) * body->tolerance;
+    double change = one->dissipated - two->dissipated, lost = two->dissipated - body->dissipated;
+    double curved = hs_error(first->curved + two->curved, 0.0, MOST_CURVED * hs_most(lost, limit * way * body->tolerance));
+    double load = hs_error(force, 0.0, SETTLED_LOAD * body->tolerance * limit);
+    double energy = hs_error(change, 0.0, hs_most(SETTLED_LOSS * lost, SETTLED_WORK * limit * way) * body->tolerance);
+    return hs_most(curved, hs_most(load, energy));
 }
 
 /* Whether a step has slid so evenly that it need not be halved. */
@@ -915,46 +918,108 @@ static int append_stick_leg(hs_body *body, const hs_plane_target *to, hs_vector 
     return HS_OK;
 }
 
-/* Carry a body to a target without total lift-off on the way; `one`, unless it is NULL, is where a single step leads. */
-static int travel_in_contact(hs_body *body, const hs_plane_target *to, int halvings, hs_body *one) {
+/* A path without total lift-off, integrated in whole steps and halves. */
+typedef struct travel {
+    hs_body *body;
+    hs_plane_target to[MOST_HALVINGS + 1]; /* ends of nested halves */
+    hs_body *whole[MOST_HALVINGS + 1];     /* body at the end of one step to each, NULL if it is not known */
+    hs_body *first, *two;                  /* amid the present step and at its end, by two half steps */
+    hs_plane_target middle;
+    int sticks; /* whether the present step is a leg without slip, on `way` */
     hs_vector way;
-    if (!one && is_stick_leg(body, to, &way)) return append_stick_leg(body, to, way);
-    hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
-    int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && !one) status = step_with(whole, body, to);
-    if (status == HS_OK && (halvings == 0 || is_even(body, whole))) {
-        spread_losses(body, body, whole, 1.0);
-        note_slides(body, whole);
-        status = assign(body, whole);
-    } else if (status == HS_OK) {
-        hs_plane_target middle = hs_part_of_way(body, to, 0.5);
-        first = trial_of(body);
-        status = first ? step_with(first, body, &middle) : HS_OUT_OF_MEMORY;
-        two = status == HS_OK ? trial_of(first) : NULL;
-        if (status == HS_OK) status = two ? step_with(two, body, to) : HS_OUT_OF_MEMORY;
-        if (status == HS_OK && settled(body, whole, first, two)) {
-            status = arrive(body, whole, first, two);
-        } else if (status == HS_OK) {
-            status = travel_in_contact(body, &middle, halvings - 1, first);
-            if (status == HS_OK) status = travel_in_contact(body, to, halvings - 1, NULL);
+} travel;
+
+static const hs_adaptive step_settings = {
+    0.0, /* the tolerance is the body's */
+    1.0, /* energies have a second estimate: `curved` */
+    1, INT_MAX,
+    0.0, /* halved at once: what is amid a path of both loads, or at the friction limit, is known as its middle only */
+    1.0, 1.0 / (1 << MOST_HALVINGS),
+    0.0, 0.5, 0.5,
+    INT_MAX, 1.0, 1.0,
+};
+
+static void free_trials(travel *t, int level) {
+    hs_body_free(t->whole[level]);
+    hs_body_free(t->first);
+    hs_body_free(t->two);
+    t->whole[level] = t->first = t->two = NULL;
+}
+
+/* Try a step: exactly if no spring slips, otherwise as a whole and, unless it slides evenly, in halves. */
+static int try_step(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
+    travel *t = (travel *)integrand->context;
+    hs_body *body = t->body, **whole = t->whole + step->level;
+    const hs_plane_target *to = t->to + step->level;
+    int status = HS_OK;
+    *error = 0.0;
+    if (chords == 1) {
+        t->sticks = !*whole && is_stick_leg(body, to, &t->way);
+        if (t->sticks) return HS_OK;
+        if (!*whole) {
+            *whole = trial_of(body);
+            status = *whole ? step_with(*whole, body, to) : HS_OUT_OF_MEMORY;
         }
+        if (status == HS_OK && !is_even(body, *whole)) *error = HUGE_VAL;
+        return status;
     }
-    if (whole != one) hs_body_free(whole);
-    hs_body_free(first);
-    hs_body_free(two);
+    t->middle = hs_part_of_way(body, to, 0.5);
+    t->first = trial_of(body);
+    status = t->first ? step_with(t->first, body, &t->middle) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK) t->two = trial_of(t->first);
+    if (status == HS_OK) status = t->two ? step_with(t->two, body, to) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK) *error = error_of_halves(body, *whole, t->first, t->two);
     return status;
 }
 
-int hs_body_travel(hs_body *body, const hs_plane_target *to, int halvings) {
+static int accept_step(hs_integrand *integrand, const hs_interval *step) {
+    travel *t = (travel *)integrand->context;
+    hs_body *body = t->body, *whole = t->whole[step->level];
+    if (t->sticks) return append_stick_leg(body, t->to + step->level, t->way);
+    int status;
+    if (t->two) {
+        status = arrive(body, whole, t->first, t->two);
+    } else {
+        spread_losses(body, body, whole, 1.0);
+        note_slides(body, whole);
+        status = assign(body, whole);
+    }
+    free_trials(t, step->level);
+    return status;
+}
+
+/* The first half of a step is known already. */
+static int halve_step(hs_integrand *integrand, const hs_interval *step) {
+    travel *t = (travel *)integrand->context;
+    t->to[step->level] = t->middle;
+    t->whole[step->level] = t->first;
+    t->first = NULL;
+    free_trials(t, step->level - 1);
+    return HS_OK;
+}
+
+/* Move a body to a target without total lift-off on the way. */
+static int travel_in_contact(hs_body *body, const hs_plane_target *to) {
+    travel t;
+    memset(&t, 0, sizeof t);
+    t.body = body;
+    t.to[0] = *to;
+    hs_integrand integrand = {&t, &step_settings, try_step, accept_step, halve_step, 0, 0.0};
+    int status = hs_adapt(&integrand, 0.0, 1.0);
+    for (int level = 0; level <= MOST_HALVINGS; ++level) free_trials(&t, level);
+    return status;
+}
+
+int hs_body_travel(hs_body *body, const hs_plane_target *to) {
     double touch = body->contact->sorted_gap[0];
     int status = HS_OK;
     if (body->approach > touch && to->approach < touch) {
         hs_plane_target lift_off = hs_part_of_way(body, to, (body->approach - touch) / (body->approach - to->approach));
         lift_off.approach = touch;
         lift_off.normal_load = 0.0;
-        status = travel_in_contact(body, &lift_off, halvings, NULL);
+        status = travel_in_contact(body, &lift_off);
     }
-    return status == HS_OK ? travel_in_contact(body, to, halvings, NULL) : status;
+    return status == HS_OK ? travel_in_contact(body, to) : status;
 }
 
 int hs_body_relax(hs_body *body, const hs_plane_aim *aim) {

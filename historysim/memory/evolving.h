@@ -86,10 +86,6 @@ typedef struct walk {
     uint8_t *steep;        /* (group) */
     int64_t cuts;          /* shares of the path at which chords end: what happens begins there */
     double cut[MOST_CUTS + HS_MOST_PIECES_OF_REQUEST];
-    int64_t left;          /* chords that a path may still take */
-    double tolerated;      /* part of what is */
-    double coarser;        /* factor of tolerances where chords do not suffice */
-    hs_memory *whole_start; /* where a path began that is integrated in halves; NULL where it is not */
     double size[SIZES], whole[SIZES]; /* what changes are measured by, and what that is at least on this path */
     int64_t room, kept_room; /* vertices in `scratch` and `kept` */
     hs_vertex *scratch, *kept;

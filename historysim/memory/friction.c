@@ -5,9 +5,8 @@
  * old values to the new ones. Where friction no longer holds the load, everything slides and the displacement stays. */
 
 #include "line.h"
+#include "adaptive.h"
 #include "move.h"
-
-#define MOST_PARTS (1 << 10)
 
 /* Change the coefficients, and the displacement to where it aims, straight together. */
 static int fall(hs_memory *memory, const double *friction, hs_target target) {
@@ -61,46 +60,83 @@ static void mix(const double *first, const double *last, double share, double *t
     for (int64_t i = 0; i < count; ++i) target[i] = first[i] + share * (last[i] - first[i]);
 }
 
-/* Change the coefficients in equal parts, more of them each time, until it makes no difference.
+/* A fall of the coefficients that the displacement follows. */
+typedef struct friction_fall {
+    hs_memory *memory, *fine; /* at the start, and at the end by the last number of parts */
+    const double *first, *last;
+    double *between; /* (group) scratch */
+    hs_target target;
+    double stored;  /* elastic energy at the start */
+    double reach;   /* displacement at which all springs slide */
+    double reached; /* displacement at the end by the number of parts before */
+    double lost, balance; /* energy dissipated by the springs, and by the balance of work and stored energy */
+} friction_fall;
+
+static const hs_adaptive fall_settings = {
+    0.0, /* the tolerance is the drive's */
+    1.0, /* the balance of energy is a second estimate */
+    4, 1 << 10, /* 1024 parts leave 1e-6 of the displacement */
+    HUGE_VAL,   /* the parts are of equal size */
+    1.0, 0.0, 0.0, 1.0, 1.0,
+    INT_MAX, 1.0, 1.0,
+};
+/* tolerated difference of both energies, over the energy: the balance is exact, and the parts only say how asperities share it */
+#define ENERGY_OF_PARTS 1e-3
+
+/* Change the coefficients in equal parts. */
+static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int parts, double *error) {
+    friction_fall *f = (friction_fall *)integrand->context;
+    const hs_memory *memory = f->memory;
+    const double tolerance = integrand->settings->tolerance;
+    (void)step;
+    hs_memory_free(f->fine);
+    f->fine = hs_memory_copy(memory);
+    int status = f->fine ? HS_OK : HS_OUT_OF_MEMORY;
+    for (int k = 1; k <= parts && status == HS_OK; ++k) {
+        mix(f->first, f->last, (double)k / parts, f->between, memory->contact->groups);
+        status = fall(f->fine, f->between, f->target);
+    }
+    if (status != HS_OK) return status;
+    double work = 0.5 * (memory->tangential_load + hs_total_force(f->fine)) * (f->fine->displacement - memory->displacement);
+    f->balance = work + f->stored - hs_elastic_energy(f->fine, NULL);
+    f->lost = f->fine->dissipated - memory->dissipated;
+    *error = hs_most(hs_error(f->fine->displacement - f->reached, 0.0, tolerance * f->reach),
+                     hs_error(f->lost - f->balance, 0.0, ENERGY_OF_PARTS * f->lost + tolerance * tolerance * f->stored));
+    f->reached = f->fine->displacement;
+    return HS_OK;
+}
+
+/* Scale the energies of the asperities to the balance. */
+static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
+    friction_fall *f = (friction_fall *)integrand->context;
+    hs_memory *memory = f->memory, *fine = f->fine;
+    double factor = f->lost > 0.0 ? hs_most(f->balance, 0.0) / f->lost : 1.0;
+    (void)step;
+    for (int64_t i = 0; i < memory->contact->count; ++i)
+        fine->dissipated_each[i] = memory->dissipated_each[i] + factor * (fine->dissipated_each[i] - memory->dissipated_each[i]);
+    fine->dissipated = memory->dissipated + factor * f->lost;
+    hs_memory_take(memory, fine);
+    f->fine = NULL;
+    return HS_OK;
+}
+
+/* Change the coefficients in so many equal parts that more of them make no difference.
  *
- * What is dissipated is the work of the tangential load, less what is stored, which is exact; the parts say how the
- * asperities share it. */
+ * The energy that is dissipated is the work of the tangential load, less what is stored, which is exact; the parts tell how
+ * the asperities share it. */
 static int fall_in_parts(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
     int64_t groups = memory->contact->groups;
-    double before = hs_elastic_energy(memory, NULL), lost = memory->dissipated, reached = HUGE_VAL, balance = 0.0, told = 0.0;
     double reach = hs_friction_range(memory, HUGE_VAL).most * (memory->approach - memory->contact->sorted_gap[0]);
-    double *first = (double *)malloc(2 * (size_t)groups * sizeof *first), *there = first + groups;
-    hs_memory *fine = NULL;
-    int status = first ? HS_OK : HS_OUT_OF_MEMORY;
-    if (first) memcpy(first, memory->friction, (size_t)groups * sizeof *first);
-    for (int parts = 4; status == HS_OK; parts *= 2) {
-        fine = hs_memory_copy(memory);
-        if (!fine) status = HS_OUT_OF_MEMORY;
-        for (int k = 1; k <= parts && status == HS_OK; ++k) {
-            mix(first, friction, (double)k / parts, there, groups);
-            status = fall(fine, there, target);
-        }
-        if (status != HS_OK) break;
-        double moved = fine->displacement - memory->displacement;
-        double work = 0.5 * (memory->tangential_load + hs_total_force(fine)) * moved;
-        balance = work + before - hs_elastic_energy(fine, NULL);
-        told = fine->dissipated - lost;
-        int settled = fabs(fine->displacement - reached) <= tolerance * reach;
-        if (parts >= MOST_PARTS || (settled && fabs(told - balance) <= 1e-3 * told + tolerance * tolerance * before))
-            break;
-        reached = fine->displacement;
-        hs_memory_free(fine);
-        fine = NULL;
-    }
-    if (status == HS_OK) {
-        double share = told > 0.0 ? hs_most(balance, 0.0) / told : 1.0;
-        for (int64_t i = 0; i < memory->contact->count; ++i)
-            fine->dissipated_each[i] = memory->dissipated_each[i] + share * (fine->dissipated_each[i] - memory->dissipated_each[i]);
-        fine->dissipated = lost + share * told;
-        hs_memory_take(memory, fine);
-        fine = NULL;
-    }
-    hs_memory_free(fine);
+    double *first = (double *)malloc(2 * (size_t)groups * sizeof *first);
+    if (!first) return HS_OUT_OF_MEMORY;
+    memcpy(first, memory->friction, (size_t)groups * sizeof *first);
+    friction_fall f = {memory, NULL, first, friction, first + groups, target, hs_elastic_energy(memory, NULL), reach,
+                       HUGE_VAL, 0.0, 0.0};
+    hs_adaptive settings = fall_settings;
+    settings.tolerance = tolerance;
+    hs_integrand integrand = {&f, &settings, integrate_fall, accept_fall, NULL, 0, 0.0};
+    int status = hs_adapt(&integrand, 0.0, 1.0);
+    hs_memory_free(f.fine);
     free(first);
     return status;
 }

@@ -5,8 +5,6 @@
 #include "move.h"
 #include "readout.h"
 
-/* halvings of a path at most */
-#define MOST_HALVINGS 12
 /* points of a path at which it is looked whether friction holds the load */
 #define LOOKS 16
 
@@ -488,7 +486,7 @@ static int travel(hs_state *state, const plan *plan, const hs_rows *rows, const 
         double share = until * ((double)part / (double)path->parts);
         hs_plane_target to;
         status = target_of(state, plan, share, drive->saturate, &to, refusal);
-        if (status == HS_OK) status = hs_body_travel(state->plane->body, &to, MOST_HALVINGS);
+        if (status == HS_OK) status = hs_body_travel(state->plane->body, &to);
         if (status == HS_OK) status = follow(state);
         if (status == HS_OK) status = hs_count_work(drive, &watch.work, 64 + state->line.contact->count / 16);
         if (status == HS_OK && rows && (part < path->parts || path->recorded))

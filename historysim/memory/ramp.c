@@ -3,6 +3,7 @@
  * theory 10). */
 
 #include "ramp.h"
+#include "adaptive.h"
 #include "drive.h"
 #include "lanes.h"
 #include "slides.h"
@@ -175,49 +176,95 @@ HS_WIDE static double accept_parts(double *restrict part, double *restrict each,
     return hs_lanes_sum(lane);
 }
 
-/* Add the energies of a piece of a ramp: from its chord, corrected, and halved until their sum is that of the closed form,
+/* A piece of the path of a slip front; the front ends its nested halves at `to`. */
+typedef struct front_piece {
+    slip_energy *energy;
+    front_point from, to[MOST_HALVINGS + 1];
+    double rate, growth; /* dissipated per slip of the front: μ - side·m; dN/dP(a) */
+    double total;        /* energy of the present half */
+} front_piece;
+
+static const hs_adaptive front_settings = {
+    0.0, /* the tolerance is the drive's */
+    1.0, /* the closed form is exact */
+    1, INT_MAX,
+    0.0, /* halved at once */
+    1.0, 1.0 / (1 << MOST_HALVINGS),
+    0.0, 0.5, 0.5, /* a front near the edge or near a summit needs ever shorter pieces there */
+    INT_MAX, 1.0, 1.0,
+};
+
+/* Energies of a piece of a ramp: from its chord, corrected. Their sum is compared with the closed form,
  *
  *     ∫ P(d) da = A Δa + B ∫ P da,   ∫ (d - a) dP(a) = ΔG(d) / B - ΔG(a),   N = A + B P(a),   G(a) = ∫ a dP = a P - ∫ P da,
  *
- * as far as rounding lets that be told. */
-static void add_piece(slip_energy *energy, const front_point *from, const front_point *to, double rate, double growth,
-                      int halvings) {
+ * as far as rounding lets it be. */
+static int integrate_front(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
+    front_piece *piece = (front_piece *)integrand->context;
+    slip_energy *energy = piece->energy;
+    const front_point *from = &piece->from, *to = piece->to + step->level;
     const hs_curve curve = energy->curve;
+    const double rate = piece->rate, growth = piece->growth;
     const double width = from->front - to->front, scale = energy->friction * rate;
-    if (width <= 0.0 || rate <= 0.0) return;
-    double total = chord_energy(energy, from, to, rate);
-    if (from->edge != to->edge) {
-        const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge, *e1 = &to->at_edge;
-        double bend = e0->slope > 0.0 && e1->slope > 0.0
-                          ? fabs(growth * (f0->slope / e0->slope - f1->slope / e1->slope))
-                          : fabs((to->edge - from->edge) / width);
-        double stiffer = hs_most(e0->slope - f0->slope, e1->slope - f1->slope);
-        double correction = total > 0.0 ? 0.125 * scale * stiffer * bend * width * width / total : 0.0;
-        if (correction > NEGLIGIBLE * energy->tolerance) {
-            int nodes = correction <= enough[0] ? 2 : correction <= enough[1] ? 3 : 4;
-            double curved = curved_energy(energy, from, to, rate, growth, nodes);
-            total = curve.load ? total + curved : curved;
-            double integral = f0->integral - f1->integral, moment = from->front * f0->load - to->front * f1->load - integral;
-            double d_moment = (from->edge * e0->load - e0->integral) - (to->edge * e1->load - e1->integral);
-            double offset = e0->load - growth * f0->load;
-            double closed = scale * (offset * width + (growth - 1.0) * integral - d_moment / growth + moment);
-            double most = hs_most(from->edge * e0->load, to->edge * e1->load);
-            double rounding = HS_TIE * scale * most * (1.0 + 1.0 / fabs(growth));
-            double allowed = PART_OF_PIECE * energy->tolerance * hs_most(total, energy->total) + rounding;
-            if (!(fabs(total - closed) <= allowed) && curve.load && rounding <= energy->tolerance * closed) total = closed;
-            if (!(fabs(total - closed) <= allowed) && halvings > 0) {
-                double h = curve.gap[0], x = 0.5 * (sqrt(hs_most(from->front - h, 0.0)) + sqrt(hs_most(to->front - h, 0.0)));
-                double front = h + x * x, load = e0->load + growth * (hs_load_at(curve, front).load - f0->load);
-                double edge = hs_label_at(curve, load, 0.5 * (from->edge + to->edge), 0.0, 1.0);
-                front_point middle = point_at(curve, front, hs_most(edge, front));
-                if (energy->part) memset(energy->part, 0, (size_t)curve.count * sizeof *energy->part);
-                add_piece(energy, from, &middle, rate, growth, halvings - 1);
-                add_piece(energy, &middle, to, rate, growth, halvings - 1);
-                return;
-            }
-        }
-    }
-    energy->total += energy->part ? accept_parts(energy->part, energy->each, curve.count) : total;
+    (void)chords;
+    *error = piece->total = 0.0;
+    double total = piece->total = chord_energy(energy, from, to, rate);
+    if (from->edge == to->edge) return HS_OK;
+    const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge, *e1 = &to->at_edge;
+    double bend = e0->slope > 0.0 && e1->slope > 0.0 ? fabs(growth * (f0->slope / e0->slope - f1->slope / e1->slope))
+                                                     : fabs((to->edge - from->edge) / width);
+    double stiffer = hs_most(e0->slope - f0->slope, e1->slope - f1->slope);
+    double correction = total > 0.0 ? 0.125 * scale * stiffer * bend * width * width / total : 0.0;
+    if (!(correction > NEGLIGIBLE * energy->tolerance)) return HS_OK;
+    int nodes = correction <= enough[0] ? 2 : correction <= enough[1] ? 3 : 4;
+    double curved = curved_energy(energy, from, to, rate, growth, nodes);
+    total = curve.load ? total + curved : curved;
+    double integral = f0->integral - f1->integral, moment = from->front * f0->load - to->front * f1->load - integral;
+    double d_moment = (from->edge * e0->load - e0->integral) - (to->edge * e1->load - e1->integral);
+    double offset = e0->load - growth * f0->load;
+    double closed = scale * (offset * width + (growth - 1.0) * integral - d_moment / growth + moment);
+    double most = hs_most(from->edge * e0->load, to->edge * e1->load);
+    double rounding = HS_TIE * scale * most * (1.0 + 1.0 / fabs(growth));
+    double allowed = PART_OF_PIECE * energy->tolerance * hs_most(total, energy->total) + rounding;
+    if (!(fabs(total - closed) <= allowed) && curve.load && rounding <= energy->tolerance * closed) total = closed;
+    *error = hs_error(total - closed, 0.0, allowed);
+    piece->total = total;
+    return HS_OK;
+}
+
+static int accept_front(hs_integrand *integrand, const hs_interval *step) {
+    front_piece *piece = (front_piece *)integrand->context;
+    slip_energy *energy = piece->energy;
+    energy->total += energy->part ? accept_parts(energy->part, energy->each, energy->curve.count) : piece->total;
+    piece->from = piece->to[step->level];
+    return HS_OK;
+}
+
+/* Shorten a piece to its first half in √(a - h). */
+static int halve_front(hs_integrand *integrand, const hs_interval *step) {
+    front_piece *piece = (front_piece *)integrand->context;
+    const hs_curve curve = piece->energy->curve;
+    const front_point *from = &piece->from, *to = piece->to + step->level - 1;
+    double h = curve.gap[0], x = 0.5 * (sqrt(hs_most(from->front - h, 0.0)) + sqrt(hs_most(to->front - h, 0.0)));
+    double front = h + x * x;
+    double load = from->at_edge.load + piece->growth * (hs_load_at(curve, front).load - from->at_front.load);
+    double edge = hs_label_at(curve, load, 0.5 * (from->edge + to->edge), 0.0, 1.0);
+    piece->to[step->level] = point_at(curve, front, hs_most(edge, front));
+    if (piece->energy->part) memset(piece->energy->part, 0, (size_t)curve.count * sizeof *piece->energy->part);
+    return HS_OK;
+}
+
+/* Add the energies of a piece of a ramp. */
+static void add_piece(slip_energy *energy, const front_point *from, const front_point *to, double rate, double growth) {
+    front_piece piece;
+    hs_integrand integrand = {&piece, &front_settings, integrate_front, accept_front, halve_front, 0, 0.0};
+    if (from->front <= to->front || rate <= 0.0) return;
+    piece.energy = energy;
+    piece.from = *from;
+    piece.to[0] = *to;
+    piece.rate = rate;
+    piece.growth = growth;
+    hs_adapt(&integrand, 0.0, 1.0);
 }
 
 /* Follow the slip front of a group along a ramp, from segment to segment of its polyline before the ramp, and add up energies;
@@ -270,7 +317,7 @@ static void follow_front(const hs_memory *memory, slip_energy *energy, double d1
             front_load = passes ? stack[j - 1].normal : meets ? load : hs_most(front_load - step * speed / rate, stack[j - 1].normal);
             front = passes ? stack[j - 1].label : meets ? edge : hs_label_at(curve, front_load, guess, 0.0, 1.0);
             front_point to = point_at(curve, hs_least(front, edge), edge);
-            add_piece(energy, &from, &to, rate, -rise * rate / speed, MOST_HALVINGS);
+            add_piece(energy, &from, &to, rate, -rise * rate / speed);
             from = to;
             j -= passes;
         }
@@ -312,12 +359,6 @@ static int exact_ramp(hs_memory *memory, double load, double force, double time,
 
 /* ---- several groups: chords --------------------------------------------------------------------------------------------- */
 
-/* chords of one ramp; a tolerance that takes more is made coarser, by a factor between two */
-#define MOST_CHORDS (1 << 13)
-#define LEAST_COARSER 4.0
-#define MOST_COARSER 1e4
-/* share of a ramp where its loads or groups turn a corner: so many steps together may miss the whole tolerance */
-#define CORNERS 64
 /* of Gauss's quadrature on (0, 1) */
 #define NODES 5
 static const double node[NODES] = {0.04691007703066802, 0.23076534494715845, 0.5, 0.7692346550528415, 0.9530899229693319};
@@ -387,91 +428,97 @@ static int corrected_chord(hs_memory *memory, double load, double force) {
     return status;
 }
 
-/* A ramp that is walked in chords: where it leads, and by how much energy and displacement may be off in all. */
+/* A ramp that is integrated in chords: its ends, and the errors of energy and displacement that are tolerated in all. */
 typedef struct ramp {
     double load[2], force[2];
     double energy, displacement;
     double times[2];
     const hs_drive *drive;
-    int64_t chords, work;
+    int64_t work;
+    hs_memory *present, *coarse, *fine; /* at the start of a step, and at its end by one chord and by two */
 } ramp;
 
-static int chord(hs_memory *memory, ramp *way, double share) {
-    double load = hs_toward(way->load[0], way->load[1], share), force = hs_toward(way->force[0], way->force[1], share);
-    ++way->chords;
-    begin_chord(memory, load, force, hs_toward(way->times[0], way->times[1], share));
+static const hs_adaptive ramp_settings = {
+    0.0,      /* the tolerance is the drive's */
+    1.0,      /* the error of two chords is a third of their difference from one where the ramp is smooth */
+    1, INT_MAX,
+    0.0,      /* steps are shortened at once: energies of chords are of second order, so that a fit length is known */
+    0.125,    /* a ramp whose error is known takes some ten steps */
+    1e-12,    /* below it fractions of a ramp are rounded */
+    0.9,      /* a step in ten or so is rejected */
+    0.1, 4.0, /* errors beside a corner of the ramp predict nothing */
+    1 << 13,  /* 0.2 s for ten groups */
+    4.0, 1e4, /* what was left of the ramp may have been the easy part, or the hard one */
+};
+/* fraction of a ramp at a corner of it, as where a group begins to slide, or at the friction limit: there the error of two chords is
+ * their difference from one, and so many steps together may have the whole of the tolerance */
+#define CORNER (1.0 / 64.0)
+/* displacements are tolerated to this part of the tolerance of energies: the work of the load is in proportion to both */
+#define TOLERANCE_OF_DISPLACEMENT 0.1
+
+static int chord(hs_memory *memory, ramp *way, double fraction) {
+    double load = hs_toward(way->load[0], way->load[1], fraction), force = hs_toward(way->force[0], way->force[1], fraction);
+    begin_chord(memory, load, force, hs_toward(way->times[0], way->times[1], fraction));
     int status = hs_move(memory, hs_approach_at_load(memory, load), load, hs_to_load(force));
     return status == HS_OK ? hs_count_work(way->drive, &way->work, 2 + memory->contact->count / 16) : status;
 }
 
-/* Walk from a share of a ramp to another in one chord, and from the same state in two; tell how much they are apart. */
-static int step(const hs_memory *memory, ramp *way, double from, double to, hs_memory *coarse, hs_memory *fine,
-                double *apart) {
-    int status = hs_memory_assign(coarse, memory);
-    if (status == HS_OK) status = hs_memory_assign(fine, memory);
-    coarse->clock.end = NAN;
-    if (status == HS_OK) status = chord(coarse, way, to);
-    if (status == HS_OK) status = chord(fine, way, 0.5 * (from + to));
-    if (status == HS_OK) status = chord(fine, way, to);
-    double energy = fabs(fine->dissipated - coarse->dissipated) / way->energy;
-    *apart = hs_most(energy, fabs(fine->displacement - coarse->displacement) / way->displacement);
-    return status;
-}
-
-/* Energies of two chords and of one, extrapolated to those of many; none is gained. */
-static void extrapolate(const hs_memory *start, const hs_memory *coarse, hs_memory *fine) {
-    for (int64_t i = 0; i < start->contact->count; ++i)
-        fine->dissipated_each[i] = hs_most(fine->dissipated_each[i] + (fine->dissipated_each[i] - coarse->dissipated_each[i]) / 3.0, start->dissipated_each[i]);
-    fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
-}
-
-/* Integrate a ramp in steps that are as long as its tolerances allow. The error of two chords is a third of their
- * difference from one where the path is smooth; it is all of it where the path turns a corner, as where a group begins to
- * slide, or at the friction limit. `reached` is 1, or the share at which the chords were used up. */
-static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *fine, double *reached) {
-    double share = 0.0, length = 0.125;
-    for (way->chords = 0; share < 1.0 && way->chords <= MOST_CHORDS;) {
-        double end = hs_least(share + length, 1.0), apart;
-        length = end - share;
-        int status = step(memory, way, share, end, coarse, fine, &apart);
-        if (status != HS_OK) return status;
-        double allowed = hs_most(3.0 * length, 1.0 / CORNERS);
-        if (apart <= allowed) {
-            extrapolate(memory, coarse, fine);
-            hs_memory_swap(memory, fine);
-            share = end;
-        }
-        double factor = apart > 0.0 ? 0.9 * sqrt(allowed / apart) : 4.0;
-        length *= hs_least(hs_most(factor, 0.1), 4.0);
-    }
-    *reached = share;
+/* Integrate a step of a ramp in one chord or two; the second result is timed. */
+static int integrate_step(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
+    ramp *way = (ramp *)integrand->context;
+    hs_memory *memory = chords == 1 ? way->coarse : way->fine;
+    int status = hs_memory_assign(memory, way->present);
+    if (chords == 1) memory->clock.end = NAN;
+    if (status == HS_OK && chords > 1) status = chord(memory, way, 0.5 * (step->begin + step->end));
+    if (status == HS_OK) status = chord(memory, way, step->end);
+    integrand->chords_left -= chords;
+    *error = HUGE_VAL;
+    if (chords == 1 || status != HS_OK) return status;
+    double energy = fabs(way->fine->dissipated - way->coarse->dissipated) / way->energy;
+    double difference = hs_most(energy, fabs(way->fine->displacement - way->coarse->displacement) / way->displacement);
+    *error = difference / hs_most(3.0 * (step->end - step->begin), CORNER);
     return HS_OK;
 }
 
-/* Integrate a ramp until its energy is known to a tolerance of the energy it dissipates, which is found meanwhile. Where
- * that takes too many chords, to the tolerance that they are enough for: their number goes with its inverse square root. */
-static int settled(const hs_memory *memory, ramp *way, hs_memory *walked, hs_memory *coarse, hs_memory *fine) {
+static int accept_step(hs_integrand *integrand, const hs_interval *step) {
+    ramp *way = (ramp *)integrand->context;
+    hs_memory *start = way->present, *coarse = way->coarse, *fine = way->fine;
+    (void)step;
+    for (int64_t i = 0; i < start->contact->count; ++i)
+        fine->dissipated_each[i] = hs_extrapolate(start->dissipated_each[i], coarse->dissipated_each[i], fine->dissipated_each[i]);
+    fine->dissipated = hs_extrapolate(start->dissipated, coarse->dissipated, fine->dissipated);
+    hs_memory_swap(start, fine);
+    return HS_OK;
+}
+
+/* Integrate a ramp until its energy is known to a tolerance of the energy it dissipates, which is found meanwhile. If that takes
+ * too many chords, the tolerance is enlarged. */
+static int integrate_ramp(const hs_memory *memory, ramp *way) {
     const double touch = memory->contact->sorted_gap[0], friction = hs_friction_range(memory, HUGE_VAL).most;
     double highest = hs_most(memory->approach, hs_approach_at_load(memory, way->load[1]));
     double reach = friction * (highest - touch), start = memory->dissipated;
-    /* little beside much is told no better than by rounding */
+    /* a small energy on top of a large one is resolved to rounding only */
     double rounding = HS_TIE * (start + friction * hs_most(way->load[0], way->load[1]) * reach);
-    double energy = HUGE_VAL, tolerance = way->drive->tolerance, accuracy = sqrt(tolerance), reached;
+    double energy = HUGE_VAL, tolerance = way->drive->tolerance;
+    hs_adaptive settings = ramp_settings;
+    hs_integrand integrand = {way, &settings, integrate_step, accept_step, NULL, 0, 0.0};
+    settings.tolerance = sqrt(tolerance);
     for (;;) {
-        way->energy = hs_most(accuracy * energy, rounding);
-        way->displacement = hs_most(0.1 * accuracy, HS_TIE) * reach;
-        int status = hs_memory_assign(walked, memory);
-        if (status == HS_OK) status = in_steps(walked, way, coarse, fine, &reached);
-        if (status != HS_OK) return status;
-        if (reached < 1.0) {
-            accuracy = tolerance = accuracy * hs_least(hs_most(2.0 / (reached * reached), LEAST_COARSER), MOST_COARSER);
+        way->energy = hs_most(settings.tolerance * energy, rounding);
+        way->displacement = hs_most(TOLERANCE_OF_DISPLACEMENT * settings.tolerance, HS_TIE) * reach;
+        int status = hs_memory_assign(way->present, memory);
+        if (status == HS_OK) status = hs_adapt(&integrand, 0.0, 1.0);
+        if (status == HS_TOO_MANY_CHORDS) {
+            hs_coarsen(&settings, integrand.reached);
+            tolerance = settings.tolerance;
             continue;
         }
-        double lost = walked->dissipated - start;
+        if (status != HS_OK) return status;
+        double lost = way->present->dissipated - start;
         int known = 2.0 * lost >= energy;
-        if (known && accuracy == tolerance) return status;
+        if (known && settings.tolerance == tolerance) return status;
         energy = lost;
-        if (known) accuracy = tolerance;
+        if (known) settings.tolerance = tolerance;
     }
 }
 
@@ -487,7 +534,7 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
     if (memory->approach < touch && load > 0.0) memory->approach = touch;
     double load0 = memory->normal_load, force0 = memory->tangential_load;
     double rise = load - load0, part = rise / hs_most(load, load0);
-    ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, 0};
+    ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, NULL, NULL, NULL};
     if (rise == 0.0) return chord(memory, &way, 1.0);
     int sticks = fabs(force - force0) <= hs_friction_range(memory, HUGE_VAL).least * rise;
     if (hs_has_single_group(memory) && !sticks) return exact_ramp(memory, load, force, time, drive);
@@ -498,14 +545,16 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
         return corrected_chord(memory, load, force);
     }
     if (small || sticks) return chord(memory, &way, 1.0);
-    hs_memory *walked = hs_memory_copy(memory), *coarse = hs_memory_copy(memory), *fine = hs_memory_copy(memory);
-    int status = walked && coarse && fine ? settled(memory, &way, walked, coarse, fine) : HS_OUT_OF_MEMORY;
+    way.present = hs_memory_copy(memory);
+    way.coarse = hs_memory_copy(memory);
+    way.fine = hs_memory_copy(memory);
+    int status = way.present && way.coarse && way.fine ? integrate_ramp(memory, &way) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
-        hs_memory_take(memory, walked);
-        walked = NULL;
+        hs_memory_take(memory, way.present);
+        way.present = NULL;
     }
-    hs_memory_free(walked);
-    hs_memory_free(coarse);
-    hs_memory_free(fine);
+    hs_memory_free(way.present);
+    hs_memory_free(way.coarse);
+    hs_memory_free(way.fine);
     return status;
 }

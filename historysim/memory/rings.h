@@ -150,8 +150,8 @@ hs_vector hs_loads_of(const hs_plane_aim *aim);
 hs_vector hs_held_value(const hs_body *body, double approach, const hs_plane_aim *aim);
 /* The target a share of the way there. */
 hs_plane_target hs_part_of_way(const hs_body *body, const hs_plane_target *to, double share);
-/* Carry a body to a target, in steps that are halved so often at most. */
-int hs_body_travel(hs_body *body, const hs_plane_target *to, int halvings);
+/* Move a body to a target, in steps that are halved until they settle. */
+int hs_body_travel(hs_body *body, const hs_plane_target *to);
 /* Have springs slip that are beyond the limit, which has fallen. */
 int hs_body_relax(hs_body *body, const hs_plane_aim *aim);
 /* dT/dV when the displacement goes on in a direction; (0, 0): of springs that stick. */

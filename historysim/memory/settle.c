@@ -2,23 +2,30 @@
  * shapes converge (README.md, theory 10). */
 
 #include "settle.h"
+#include "adaptive.h"
 #include "chord.h"
 #include "contact.h"
 #include "drive.h"
 #include "slides.h"
 
-/* to begin with, of paths on which the approach changes little, and of others */
+/* at first, of paths on which the approach changes little, and of others */
 #define FEWEST_CHORDS 1
 #define FEW_CHORDS 4
 #define LITTLE 0.1
 #define MOST_CHORDS (1 << 12)
-/* walks whose errors fall slower than by this settle slowly; the shortest part of a path that is halved for it */
-#define SLOW 0.4
+/* tolerance of a half over that of the whole */
 #define PART_OF_HALVES 0.25
-#define SHORTEST 1e-12
-/* factor by which tolerances are made coarser where a path in halves takes more chords than it may; a status that says so */
-#define COARSER_HALVES 16.0
-#define TOO_MANY_CHORDS (-1)
+
+static const hs_adaptive chord_settings = {
+    0.0, /* the tolerance is the drive's */
+    0.5, /* agreement by chance is not that much closer than asked for */
+    FEW_CHORDS, MOST_CHORDS,
+    0.4, /* errors of second order fall to 0.25, and beside a kink to 0.5 */
+    1.0, 1e-12, /* below it shares of a path are rounded */
+    0.0, 0.5, 0.5, /* halved: cuts and instants are found at shares of the whole path */
+    2 * MOST_CHORDS, /* one step may have all of its chords */
+    16.0, 16.0, /* a quarter of the chords suffices then */
+};
 /* chords of a whole path in which the instants are found at which asperities first slide */
 #define CHORDS_OF_PATH 32
 /* how those on which they do are cut: into so many, up to so short ones, so many in all, and so many times asperities */
@@ -32,14 +39,6 @@
 #define COARSEST 1000.0
 /* slid distance over what the contact is moved, and energy erased over that dissipated */
 #define NEGLIGIBLE 1e-3
-/* agreement by chance is not that much closer than asked for */
-#define CLOSE 0.5
-
-/* A change over what is tolerated, rounding left out. */
-static double part_of(double change, double rounding, double tolerated) {
-    change = fabs(change) - rounding;
-    return change <= 0.0 ? 0.0 : change / tolerated;
-}
 
 /* The largest change of a quantity of asperities from a coarser to a finer way, over a part of the largest that the path
  * makes. */
@@ -52,13 +51,13 @@ static double part_of_each(const double *start, const double *coarse, const doub
         size = hs_most(size, fabs(fine[i]));
     }
     *made_by_most = made;
-    return part_of(change, 64.0 * DBL_EPSILON * size, part * made);
+    return hs_error(change, 64.0 * DBL_EPSILON * size, part * made);
 }
 
-/* How far a way in chords is from being settled: 1 where it just is. What changes is measured by the whole path, of
- * which this may be a part. */
-static double distance_to_settled(walk *w, const hs_memory *start, const hs_memory *coarse, const hs_memory *fine) {
-    double part = COARSER * w->drive->tolerance, rough = COARSEST * w->drive->tolerance;
+/* Error of a number of chords next to half of it. What changes is measured by the whole path, of which a step may be a part. */
+static double error_of_chords(walk *w, const hs_adaptive *settings, const hs_memory *start, const hs_memory *coarse,
+                              const hs_memory *fine) {
+    double part = COARSER * settings->tolerance, rough = COARSEST * settings->tolerance;
     double top = hs_most(coarse->approach, start->approach) - fine->contact->sorted_gap[0];
     const hs_evolved *from = start->evolved, *one = coarse->evolved, *other = fine->evolved;
     int64_t count = fine->contact->count;
@@ -71,11 +70,11 @@ static double distance_to_settled(walk *w, const hs_memory *start, const hs_memo
     double *size = w->size;
     for (int k = 0; k < 6; ++k) size[k] = hs_most(sizes[k], w->whole[k]);
     double unit = fine->contact->units.energy, erased = hs_most(size[5], NEGLIGIBLE * size[3] * unit);
-    double state[] = {part_of(fine->displacement - coarse->displacement, 0.0, part * size[0]),
-                      part_of(fine->tangential_load - coarse->tangential_load, 0.0, part * size[1]),
-                      part_of(fine->approach - coarse->approach, 0.0, part * size[2]),
-                      part_of(fine->dissipated - coarse->dissipated, 0.0, rough * size[3]),
-                      part_of(other->erased_energy - one->erased_energy, 0.0, rough * erased)};
+    double state[] = {hs_error(fine->displacement - coarse->displacement, 0.0, part * size[0]),
+                      hs_error(fine->tangential_load - coarse->tangential_load, 0.0, part * size[1]),
+                      hs_error(fine->approach - coarse->approach, 0.0, part * size[2]),
+                      hs_error(fine->dissipated - coarse->dissipated, 0.0, rough * size[3]),
+                      hs_error(other->erased_energy - one->erased_energy, 0.0, rough * erased)};
     double most = 0.0;
     for (size_t k = 0; k < sizeof state / sizeof *state; ++k) most = hs_most(most, state[k]);
     double slid = part_of_each(from->slid_distance, one->slid_distance, other->slid_distance, count, rough, w->whole[6],
@@ -99,9 +98,9 @@ static void extrapolate(walk *w, const hs_memory *start, const hs_memory *coarse
     for (int64_t i = 0; i < count; ++i) w->before[start->contact->order[i]] = start->dissipated_each[i];
     for (int64_t i = 0; i < count; ++i) {
         int64_t whose = fine->contact->order[i];
-        fine->dissipated_each[i] = hs_most(fine->dissipated_each[i] + (fine->dissipated_each[i] - w->shape.energy[whose]) / 3.0, w->before[whose]);
+        fine->dissipated_each[i] = hs_extrapolate(w->before[whose], w->shape.energy[whose], fine->dissipated_each[i]);
     }
-    fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
+    fine->dissipated = hs_extrapolate(start->dissipated, coarse->dissipated, fine->dissipated);
 }
 
 /* The next cut after a share of the path, or the end of what is walked. */
@@ -112,12 +111,13 @@ static double next_cut(const walk *w, double share, double end) {
 }
 
 /* Carry a copy of a memory from one share of the path to another, in so many chords from cut to cut. */
-static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords) {
+static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
+                     int64_t *left) {
     if (w->wears || w->yields) hs_contact_assign(memory->contact, start->contact);
     int status = hs_memory_assign(memory, start);
     for (double here = before; here < share && status == HS_OK;) {
         double next = next_cut(w, here, share);
-        for (int k = 1; k <= chords && status == HS_OK; ++k, --w->left) {
+        for (int k = 1; k <= chords && status == HS_OK; ++k, --*left) {
             double begin = k == 1 ? here : here + (next - here) * ((double)(k - 1) / chords);
             status = hs_chord(w, memory, begin, k == chords ? next : here + (next - here) * ((double)k / chords));
             if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
@@ -127,48 +127,45 @@ static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double 
     return status;
 }
 
-static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                       int fewest);
+/* A part of a path that is integrated in chords. */
+typedef struct chords_of_path {
+    walk *w;
+    hs_memory *memory, *coarse, *fine;
+    hs_memory *start; /* where a path began that is integrated in halves; NULL until it is */
+    hs_adaptive settings;
+} chords_of_path;
 
-/* The same where walks settle slowly, as what happens does so close to one place: each half by itself, to a part
- * of what is tolerated, for their errors add up. */
-static int settle_halves(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share) {
-    double middle = 0.5 * (before + share), tolerated = w->tolerated;
-    int whole = !w->whole_start;
-    if (whole && !(w->whole_start = hs_copy_to_change(w, memory))) return HS_OUT_OF_MEMORY;
-    w->tolerated = PART_OF_HALVES;
-    for (int k = 0; k < SIZES; ++k) w->whole[k] = hs_most(w->whole[k], w->size[k]);
-    int status = settle_from(w, memory, coarse, fine, before, middle, FEW_CHORDS);
-    if (status == HS_OK) status = settle_from(w, memory, coarse, fine, middle, share, FEW_CHORDS);
-    w->tolerated = tolerated;
-    if (whole) {
-        if (status == TOO_MANY_CHORDS) hs_memory_swap(memory, w->whole_start);
-        hs_memory_free(w->whole_start);
-        w->whole_start = NULL;
-    }
+static int integrate_chords(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
+    chords_of_path *path = (chords_of_path *)integrand->context;
+    int first = chords == path->settings.first_chords;
+    if (chords > 2 * path->settings.first_chords) hs_memory_swap(path->coarse, path->fine);
+    int status = in_chords(path->w, path->memory, first ? path->coarse : path->fine, step->begin, step->end, chords,
+                           &integrand->chords_left);
+    *error = HUGE_VAL;
+    if (!first && status == HS_OK) *error = error_of_chords(path->w, &path->settings, path->memory, path->coarse, path->fine);
     return status;
 }
 
-/* Carry the first of three memories from one share of the path to another, in so many chords from cut to cut or more. */
-static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                       int fewest) {
-    double last = HUGE_VAL;
-    int status = in_chords(w, memory, coarse, before, share, fewest);
-    for (int chords = 2 * fewest; status == HS_OK; chords *= 2) {
-        status = in_chords(w, memory, fine, before, share, chords);
-        if (status != HS_OK) break;
-        double now = distance_to_settled(w, memory, coarse, fine) / (w->tolerated * w->coarser);
-        if (w->left <= 0 && w->whole_start && now > 1.0) return TOO_MANY_CHORDS;
-        if (now <= CLOSE || (now <= 1.0 && last <= 1.0) || w->left <= 0 || chords >= MOST_CHORDS) break;
-        if (now > SLOW * last && share - before > SHORTEST)
-            return settle_halves(w, memory, coarse, fine, before, share);
-        last = now;
-        hs_memory_swap(coarse, fine);
-    }
-    if (status != HS_OK) return status;
-    extrapolate(w, memory, coarse, fine);
-    hs_memory_swap(memory, fine);
+static int accept_chords(hs_integrand *integrand, const hs_interval *step) {
+    chords_of_path *path = (chords_of_path *)integrand->context;
+    (void)step;
+    extrapolate(path->w, path->memory, path->coarse, path->fine);
+    hs_memory_swap(path->memory, path->fine);
     return HS_OK;
+}
+
+/* Integrate a step in halves whose errors fall slowly, since the cause is so close to one place: to a part of the tolerance,
+ * for the errors of halves add up. */
+static int halve_chords(hs_integrand *integrand, const hs_interval *step) {
+    chords_of_path *path = (chords_of_path *)integrand->context;
+    walk *w = path->w;
+    (void)step;
+    for (int k = 0; k < SIZES; ++k) w->whole[k] = hs_most(w->whole[k], w->size[k]);
+    if (path->start) return HS_OK;
+    path->settings.tolerance *= PART_OF_HALVES;
+    path->settings.first_chords = FEW_CHORDS;
+    path->start = hs_copy_to_change(w, path->memory);
+    return path->start ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
 int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share) {
@@ -181,14 +178,19 @@ int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory
     if (w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_SLID_DISTANCE) little = 0;
     int fewest = little ? FEWEST_CHORDS : FEW_CHORDS, pieces = 1;
     for (double cut = next_cut(w, before, share); cut < share; cut = next_cut(w, cut, share)) ++pieces;
-    int status = TOO_MANY_CHORDS;
-    for (w->coarser = 1.0; status == TOO_MANY_CHORDS; w->coarser *= COARSER_HALVES) {
-        w->left = 2 * MOST_CHORDS;
-        w->tolerated = 1.0;
+    hs_adaptive settings = chord_settings;
+    settings.tolerance = w->drive->tolerance;
+    settings.first_chords = pieces < fewest ? fewest / pieces : 1;
+    for (;;) {
+        chords_of_path path = {w, memory, coarse, fine, NULL, settings};
+        hs_integrand integrand = {&path, &path.settings, integrate_chords, accept_chords, halve_chords, 0, 0.0};
         memset(w->whole, 0, sizeof w->whole);
-        status = settle_from(w, memory, coarse, fine, before, share, pieces < fewest ? fewest / pieces : 1);
+        int status = hs_adapt(&integrand, before, share);
+        if (status == HS_TOO_MANY_CHORDS) hs_memory_swap(memory, path.start);
+        hs_memory_free(path.start);
+        if (status != HS_TOO_MANY_CHORDS) return status;
+        hs_coarsen(&settings, integrand.reached);
     }
-    return status;
 }
 
 /* How many asperities have slid as a whole. */
