@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 
-import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -376,29 +375,6 @@ def test_a_log_that_is_being_written_is_reported(ran):
 
 
 # -- how it ends when it cannot --------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "code", "said"),
-    [
-        ("50 mN", "50 mm", 2, "Error: ball.toml: loading.waypoints[0].normal_load: '50 mm'"),
-        (
-            "8 mN",
-            "12 mN",
-            1,
-            "Error: ball.toml: loading.waypoints[1]: event 1 at t = 1 s: a tangential load of 0.012 N",
-        ),
-    ],
-)
-def test_a_failed_run_leaves_no_file(folder, old, new, code, said):
-    (folder / "ball.toml").write_text(SCENARIO.replace(old, new), encoding="utf-8")
-    with h5py.File(folder / "ball.nc", "w") as file:
-        file.attrs["historysim_version"] = "an older one"
-    older = (folder / "ball.nc").read_bytes()
-    check_refusal(call("run", "ball.toml", "--plot"), code, said)
-    # loads that cannot be carried can be asked about
-    assert files(folder) == [*(["ball.history"] if code == 1 else []), "ball.nc", "ball.toml"]
-    assert (folder / "ball.nc").read_bytes() == older
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ import json
 import re
 import zipfile
 
-import pytest
 from c_core import ROOT
 from click.testing import CliRunner
 
@@ -49,19 +48,3 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
     assert [re.sub(r"at \S+ s", "at … s", note) for note in notes] == [
         "out: its last event is at … s; the unit starts from the state after it"
     ]
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["fmu", SCENARIO, "-o", "a.zip"], "expected .fmu"),
-        (["fmu", SCENARIO, "--platforms", "amiga"], "platform 'amiga' is unknown"),
-        (["fmu", SCENARIO, "--at", "noon"], "--at"),
-        (["reduce", SCENARIO, "-o", "a.xyz"], "expected one of .json"),
-        (["reduce", SCENARIO, "--normal-load", "-1 mN"], "normal_load"),
-        (["reduce", SCENARIO, "--elements", "0"], "elements"),
-    ],
-)
-def test_wrong_arguments_are_refused(tmp_path, words, message):
-    assert message in said(tmp_path, *words, code=2)
-    assert not list(tmp_path.iterdir())

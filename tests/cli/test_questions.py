@@ -84,27 +84,6 @@ def test_a_table_can_be_netcdf(history):
         xr.testing.assert_allclose(found, history.contact.slip_shares())
 
 
-@pytest.mark.usefixtures("history")
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["r.nc", "profiles"], "profiles: needs asperity; expected --with asperity=VALUE"),
-        (["r.nc", "profiles", "--asperity", "9"], "asperity 9: is not recorded in the history; expected one of 0, 1"),
-        (["r.nc", "slip-shares", "--asperity", "0"], "slip-shares: has no parameter 'asperity'; it takes none"),
-        (["r.nc", "time-series", "--step", "0"], "time-series: takes no --step"),
-        (["r.nc", "slides-frst"], "'slides-frst' is no question; did you mean 'slides-first'?"),
-        (["r.nc", "drift"], "drift: needs first, second"),
-        (["r.nc", "drift", "--with", "frst=1"], "drift: has no parameter 'frst'; did you mean 'first'?"),
-        (["r.nc", "drift", "--with", "first"], "--with 'first': expected NAME=VALUE"),
-    ],
-)
-def test_unsuitable_arguments_are_refused(tmp_path, arguments, told):
-    done = call(*arguments)
-    assert done.exit_code == 2
-    assert told in done.output
-    assert [path.name for path in tmp_path.iterdir()] == ["r.nc"]
-
-
 def test_a_step_is_given_by_the_name_of_its_state(history, tmp_path):
     named = history.load().assign_attrs(named_states_attribute({"held": 2.0}))
     named.to_netcdf(tmp_path / "named.nc")

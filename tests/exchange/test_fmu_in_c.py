@@ -1,6 +1,5 @@
 """Units of co-simulation by a host in C, under sanitizers, and what they are made of: nothing of this needs FMPy."""
 
-import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
@@ -75,19 +74,6 @@ def test_units_of_variables_are_declared(tmp_path):
     without = {name for name, real in reals.items() if real.get("unit") not in units}
     assert without == {"friction_factor", "slipping_share"}
     assert float(reals["prescribed_normal_load"].get("start")) == 0.02
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"fmi": 1}, "fmi is 1; expected 2 or 3"),
-        ({"platforms": ["amiga"]}, "platform 'amiga' is unknown; expected x86_64-linux"),
-    ],
-)
-def test_wrong_arguments_are_reported(tmp_path, options, message):
-    with pytest.raises(hs.InputError, match=re.escape(message)):
-        hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", **options)
-    assert not list(tmp_path.iterdir())
 
 
 def test_two_directions_are_refused_where_there_is_one(tmp_path):

@@ -110,18 +110,6 @@ def test_normal_load_and_shipped_scenario():
     assert hs.reduce(scenario).errors["own history"] < 0.01
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"elements": 0}, "elements is 0; expected a whole number from 1 to 1000"),
-        ({"normal_load": -1.0}, "normal_load"),
-    ],
-)
-def test_wrong_arguments_are_reported(options, message):
-    with pytest.raises(hs.InputError, match=message):
-        hs.reduce(job(ball()), **options)
-
-
 def test_contacts_that_cannot_be_reduced_are_reported():
     with pytest.raises(hs.InputError, match="friction is 0 everywhere"):
         hs.reduce(hs.Replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.0), job(ball()).events))

@@ -26,19 +26,6 @@ def area(moved, load):
     return 0.5 * float(np.sum((load + np.roll(load, -1)) * (np.roll(moved, -1) - moved)))
 
 
-def test_the_difference_is_measured_minus_model(compared):
-    observed, response = compared.observation, compared.response
-    off = observed.tangential_load - response.tangential_load
-    assert_array_equal(compared.difference, off)
-    lines = dict(compared.summary())
-    assert lines["samples compared"] == f"{off.size:,}"
-    rms, largest = np.sqrt(np.mean(off**2)), np.abs(observed.tangential_load).max()
-    value, unit, *share = lines["rms difference"].replace(",", "").split()
-    assert unit == "µN"
-    assert float(value) == pytest.approx(1e6 * rms, rel=1e-3)
-    assert float(share[0]) == pytest.approx(100 * rms / largest, rel=1e-2)
-
-
 def test_loops_and_their_energies_by_another_way(compared):
     observed = compared.observation
     assert dict(compared.summary())["loops"] == str(len(compared.measured)) == str(len(compared.model))

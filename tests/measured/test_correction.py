@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from historysim.errors import InputError
 from historysim.measured.correction import drift_of_cycles, offset_of_cycles, remove_backlash, remove_free_play
 from historysim.measured.reduction import reversals
 
@@ -85,11 +84,3 @@ def test_free_play_in_series_is_removed(load, width, closing_load):
     found = remove_free_play(contact + clearance, load, width, closing_load=closing_load)
     assert found == pytest.approx(contact, abs=1e-13)
     assert remove_free_play(contact + width / 2 * np.sign(load), load, width) == pytest.approx(contact, abs=1e-13)
-
-
-def test_too_few_cycles_are_explained():
-    swing = np.array([0.0, 1, 0, 1, 0, 1])
-    with pytest.raises(InputError, match=r"has 0 cycles at a dead band of 0\.1"):
-        offset_of_cycles(swing[:3], dead_band=0.1)
-    with pytest.raises(InputError, match=r"2 cycles .* expected 3 or more"):
-        drift_of_cycles(np.arange(6.0), swing, dead_band=0.1)

@@ -91,16 +91,6 @@ def notes_of(found):
     return " | ".join(found.notes)
 
 
-def test_stiffness_and_shear_modulus_are_not_distinguished_by_short_loops():
-    """All of it sticks: contact and instrument are two springs in series, of which only the sum shows."""
-    kind = "ball, shear modulus"
-    record = observe(synthetic.measured(kind, 2, amplitude=30e-9, loads=(0.09,), loops=1))
-    start = start_of(kind, 1.0)
-    known = {"friction": start.pop("friction")}
-    found = fit_parameters(lambda values: synthetic.model(kind)({**known, **values}), start, record)
-    assert "these data do not distinguish lateral_stiffness from shear_modulus (correlation -" in notes_of(found)
-
-
 def sliding(noise=6e-6):
     moved = np.concatenate([[0], np.linspace(1e-6, 2e-6, 200)])
     load = np.r_[0, np.full(200, 0.01)] + np.random.default_rng(0).normal(0, noise, 201)
@@ -135,18 +125,6 @@ def test_a_wrong_model_is_noted():
         sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6)
     )
     assert "%: the model is incomplete, or the fit needs another start" in notes_of(found)
-
-
-def test_skipped_loops_do_not_count():
-    record = synthetic.measured("ball", 4)
-    spoilt = record["tangential_load"].copy()
-    # the beginning of the first load, before the first loop ends
-    turns = observe(record).turns
-    spoilt[: turns[2]] += 5e-3
-    observation = observe(attrs.evolve(record, response={"tangential_load": spoilt}), skip=1)
-    found = fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), observation)
-    assert found.parameters[0].value == pytest.approx(0.2, rel=1e-3)
-    assert found.residual.size < record.time.size - turns[3]
 
 
 def test_unfittable_input_is_refused():

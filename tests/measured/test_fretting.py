@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import historysim as hs
-from historysim.measured.fretting import QUANTITIES, Fretting, by_load
+from historysim.measured.fretting import QUANTITIES, by_load
 from historysim.measured.loops import loops_of_channels
 from historysim.scenario.record_search import each_run, fretting_of_runs, fretting_rows
 
@@ -116,14 +116,6 @@ def test_means_have_intervals_and_the_dataset_holds_all():
         ("displacement amplitude δ*", "", "", "", ""),
         ("  50 N", "12", "", "", by_load(loops).statistics("displacement_amplitude")[0].text("m", 12)),
     ]
-
-
-def test_loops_that_are_not_friction_have_no_fretting_quantities():
-    u = 1e-6 * np.sin(np.linspace(0, 8 * np.pi, 801))
-    load = 1e6 * u + 0.3 * np.cos(np.linspace(0, 8 * np.pi, 801))
-    report = Fretting.from_loops(loops_of_channels(np.arange(801.0), u, load, np.full(801, 5.0)))
-    assert report.regime_text() == "–"
-    assert np.isnan(report.values["energy_ratio"]).all()
 
 
 SCENARIO = """

@@ -7,7 +7,6 @@ import attrs
 import numpy as np
 import pytest
 import synthetic
-import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from records_shared import SHARED
@@ -16,8 +15,6 @@ import historysim as hs
 from historysim.contact import mindlin
 from historysim.errors import InputError
 from historysim.measured.branches import Definitions
-from historysim.measured.comparison import observe
-from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.results import analysis
@@ -183,23 +180,6 @@ def test_loops_close_to_a_line_are_noted():
 # ---------------------------------------------------------------- summaries
 
 
-def test_the_dataset_holds_everything(tmp_path):
-    found = analysis.friction_loops(swung(4 * SLIDE, substeps=50), skip=1)
-    dataset = found.to_dataset()
-    assert dict(dataset.sizes) == {"loop": 2, "direction": 2}
-    assert dataset.loop.values.tolist() == [1, 2]
-    assert dataset.start_time.values.tolist() == [3.0, 5.0]
-    assert dataset.end_time.values.tolist() == [5.0, 7.0]
-    for name in [*BRANCH_QUANTITIES, *LOOP_QUANTITIES]:
-        assert (dataset[name].values == getattr(found, name)).all()
-        assert dataset[name].attrs["units"]
-    assert dataset.friction_force.sel(direction="backward").values.tolist() == found.friction_force[:, 1].tolist()
-    assert dataset.attrs["content"] == CONTENT
-    assert dataset.attrs["sliding_part"] == "the last 0.25 of the displacement of a branch"
-    dataset.to_netcdf(tmp_path / "loops.nc")
-    assert xr.load_dataset(tmp_path / "loops.nc").equals(dataset)
-
-
 # ---------------------------------------------------------------- a measured record
 
 RECORD = SHARED / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
@@ -235,26 +215,6 @@ def test_a_measured_record_agrees_with_its_published_picture(damper):
 
 # ---------------------------------------------------------------- bad input
 
-TIME, UP_AND_DOWN = np.arange(5.0), np.array([0.0, 1.0, -1.0, 1.0, 0.0])
-LOAD = np.array([0.0, 1.0, -1.0, 1.0, 0.0])
-
-
-def loops_of_swing(load, *normal_load, **options):
-    return loops_of_channels(TIME, UP_AND_DOWN, load, *normal_load, **options)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: loops_of_swing(LOAD, dead_band=3), "has 0 whole loops at a dead band of 3 m"),
-        (lambda: loops_of_swing(LOAD, dead_band=0.1, skip=1), "has 1 whole loop at .* of which 1 are to be skipped"),
-        (lambda: loops_of_swing(LOAD, LOAD[:3], dead_band=0), "normal_load has 3 samples"),
-    ],
-)
-def test_bad_input_is_explained(call, message):
-    with pytest.raises(hs.InputError, match=message):
-        call()
-
 
 # -- noise of the displacement ---------------------------------------------------------------------
 
@@ -276,16 +236,6 @@ def test_noise_is_not_counted_as_reversals(noise):
     assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
     assert loops.dead_band >= 6 * 0.95 * noise
     assert any("reversal points are unreliable" in note for note in loops.notes) == (noise > 5e-9)
-
-
-@pytest.mark.parametrize("find", [hs.loops, observe])
-def test_a_displacement_that_rests_has_no_loops(find):
-    record = noisy_strokes(1e-9)
-    random = np.random.default_rng(1)
-    for rest in (np.full(record.time.size, 0.3), 0.3 + random.normal(0, 1e-9, record.time.size)):
-        resting = attrs.evolve(record, channels={**record.channels, "tangential_displacement": rest})
-        with pytest.raises(InputError, match=r"the tangential displacement rests: .* `historysim sliding`"):
-            find(resting)
 
 
 # ---------------------------------------------------------------- one stored cycle
@@ -310,16 +260,6 @@ def test_one_closed_period_is_a_loop_wherever_it_starts(start, samples):
     assert found.friction_coefficient == pytest.approx(np.full((1, 2), 0.2), rel=1e-3)
     assert found.dissipated_energy == pytest.approx([4 * 10 * (50e-6 - 10 / 5e6)], rel=2e-2 if samples < 50 else 5e-3)
     assert (np.diff(found.trace.time) > 0).all()
-
-
-def test_the_first_cycle_from_rest_is_not_closed():
-    samples = 200
-    moved = 50e-6 * np.sin(2 * np.pi * np.arange(samples) / samples)
-    load = np.zeros(samples)
-    for i in range(1, samples):
-        load[i] = np.clip(load[i - 1] + 5e6 * (moved[i] - moved[i - 1]), -10.0, 10.0)
-    with pytest.raises(InputError, match="0 whole loops"):
-        loops_of_channels(np.arange(samples), moved, load, 50.0)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.9])

@@ -135,50 +135,6 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
 # -- what they refuse ------------------------------------------------------------------------------
 
 
-def change(folder, *changes):
-    text = SCENARIO
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (folder / "s.toml").write_text(text, encoding="utf-8")
-
-
-NO_RESPONSE = ('[loading.response]\ntangential_load = { column = "T", unit = "mN" }\n', "")
-WRONG_WAY = ('{ column = "T", unit = "mN" }', '{ column = "T", unit = "mN", scale = -1 }')
-
-
-@pytest.mark.parametrize(
-    ("command", "changes", "message"),
-    [
-        ("fit", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load"),
-        ("loops", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
-    ],
-)
-def test_unsuitable_records_are_refused(folder, command, changes, message):
-    change(folder, *changes)
-    done = call(command, "s.toml")
-    assert done.exit_code == 2, done.output
-    assert done.output.startswith(f"Error: {message}")
-    assert len(done.output.splitlines()) == 1
-    assert files(folder) == GIVEN
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: skip is -1"),
-        (("loops", "s.toml", "--dead-band", "5 N"), "--dead-band: '5 N': 'N' is not a unit of a length"),
-    ],
-)
-def test_unsuitable_arguments_are_refused(folder, arguments, message):
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    done = call(*arguments)
-    assert done.exit_code == 2, done.output
-    assert done.output.startswith(f"Error: {message}")
-    assert len(done.output.splitlines()) == 1
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
-
-
 # -- real records ----------------------------------------------------------------------------------
 
 

@@ -34,20 +34,6 @@ def write(folder, moved=MOVED, load=STICKS, normal=LOAD, name="s.toml", **keys):
 # -- the zero ---------------------------------------------------------------------------------------
 
 
-def test_a_stage_has_its_own_zero(tmp_path):
-    zero = 10e-9
-    path = write(tmp_path, MOVED + zero)
-    assert hs.compare(path).residuals.rms < 1e-6 * FRICTION * LOAD
-    notice = "its first sample, .* is its zero; offset = 0 leaves the readings unchanged"
-    with pytest.warns(UserWarning, match=notice):
-        history = hs.run(path)
-    np.testing.assert_allclose(history.total_tangential_load, STICKS, atol=1e-6 * FRICTION * LOAD)
-    assert any("is its zero" in text for _, text in hs.validate(path))
-    column = '{ column = "u", unit = "nm", offset = 0 }'
-    raw = hs.compare(write(tmp_path, MOVED + zero, columns={"tangential_displacement": column}))
-    assert raw.residuals.rms > 0.3 * FRICTION * LOAD
-
-
 def test_a_record_that_begins_at_zero_within_its_noise_stays(tmp_path):
     noisy = MOVED + np.random.default_rng(0).normal(0, 1e-10, TIME.size)
     measurement = hs.load(write(tmp_path, noisy)).measurement()
@@ -121,19 +107,6 @@ def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
     found = hs.fit(write_mid_stroke(tmp_path, stroke=6.0)[0])
     assert "95 %: not determined" in dict(found.summary())["displacement_offset"]
     assert any("does not remember where it began" in note for note in found.estimates.notes)
-
-
-@pytest.mark.parametrize(
-    ("column", "message"),
-    [
-        ('{ column = "u", centred = true }', "fit.parameters: displacement_offset: centred removes any offset"),
-        (None, "fit.parameters: displacement_offset: no displacement was measured"),
-    ],
-)
-def test_an_offset_needs_a_column_that_has_one(tmp_path, column, message):
-    path, _ = write_mid_stroke(tmp_path, column=column)
-    with pytest.raises(hs.InputError, match=message):
-        hs.fit(path)
 
 
 # -- a spring beside the contact, a damper -----------------------------------------------------------

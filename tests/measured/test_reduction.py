@@ -79,20 +79,6 @@ def test_turning_points_by_hand(values, dead_band, kept):
     assert turning_points(values, dead_band).tolist() == kept
 
 
-def test_noise_makes_no_turning_points():
-    generator = np.random.default_rng(3)
-    time = np.linspace(0, 12.9, 20_000)
-    clean = np.sin(2 * np.pi * time)
-    noisy = clean + generator.uniform(-0.02, 0.02, time.size)
-    assert turning_points(noisy).size > 1_000
-    kept = turning_points(noisy, 0.05)
-    whole = turning_points(clean)
-    assert (kept.size, whole.size) == (29, 28)
-    assert abs(np.diff(noisy[kept])[-1]) < 0.05  # the extreme before the end has not been left yet
-    # near its extreme the sine is flat: noise of 0.02 hides the top where 1 - cos(2πt) < 0.04
-    assert time[kept[:-2]] == pytest.approx(time[whole[:-1]], abs=math.acos(0.96) / (2 * np.pi))
-
-
 # ---------------------------------------------------------------- what it changes
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -225,18 +211,6 @@ def test_a_constant_normal_load_adds_nothing():
     assert kept_points(values, np.ones(values.size)).tolist() == turning_points(values).tolist()
     assert kept_points(values, noise, normal_dead_band=0.03).tolist() == turning_points(values).tolist()
     assert kept_points(values).tolist() == turning_points(values).tolist()
-
-
-def test_a_bent_path_is_kept_where_it_bends():
-    tangential = np.concatenate([np.linspace(0, 1, 100), np.ones(100), np.linspace(1, 2, 100)])
-    normal = np.concatenate([np.ones(100), np.linspace(1, 3, 100), np.full(100, 3.0)])
-    kept = kept_points(tangential, normal, dead_band=0.1, normal_dead_band=0.1)
-    assert kept[0] == 0
-    assert kept[-1] == 299
-    # the corners lie at samples 99 and 199; a corner may be cut by the dead band
-    assert len(kept) == 4
-    assert tangential[kept] == pytest.approx([0, 1, 1, 2], abs=0.1)
-    assert normal[kept] == pytest.approx([1, 1, 3, 3], abs=0.1)
 
 
 def test_a_normal_load_that_swings_while_the_contact_rests_is_kept():

@@ -190,13 +190,6 @@ def check_starts(model, near, observation, factors):
     return len(known), len(found)
 
 
-def far_starts(seed, count, tried):
-    """Give factors from 1e-4 to 1e4, at the corners first."""
-    random = np.random.default_rng(seed)
-    corner = 10.0 ** (4 * (2 * (random.permutation(2**count)[:, None] >> np.arange(count) & 1) - 1))
-    return [*corner[:2].tolist(), *(10.0 ** random.uniform(-4, 4, (tried - 2, count))).tolist()]
-
-
 BALL = {name: synthetic.TRUTHS["ball"][name] for name in ("friction", "lateral_stiffness")}
 WHITE = recorded(0, loads=(0.05,))
 
@@ -205,13 +198,6 @@ def test_a_search_ends_at_the_best_misfit_from_any_start():
     observation = observe(WHITE)
     factors = [(1.0, 1500.0), (1e4, 1e-4), (1e-4, 1e4)]
     assert check_starts(synthetic.model("ball"), BALL, observation, factors) == (4, 4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", range(len(SYNTHETIC)), ids=[name for _, name in SYNTHETIC])
-def test_synthetic_records_from_all_starts(number):
-    factors = far_starts(number, 2, 4)
-    check_starts(synthetic.model("ball"), BALL, observe(SYNTHETIC[number][0]), factors)
 
 
 def test_a_search_that_ends_at_its_bound_has_no_interval():

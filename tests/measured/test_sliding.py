@@ -172,16 +172,6 @@ def test_windows_are_means_along_the_displacement():
     assert found.window_count.sum() == u.size
 
 
-def test_the_other_way_and_without_a_displacement():
-    time, load, normal, u = made(noise=0.002)
-    there = sliding_of_channels(time, load, normal, u)
-    back = sliding_of_channels(time, -load, normal, 3.0 - u)
-    assert_allclose(back.window_mean, there.window_mean, rtol=1e-9)
-    alone = sliding_of_channels(time, -load, normal)
-    assert alone.over == "time"
-    assert_allclose(alone.window_mean, there.window_mean, rtol=0.01)
-
-
 def test_a_course_is_written_and_replayed(tmp_path):
     """What was found is the friction of a replay, whose friction is found again."""
     from historysim.loads.friction_course import FrictionCourse
@@ -218,22 +208,6 @@ def test_its_dataset_holds_all_but_the_samples(noise, over, windows):
     labels = [line.get_label() for line in hs.plots.sliding(read).axes[0].lines]
     assert "samples" not in labels
     assert "windows" in labels
-
-
-TIME, LOAD, NORMAL, WAY = made(size=101)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: sliding_of_channels(TIME, LOAD, NORMAL, np.abs(WAY - 5e-3)), "turns back at t = 5 s"),
-        (lambda: sliding_of_channels(TIME, LOAD, -NORMAL, WAY), "presses at no sample"),
-        (lambda: sliding_of_channels(TIME, -LOAD, NORMAL, WAY), r"friction would give energy.*with a scale of -1"),
-    ],
-)
-def test_bad_input_is_explained(call, message):
-    with pytest.raises(hs.InputError, match=message):
-        call()
 
 
 # -- a displacement that rests ---------------------------------------------------------------------

@@ -108,17 +108,6 @@ def test_the_summary_is_readable(history):
     assert summary["dissipated energy"].endswith("J")
 
 
-def test_the_summary_has_the_preliminary_displacement_at_each_friction():
-    events = [hs.NormalLoad(0.0, 0.2), hs.FrictionChange(1.0, 0.5), hs.NormalLoad(2.0, 0.21)]
-    history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.2), events, hold=False)
-    approach = (HEIGHTS.max() - history.separation.values)[[0, 2]]
-    virgin = [RATIO * mu * own * 1e9 for mu, own in zip((0.2, 0.5), approach, strict=True)]
-    expected = (
-        f"{virgin[0]:.4g} nm at μ = 0.2 under 200 mN, {virgin[1]:.4g} nm at μ = 0.5 under 210 mN, loaded from rest"
-    )
-    assert dict(analysis.summary(history))["preliminary displacement"] == expected
-
-
 def test_the_summary_reports_loads_held_at_the_limit(history):
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-3)]
     held = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), events, saturate=True)

@@ -118,19 +118,6 @@ def test_incomplete_steps_need_their_replay(events):
         rebuilt.asperity(history, 0, -1)
 
 
-def test_missing_asperities_and_steps_are_refused():
-    history = hs.replay(MANY, EVENTS, hold=False)
-    missing = next(label for label in range(40) if label not in history.asperity)
-    with pytest.raises(InputError, match=f"asperity {missing}: is not recorded in the history; expected one of"):
-        rebuilt.asperity(history, missing, 0)
-    with pytest.raises(InputError, match="step 5: the history has 5 steps"):
-        rebuilt.asperity(history, int(history.asperity[0]), 5)
-    with pytest.raises(InputError, match="points is 1"):
-        rebuilt.profiles(history, int(history.asperity[0]), 0, points=1)
-    with pytest.raises(InputError, match="steps is empty"):
-        rebuilt.profiles(history, int(history.asperity[0]), [])
-
-
 def test_an_asperity_is_found_by_step_time_or_name():
     job = hs.Replay(MANY, EVENTS, substeps=3, hold=False)
     history = job.dataset().assign_attrs(named_states_attribute({"turned": 2.0}))

@@ -11,10 +11,9 @@ from conventions import conventions, discovery
 import historysim as hs
 from historysim.errors import InputError
 from historysim.results import tables
-from historysim.results.tables import WrittenTable, is_table, loop_summary, sweep_summary, write_sweep
+from historysim.results.tables import WrittenTable, is_table, sweep_summary, write_sweep
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
-BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
 EVENTS = [hs.NormalLoad(0.0, 0.1)]
 EVENTS += [hs.TangentialDisplacement(float(time), (-1) ** time * 2e-7) for time in range(1, 5)]
 TABLE = xr.Dataset(
@@ -234,22 +233,3 @@ def test_a_sweep_in_a_few_lines(sweep):
         "drift": "1 nm to 5 nm, 1 missing",
         "failed": "1 cell; the first: µ",
     }
-
-
-def swung(amplitudes, **options):
-    swings = [hs.TangentialDisplacement(1.0 + i, (-1) ** i * u) for i, u in enumerate(amplitudes)]
-    return hs.loops(hs.replay(BALL, [hs.NormalLoad(0.0, 0.1), *swings], substeps=100), **options)
-
-
-def test_the_lines_of_loops_are_their_means():
-    found = swung([1e-7] * 8)
-    lines = dict(loop_summary(found.to_dataset()))
-    assert lines["loops"] == "3"
-    for row in found.rows()[1:]:
-        if row[0] in lines and row[0] != "loops":
-            assert lines[row[0]] == row[3]
-    assert lines["friction coefficient"] == "0.2 ± 0"
-    assert lines["content"] == "friction loops"
-    unknown = found.to_dataset()
-    unknown["tangential_stiffness"][:] = np.nan
-    assert dict(loop_summary(unknown))["stiffness at reversal"] == "–"

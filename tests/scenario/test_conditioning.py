@@ -48,14 +48,6 @@ def test_a_notch_takes_it_off_and_says_how_much(folder):
     assert "hum" not in dict(found.remarks)
 
 
-def test_several_filters_act_in_turn(folder):
-    keys = "median = 3, notch = [50, 100], low_pass = '120 Hz'"
-    found = hs.load(
-        written(folder, {"tangential_displacement": f'{{ column = "u", unit = "nm", {keys} }}'})
-    ).measurement()
-    assert np.abs(found["tangential_displacement"] - 1e-9 * CLEAN)[800:-800].max() < 0.6e-9
-
-
 def test_a_run_says_that_noise_is_replayed(folder):
     """The dead band does not act in a run that is not reduced; with reduce it leaves the turns of the loops."""
     path = written(folder, dead_band={"tangential_displacement": "20e-9"})

@@ -75,22 +75,6 @@ def test_one_run_is_taken(folder, run, friction):
     assert any(label == "run" and text.endswith("one of 3 runs, 961 samples") for label, text in loops.remarks)
 
 
-@pytest.mark.parametrize(
-    ("run", "said"),
-    [
-        ("run = 4", r"loading\.run: there is no run 4; expected one of 1, 2, 3"),
-        ('run = 1\nruns_by = "Step"', r"there is no run 1; expected one of 10, 20, 30"),
-        (
-            'run = "each"',
-            r'loading\.run: "each"; expected one of the runs 1, 2, 3: "each" is for loops, sliding and fit',
-        ),
-    ],
-)
-def test_runs_that_are_none(folder, run, said):
-    with pytest.raises(InputError, match=said):
-        loaded(folder, run).measurement()
-
-
 @pytest.mark.parametrize("by", ["", '\nruns_by = "Step"'])
 def test_each_run_by_itself(folder, by):
     scenario = loaded(folder, f'run = "each"{by}')

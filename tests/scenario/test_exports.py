@@ -1,7 +1,6 @@
 """What a scenario says of an export: several columns, several files and blocks, no clock."""
 
 import tomllib
-from pathlib import Path
 
 import exports
 import numpy as np
@@ -50,19 +49,6 @@ def test_a_load_of_several_columns(tmp_path, load_of, expected):
     columns = f"time = 'Time'\nnormal_load = {load_of}"
     measured = scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns).measurement()
     np.testing.assert_allclose(measured["normal_load"], expected, rtol=1e-13)
-
-
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        ("normal_load = { sum = ['Fz', 'Fx'], column = 'Fz' }", "normal_load: column and sum together; expected one"),
-        ("normal_load = { column = 'Fz', shift = 1 }", "normal_load.shift: needs the times of the record"),
-    ],
-)
-def test_options_that_exclude_each_other_are_refused(tmp_path, columns, said):
-    with pytest.raises(InputError) as refused:
-        scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns).measurement()
-    assert said in str(refused.value)
 
 
 def test_without_a_clock_the_row_is_the_time(tmp_path):
@@ -115,39 +101,6 @@ def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     written.write_text(HEAD.replace("[loading]", text), encoding="utf-8")
     measured = load(written).measurement()
     assert measured["normal_load"].tolist() == [0.01, 0.0105, 0.011, 0.01]
-
-
-@pytest.mark.parametrize(
-    ("header", "time", "normal", "stroke", "friction"),
-    [
-        ("Time (s),Fz (N),x (um),Fx (N)", "Time (s)", "Fz (N)", "x (um)", "Fx (N)"),
-        ("t [ms],load_N,pos,Fx [mN]", "t [ms]", ("load_N", "N"), ("pos", "?"), "Fx [mN]"),
-        ("t_s,normal_displacement_nm,tangential_displacement_nm,normal_load_mN", ("t_s", "s"),
-         ("normal_load_mN", "mN"), ("tangential_displacement_nm", "nm"), None),
-    ],
-)  # fmt: skip
-def test_columns_are_recognised_by_their_names(tmp_path, monkeypatch, header, time, normal, stroke, friction):
-    """A unit that stands in a name behind "_" is suggested, and the path is the one that was given."""
-    (tmp_path / "data").mkdir()
-    monkeypatch.chdir(tmp_path)
-    path = Path("data/a.csv")
-    path.write_text(f"{header}\n0,1,2,3\n1,2,3,4\n", encoding="utf-8")
-    text = suggest_loading(path, describe(path), Format())
-    loading = tomllib.loads(text)["loading"]
-    assert loading["file"] == "data/a.csv"
-
-    def told(expected):
-        return {"column": expected[0], "unit": expected[1]} if isinstance(expected, tuple) else expected or "?"
-
-    assert loading["columns"] == {
-        "time": told(time),
-        "normal_load": told(normal),
-        "tangential_displacement": told(stroke),
-    }
-    assert loading.get("response", {"tangential_load": "?"})["tangential_load"] == told(friction)
-    if "?" not in text.replace("?]", ""):
-        Path("s.toml").write_text(HEAD.replace("[loading]", text), encoding="utf-8")
-        assert load("s.toml").measurement()["normal_load"].size == 2
 
 
 @pytest.mark.parametrize(
@@ -268,25 +221,6 @@ def test_friction_coefficients_are_multiplied_by_the_normal_load(tmp_path, keys,
     first = (expected[0] - 1 if "offset" in keys else expected[0]) / 0.2
     ratio = np.array([0.2, 0.25, 0.3]) * first + ("offset" in keys)
     np.testing.assert_allclose(measured["tangential_load"], ratio, rtol=1e-13)
-
-
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        (
-            "tangential_load = { column = 'COF', times = 'normal_load' }",
-            "tangential_load.times: was not measured; expected a column or a constant for normal_load",
-        ),
-        (
-            "normal_load = { column = 'Fn', retrace = 'COF', shift = 1 }",
-            "normal_load.shift: does not apply to a column with a retrace",
-        ),
-    ],
-)
-def test_coefficients_and_retraces_that_cannot_be_used(tmp_path, columns, said):
-    with pytest.raises(InputError) as refused:
-        scenario(tmp_path, COEFFICIENTS, "file = 'a.txt'", columns).measurement()
-    assert said in str(refused.value)
 
 
 def test_trace_and_retrace_are_one_loop(tmp_path):

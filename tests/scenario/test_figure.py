@@ -133,32 +133,3 @@ seed = 1""",
     assert names[1].startswith("surface 2: ")
     with pytest.raises(InputError, match="picture: the surface is not a height map"):
         hs.plot(hs.load(write(BALL + '[picture]\nkind = "map"\n')))
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            "[picture]\nwork = true\n",
-            "picture.kind: missing; expected one of adhesion-map, area-laws, bars, contact-map",
-        ),
-    ],
-)
-def test_an_invalid_picture_is_reported_with_its_path(write, text, message):
-    whole = text + BALL if text.startswith("picture") else BALL + text
-    with pytest.raises(InputError, match=message):
-        hs.load(write(whole))
-
-
-@pytest.mark.parametrize(
-    ("loading", "message"),
-    [
-        (
-            'waypoints = [{time=0, normal_load=1, name="K"}, {after=1, normal_load=2, name="K"}]',
-            r"waypoints\[1\].name: 'K' is used before",
-        ),
-    ],
-)
-def test_names_of_waypoints_differ(write, loading, message):
-    with pytest.raises(InputError, match=message):
-        hs.load(write(f"{BALL[: BALL.index('substeps')]}{loading}\n"))

@@ -74,17 +74,6 @@ def reloaded(folder, text, name="fitted.toml"):
 # -- the model -------------------------------------------------------------------------------------
 
 
-def test_the_model_starts_from_the_scenario(folder):
-    of = loaded(folder)
-    section, model, start = build_model(of)
-    assert start == {"friction": 0.2, "lateral_stiffness": 5e5, "shear_modulus": 2e10, "height_scale": 1.0}
-    assert section.skip == 0
-    ensemble, instrument = model(start)
-    assert instrument == of.instrument
-    assert_allclose(ensemble.summit_height, of.ensemble().summit_height, rtol=0, atol=1e-20)
-    assert ensemble.pair.shear_modulus == 2e10
-
-
 def test_the_model_is_made_of_its_parameters(folder):
     _, model, _ = build_model(loaded(folder))
     ensemble, instrument = model({"friction": 0.3, "lateral_stiffness": 7.0, "shear_modulus": 5.0, "height_scale": 2.0})
@@ -170,15 +159,6 @@ def test_a_fitted_shear_modulus_takes_the_place_of_the_materials(folder, materia
     assert again.ensemble().pair.contact_modulus == of.ensemble().pair.contact_modulus
 
 
-def test_adhesion_outlives_its_materials(folder):
-    base = '[materials]\nfirst = "silicon"\nsecond = "float glass"\n' + ROUGH[ROUGH.index("[surface]") :]
-    energies = "[adhesion]\nequilibrium_separation = '0.3 nm'\n"
-    of = loaded(folder, base=base, more=energies)
-    work = of.sections.adhesion.work(of.ensemble().pair)
-    text = fitted_text(of, found(shear_modulus=3e10), folder / "fitted.toml")
-    assert tomllib.loads(text)["adhesion"]["work_of_adhesion"] == work
-
-
 def test_sections_in_one_line(folder):
     """A comment would end an inline table in the middle."""
     base = ROUGH.replace("[friction]\ncoefficient = 0.2  # as in the last test\n", "")
@@ -238,20 +218,3 @@ def test_a_fit_in_one_call(tmp_path):
 
 
 # -- the model beside the record --------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def compared(tmp_path_factory):
-    path = tmp_path_factory.mktemp("compare")
-    write_record(path, synthetic.measured("ball", 7))
-    text = scenario_text(response={"tangential_load": '"T"'}, base=BALL_IN_SERIES)
-    (path / "s.toml").write_text(text, encoding="utf-8")
-    return path
-
-
-def test_the_model_that_made_the_record_is_as_far_from_it_as_the_noise(compared):
-    found = hs.compare(compared / "s.toml")
-    # that of the displacement makes most of it, where the spring of the instrument carries it into the load
-    assert np.sqrt(np.mean(found.difference**2)) < synthetic.STIFFNESS * synthetic.DISPLACEMENT_NOISE
-    assert found.instrument.lateral_stiffness == 334e3
-    assert len(found.measured) == len(found.model) == 4

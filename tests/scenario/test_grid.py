@@ -151,18 +151,6 @@ def test_a_document_gets_other_values_and_stays_as_it_is():
     assert before == {"a": {"b": [1, {"c": 2}]}, "d": 3}
 
 
-@pytest.mark.parametrize(
-    ("key", "message"),
-    [
-        ("title.x", "title: 'a ball'; expected a table, for 'x'"),
-        ("loading.waypoints[2].time", r"loading.waypoints\[2\]: does not exist; expected \[0\] to \[1\]"),
-    ],
-)
-def test_a_place_that_is_not_there_is_named(key, message):
-    with pytest.raises(hs.InputError, match=message):
-        text_with_values(BALL, {key: 1})
-
-
 def test_a_key_with_a_dot_of_its_own_is_quoted():
     """As TOML has it: the values of ``[sweep.over]`` stand under such keys."""
     text = BALL + '[sweep.over]\n"surface.radius" = [1e-3]  # one\n"loading.waypoints[1].time" = [1, 2]\n'

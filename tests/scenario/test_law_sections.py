@@ -62,19 +62,6 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("friction", "said"),
-    [
-        ("[friction]\nshear_strength = '1 MPa'", "friction.shear_strength: unknown key; it belongs to a law"),
-        (f"yielding = 'thorton'\n{COULOMB}", "surface.yielding.law: 'thorton'; did you mean"),
-        (f"yielding = {{ hardness = 1 }}\n{COULOMB}", "surface.yielding.law: missing; expected one of"),
-    ],
-)
-def test_a_wrong_law_is_refused_with_its_place(tmp_path, friction, said):
-    with pytest.raises(hs.InputError, match=said):
-        loaded(tmp_path, friction).build()
-
-
-@pytest.mark.parametrize(
     ("more", "said"),
     [
         ("normal_load = 0.1, asperities = [0]", "asperities: given without friction"),

@@ -46,18 +46,6 @@ def remarks(found):
 # -- what each key does ----------------------------------------------------------------------------
 
 
-def test_columns_without_options(folder):
-    found = record(folder, response={"tangential_load": '"T"'})
-    assert_array_equal(found.time, TIME)
-    assert_array_equal(found["normal_load"], LOAD)
-    assert_allclose(found["tangential_displacement"], MOVED * 1e-9, rtol=1e-15)
-    assert_array_equal(found["tangential_load"], FORCE)
-    assert set(found.channels) == {"normal_load", "tangential_displacement"}
-    assert set(found.response) == {"tangential_load"}
-    assert found.remarks == ()
-    assert found.get("normal_displacement") is None
-
-
 @pytest.mark.parametrize(
     ("channel", "expected"),
     [
@@ -256,86 +244,10 @@ def test_reduced_to_turning_points(folder):
 # -- what is refused -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("channel", "said"),
-    [
-        ('{ column = "N", time = "u" }', "normal_load.time: m.csv: line 5: the time 1 s comes after 2 s; expected"),
-        ('{ column = "N", centred = true }', "normal_load.centred: m.csv: the channel has 0 cycles"),
-    ],
-)
-def test_a_wrong_channel(folder, channel, said):
-    message = refusal(folder, {"normal_load": channel})
-    assert message.startswith(f"s.toml: loading.columns.{said}")
-    assert "\n" not in message
-
-
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ("closing_load = 1", "closing_load: needs free_play"),
-        ("free_play = 1", "free_play: needs the tangential load"),
-    ],
-)
-def test_a_wrong_displacement(folder, keys, said):
-    message = refusal(folder, {"tangential_displacement": f'{{ column = "u", {keys} }}'})
-    assert message.startswith(f"s.toml: loading.columns.tangential_displacement.{said}")
-    assert "\n" not in message
-
-
-@pytest.mark.parametrize(
-    ("response", "said"),
-    [
-        ({"tangential_displacement": '"T"'}, "response.tangential_displacement: is replayed by columns already"),
-        (
-            {"normal_displacement": '{ column = "u", free_play = 1 }'},
-            "response.normal_displacement.free_play: is a clearance in the path of the tangential load",
-        ),
-    ],
-)
-def test_a_wrong_response(folder, response, said):
-    assert refusal(folder, response=response).startswith(f"s.toml: loading.{said}")
-
-
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        (
-            "start = 100",
-            "file: m.csv: no sample between start and end; expected times within the record, from 0 s to 14",
-        ),
-    ],
-)
-def test_a_wrong_key_of_loading(folder, keys, said):
-    message = refusal(folder, loading=keys)
-    assert message.startswith(f"s.toml: loading.{said}")
-    assert "\n" not in message
-
-
 def test_times_that_go_back_are_refused(folder):
     write_columns(folder / "m.csv", t=[0, 1, 0.5, 3], N=np.ones(4), u=[0, 1, 2, 4])
     said = "s.toml: loading.file: m.csv: line 4: the time 0.5 s comes after 1 s; expected times that do not decrease"
     assert refusal(folder).startswith(said)
-
-
-@pytest.mark.parametrize(
-    ("keys", "channel", "place"),
-    [
-        ("", ", drift_free = true", "columns.tangential_displacement.drift_free"),
-    ],
-)
-def test_times_that_repeat_are_refused_where_they_have_to_rise(folder, keys, channel, place):
-    write_columns(folder / "m.csv", t=[0, 1, 1, 3], N=np.ones(4), u=[0, 1, 2, 4])
-    said = refusal(folder, {"tangential_displacement": f'{{ column = "u"{channel} }}'}, loading=keys)
-    assert said.startswith(f"s.toml: loading.{place}: m.csv: line 4: the time 1 s comes after 1 s; expected times that")
-
-
-def test_a_channel_twice_or_none(folder):
-    assert "loading.columns: tangential_load and tangential_displacement together" in refusal(
-        folder, {"tangential_load": '"T"'}
-    )
-    assert "loading.columns: only time; expected one or more of" in refusal(
-        folder, {"tangential_displacement": None, "normal_load": None}
-    )
 
 
 # -- channels that a waypoint does not name ----------------------------------------------------------

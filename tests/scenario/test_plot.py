@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-import synthetic
 import xarray as xr
 from matplotlib.figure import Figure
-from records import BALL, scenario_text, write_columns
+from records import BALL
 
 import historysim as hs
 from historysim.asperities.adhering import adhering_asperities
@@ -67,37 +66,6 @@ ADHESION = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
 )
 def test_every_type_with_a_picture_is_drawn(history, make, title):
     assert title in titles(hs.plot(make(history)))
-
-
-def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
-    record = synthetic.measured("ball", 7, loads=(0.05,), loops=2)
-    write_columns(
-        tmp_path / "m.csv",
-        t=record.time,
-        N=record["normal_load"],
-        u=1e9 * record["tangential_displacement"],
-        T=record["tangential_load"],
-    )
-    more = '[fit]\nparameters = ["friction"]\n'
-    text = scenario_text(response={"tangential_load": '"T"'}, dead_band={"tangential_displacement": 2e-8}, more=more)
-    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    assert titles(hs.plot(hs.compare(tmp_path / "s.toml")))[0] == "Friction loops"
-    fitted = hs.fit(tmp_path / "s.toml")
-    assert hs.plot(fitted).get_suptitle() == "a ball"
-    assert repr(fitted).startswith("<Fit: the model does not fit ")  # its material is another one
-    assert "friction 0." in repr(fitted)
-    assert fitted._repr_html_().count("<table>") == 3
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "title"),
-    [
-        ("l.nc", {}, "friction force (mN)"),
-        ("s.toml", {"adhesion": True}, "Adhesion map"),
-    ],
-)
-def test_files_are_drawn_by_their_type(files, name, options, title):
-    assert title in titles(hs.plot(str(files / name), **options))
 
 
 def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):

@@ -5,7 +5,6 @@ import pytest
 from sections import LINES, ROUGH, loaded, write_files
 
 import historysim as hs
-from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.scenario.scenario import summary
 from historysim.surfaces.filters import outliers, spikes
@@ -75,20 +74,6 @@ def test_random_maps_and_sums_are_filtered_too(folder):
     same(loaded(folder, {**RANDOM, "s_filter": "3 µm"}).surface(), surface.smoothed(3e-6))
     entry = {"kind": "sum", "first": RANDOM, "second": {**RANDOM, "s_filter": "3 µm"}, "l_filter": "30 µm"}
     same(loaded(folder, entry).surface(), (surface + surface.smoothed(3e-6)).roughness(30e-6))
-
-
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({"s_filter": "1 µm"}, "surface.s_filter: a cut-off of 1e-06 m; expected 2e-06 m, two pixels, or more"),
-        ({"form": "polynomial"}, "surface.form: no degree for the form polynomial"),
-    ],
-    ids=str,
-)
-def test_invalid_preparation_is_refused_by_its_key(folder, keys, said):
-    with pytest.raises(InputError) as refused:
-        loaded(folder, {**MAP, **keys}).surface()
-    assert str(refused.value).startswith(f"s.toml: {said}")
 
 
 def test_steps_too_coarse_for_radii_are_reported_and_a_filter_mends_it(folder):

@@ -4,11 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from records import scenario_text, write_columns
 
 import historysim as hs
-from historysim.cli import main
 from historysim.results import analysis
 
 COLUMNS = {"tangential_displacement": '{ column = "u", unit = "nm" }'}
@@ -28,16 +26,6 @@ def folder(tmp_path):
 
 def write(folder, **options):
     (folder / "s.toml").write_text(scenario_text(COLUMNS, RESPONSE, **options), encoding="utf-8")
-
-
-def test_a_scenario_its_path_and_its_measurement_have_the_same_loops(folder):
-    path = folder / "s.toml"
-    loaded = hs.load(path)
-    for record in (path, str(path), loaded, loaded.measurement()):
-        found = hs.loops(record)
-        assert len(found) == 3
-        assert found.dead_band == pytest.approx(0.05 * 200e-9)
-        assert found.friction_coefficient == pytest.approx(np.full((3, 2), 0.2), rel=0.1)
 
 
 def test_a_result_its_history_and_the_analysis_have_the_same_loops(folder):
@@ -62,16 +50,6 @@ def test_a_log_is_refused_as_a_log(folder):
         hs.loops(folder / "s.history")
 
 
-def test_loops_the_wrong_way_round_are_refused_by_all(folder):
-    text = scenario_text(
-        COLUMNS, {"tangential_load": '{ column = "T", scale = -1 }'}, more='[fit]\nparameters = ["friction"]\n'
-    )
-    (folder / "s.toml").write_text(text, encoding="utf-8")
-    for call in (hs.loops, hs.compare, hs.fit):
-        with pytest.raises(hs.InputError, match=r"s\.toml: loading: the loops run the wrong way round"):
-            call(folder / "s.toml")
-
-
 # -- sliding ---------------------------------------------------------------------------------------
 
 
@@ -84,10 +62,6 @@ def slider(tmp_path, monkeypatch):
     (tmp_path / "s.toml").write_text(scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, arguments)
 
 
 def test_all_ways_lead_to_the_same_friction(slider):

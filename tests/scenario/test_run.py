@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.event_sequence import digest
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
@@ -80,19 +79,6 @@ def test_run_and_replay_give_the_same_numbers(ensemble, scenario, tmp_path):
         assert streamed.attrs == ran.attrs | {"date_created": streamed.attrs["date_created"]}
     told = {key: ran.attrs[key] for key in ("title", "scenario", "log_digest", "id")}
     assert {**replayed.attrs, **told} == ran.attrs
-
-
-def test_the_result_states_its_origin(scenario):
-    attributes = hs.run(scenario).attrs
-    assert attributes["title"] == "five summits"
-    assert attributes["scenario"] == SCENARIO
-    assert attributes["Conventions"] == "CF-1.11, ACDD-1.3"
-    assert attributes["id"] == attributes["log_digest"]
-    assert attributes["historysim_version"] == hs.__version__
-    assert attributes["number_of_events"] == len(EVENTS)
-    assert attributes["number_of_asperities"] == len(HEIGHTS)
-    assert attributes["complete"] == 1
-    assert attributes["event_digest"] == f"sha256:{digest(EVENTS)}"
 
 
 def test_another_process_finds_the_same_bits(scenario):

@@ -12,8 +12,6 @@ from broken import (
 
 from historysim.errors import InputError
 from historysim.loads.events import (
-    FrictionChange,
-    NormalDisplacement,
     NormalLoad,
     TangentialDisplacement,
     TangentialLoad,
@@ -62,17 +60,6 @@ def test_waypoints_are_events_at_their_times(folder):
         found.title,
     ) == (1, False, "touching", "")
     assert found.text == WAYPOINTS
-
-
-def test_one_waypoint_moves_several_channels_and_friction_comes_last(folder):
-    _, events = built(
-        folder,
-        with_loading(
-            'waypoints = [{ after = "2 s", friction = [0.1], tangential_displacement = "5 nm", '
-            'normal_displacement = "1 µm" }]'
-        ),
-    )
-    assert events == [NormalDisplacement(2.0, 1e-6), TangentialDisplacement(2.0, 5e-9), FrictionChange(2.0, (0.1,))]
 
 
 def test_inline_summits_and_a_custom_material(folder):
@@ -187,20 +174,6 @@ def test_messages_name_the_field(folder, document, old, new, said):
     assert f"s.toml: {said}" in refusal(folder, document.replace(old, new, 1))
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, set"),
-        (b"t;U;N\n1;0;50\n2;0;-1\n", "line 3: a normal load of -0.001 N pulls on the contact"),
-    ],
-)
-def test_messages_name_line_and_column(folder, content, said):
-    (folder / "loads.csv").write_bytes(content)
-    message = refusal(folder, MEASURED)
-    assert message.startswith("s.toml: loading.file: loads.csv: ")
-    assert said in message
-
-
 def test_all_problems_are_named_at_once(folder):
     text = WAYPOINTS.replace("radius = 1.0", 'radius = "1 s"').replace("coefficient", "koefficient")
     message = refusal(folder, text)
@@ -230,16 +203,6 @@ def test_files_that_are_no_scenario(tmp_path, content, said):
     path.write_bytes(content)
     with pytest.raises(InputError) as refused:
         scenario.load(path)
-    assert said in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [(".", "is a folder"), ("n" * 5000, "cannot")],
-)
-def test_places_where_no_scenario_is(tmp_path, name, said):
-    with pytest.raises(InputError) as refused:
-        scenario.load(tmp_path / name)
     assert said in str(refused.value)
 
 

@@ -15,34 +15,6 @@ def file(tmp_path):
     return tmp_path / "f.txt"
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        ("F", Column("F")),
-        ({"column": "F"}, Column("F")),
-        ({"column": 3}, Column(3)),
-        ({"column": "F", "unit": "mN", "occurrence": 2}, Column("F", "mN", occurrence=2)),
-        ({"column": "F", "index": 2}, Column("F", index=2)),
-    ],
-)
-def test_columns_of_a_scenario(value, expected):
-    assert column_from_toml(value) == expected
-
-
-@pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        ("", "''; expected a string that is not blank"),
-        ({"column": "F", "units": "N"}, "units: unknown key; did you mean 'unit'?"),
-        ({"column": 0}, "column: 0; expected a name, or a position counted from 1"),
-    ],
-)
-def test_columns_that_are_none(value, said):
-    with pytest.raises(InputError) as refused:
-        column_from_toml(value)
-    assert str(refused.value) == said
-
-
 def test_listed_columns_can_be_selected(file):
     file.write_text('remark,t,t,"F ""N"""\nx,0,1,2\n,3,4,5\n', encoding="utf-8")
     for place, listing in enumerate(describe(file)[1:]):

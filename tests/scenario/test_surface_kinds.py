@@ -1,7 +1,5 @@
 """The kinds of ``[surface]``: the summits that each gives, and what is said about those that give none."""
 
-import math
-
 import attrs
 import numpy as np
 import pytest
@@ -174,24 +172,6 @@ FORMAT = {field.name for field in attrs.fields(Format)}
 # -- what the keys do -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "changes"),
-    [
-        ("inline summits", {"height": ["0 nm", "-10 nm"], "radius": ["1 µm", 2e-6], "x": [0, "10 µm"], "y": "0 m"}),
-        ("random", {"pixel_size": ["1 µm", "2 µm"], "rms_height": "10 nm", "autocorrelation_length": ["4 µm", 5e-6]}),
-    ],
-)
-def test_texts_with_units_are_numbers_in_si(folder, name, changes):
-    assert bits(built(folder, {**SECTIONS[name], **changes}).summits) == bits(built(folder, SECTIONS[name]).summits)
-
-
-@pytest.mark.parametrize("text", ["90°"])
-def test_a_rotation_in_degrees(folder, text):
-    quarter = built(folder, {**SECTIONS["sum"], "rotation": math.pi / 2}).surface
-    found = built(folder, {**SECTIONS["sum"], "rotation": text}).surface
-    np.testing.assert_allclose(found.heights, quarter.heights, rtol=0, atol=1e-20)
-
-
 def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factory):
     monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
     expected = bits(built(folder, SECTIONS["measured"]).summits)
@@ -279,41 +259,6 @@ def test_a_map_without_summits_is_refused(folder, name):
 # -- what is said about those that cannot be used ---------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "said"),
-    [
-        (
-            "inclined summits",
-            {"slope": [1.0, -9.0]},
-            "surface: slope[1] is -9 with friction 0.2; expected less than 0.9",
-        ),
-        ("inclined summits", {"yielding": "thornton"}, "surface: inclined asperities have no yielding"),
-        (
-            "sum",
-            {"shift": [1, 1], "first": SHORT["measured"], "second": SHORT["measured"]},
-            "surface: the two surfaces have no point in common; expected a shift within",
-        ),
-    ],
-)
-def test_messages_name_the_value_and_the_expectation(folder, name, changes, said):
-    message = refusal(folder, {**SECTIONS[name], **changes})
-    assert message.startswith(f"s.toml: {said}")
-    assert len(message.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("z,R,mu\n0,1e-5,0\n\n1,-1e-5,0\n", "line 4: radius is -1e-05; expected more than 0, in SI"),
-    ],
-)
-def test_tables_of_summits_that_cannot_be_used(folder, content, said):
-    (folder / "comma.csv").write_text(content, encoding="utf-8")
-    columns = {"height": "z", "radius": "R", "friction": "mu"}
-    message = refusal(folder, {**SHORT["summit table"], "columns": columns})
-    assert message.startswith(f"s.toml: surface.file: comma.csv: {said}")
-
-
 # -- sums -------------------------------------------------------------------------------------------
 
 BAD_PARTS = [
@@ -387,18 +332,6 @@ def test_an_indentation_curve_is_a_contact(tmp_path):
     result = hs.run(tmp_path / "s.toml", tmp_path / "s.nc")
     assert result["normal_load"].shape == (2, 1)
     result.close()
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (('load = "F"', 'load = "G"'), "surface.columns.load|surface.file.*G"),
-        (('kind = "normal_curve"', 'kind = "normal_curve"\ninteraction = "full"'), "surface.interaction: full, of a "),
-    ],
-)
-def test_unsupported_keys_of_a_normal_curve_are_refused(tmp_path, change, message):
-    with pytest.raises(hs.InputError, match=message):
-        hs.run(indented(tmp_path, INDENTED.replace(*change)))
 
 
 ON_A_BALL = """

@@ -7,7 +7,6 @@ import pytest
 
 import historysim as hs
 from historysim.contact.adhesion import Regime, regime
-from historysim.errors import InputError, LoadError
 
 
 def drawn(figure):
@@ -65,16 +64,3 @@ def test_unloaded_and_pulled_contacts_are_marked_at_the_lower_edge():
     assert set(arrows) == {0.5, 10.0}
     assert all(axes.get_ylim()[0] < y < 1.5 * axes.get_ylim()[0] for y in arrows.values())
     assert names(figure) == ["unloaded ($N$ ≤ 0)", "pulled ($N$ ≤ 0)", "pressed"]
-
-
-@pytest.mark.parametrize(
-    ("contact", "error", "message"),
-    [
-        (("a", 1.0), InputError, "contact 'tip' is .*"),
-        ((-1.0, 1.0), InputError, "contact 'tip': maugis_parameter is -1"),
-        ((1.0, -1.7), LoadError, "contact 'tip': load_parameter of -1.7 πWR pulls harder"),
-    ],
-)
-def test_contacts_that_cannot_be_marked(contact, error, message):
-    with pytest.raises(error, match=message):
-        hs.plots.adhesion_map({"tip": contact})

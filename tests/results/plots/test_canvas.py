@@ -166,15 +166,3 @@ def test_data_that_a_figure_does_not_show_are_found(limits, fault):
     found = hidden_data(axes.figure)
     assert found == [] if fault is None else all(fault in each for each in found[:1]) and found
     plt.close("all")
-
-
-def test_both_axes_of_a_map_have_one_unit():
-    from matplotlib.figure import Figure
-
-    from historysim.results.plots.canvas import name_prefixes
-
-    figure = Figure()
-    axes = figure.add_subplot()
-    axes.set(xlim=(0, 3e-3), ylim=(0, 40e-6), xlabel="$x$ (m)", ylabel="$y$ (m)", aspect="equal")
-    name_prefixes(figure)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ (mm)", "$y$ (mm)")

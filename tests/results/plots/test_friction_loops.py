@@ -133,19 +133,6 @@ def test_the_work_is_the_closed_loop_and_drift_the_difference(swept):
         hs.plots.loops(bare, drift=True)
 
 
-def test_loads_and_first_loading_are_drawn(ball, swept):
-    history = hs.run(ball)
-    figure = hs.plots.loops(history, loads=True, first_loading=[0.05])
-    _, upper, lower = figure.axes
-    assert [tick.get_text() for tick in lower.get_xticklabels()] == ["A", "B"]
-    assert upper.get_lines()[0].get_ydata() == pytest.approx(np.full(121, 50e-3))
-    first = drawn(figure)["first loading, 50 mN"]
-    assert first.get_xdata()[-1] == pytest.approx(0.2 * DELTA, rel=1e-9)
-    assert first.get_ydata()[-1] == pytest.approx(10e-3, rel=1e-9)
-    with pytest.raises(InputError, match="loads: there is no total_normal_load"):
-        hs.plots.loops(swept, loads=True)
-
-
 def test_unsuitable_results_and_selections_are_refused(swept):
     found = swept
     with pytest.raises(InputError, match="there is no total_tangential_load along step"):

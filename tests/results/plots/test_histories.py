@@ -28,15 +28,6 @@ def drawn(history):
     return figure, {axes.get_title(loc="left"): axes for axes in figure.axes}
 
 
-def test_the_map_shows_each_asperity_highest_on_top():
-    history = replayed()
-    _, panels = drawn(history)
-    shown = np.asarray(panels["Slip state"].get_images()[0].get_array())
-    assert (shown == history.slip_state.values[:, [0, 2, 1, 3]].T).all()
-    labels = [label.get_text() for label in panels["Slip state"].get_yticklabels()]
-    assert labels == ["0", "2", "1", "3"]
-
-
 def limits(figure):
     return [line for axes in figure.axes for line in axes.get_lines() if line.get_label() == "friction limit"]
 

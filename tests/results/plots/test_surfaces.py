@@ -164,16 +164,6 @@ def test_missing_heights_have_a_separate_colour():
     assert legend(figure) == ["missing height"]
 
 
-def test_a_flat_map_is_grey_and_has_no_summits():
-    surface = Surface(np.zeros((6, 5)), 1e-6)
-    figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
-    (image,) = panels[MAP].get_images()
-    assert image.norm(0.0) == 0.5
-    assert panels[MAP].child_axes == []
-    assert DISTRIBUTION not in panels
-    assert figure.notices == ("no asperity distribution: 0 summits",)
-
-
 def test_a_profile_is_a_curve():
     surface = random_surface((1, 80), 1e-6, 50e-9, 8e-6, seed=1)
     summits = surface.summits(3)
@@ -218,14 +208,6 @@ def test_a_single_summit_and_the_flat_below_it(positions):
         assert panels[MAP].get_xlabel() == "$x$ (µm)"
         assert panels[MAP].get_xlim() == pytest.approx((x - 10e-6, x + 10e-6))
         assert panels[MAP].get_ylim() == pytest.approx((y - 10e-6, y + 10e-6))
-
-
-@pytest.mark.parametrize(("radii", "scale"), [([1e-6, 19e-6], "linear"), ([1e-6, 21e-6], "log")])
-def test_radii_over_decades_have_a_logarithmic_axis(radii, scale):
-    _, panels = drawn(surface_group.dataset(Summits(np.arange(len(radii)) * 1e-9, radii)))
-    assert panels[DISTRIBUTION].get_yscale() == scale
-    low, high = panels[DISTRIBUTION].get_ylim()
-    assert low <= min(radii) <= high
 
 
 def test_of_many_separated_summits_some_are_drawn_by_lot_and_all_that_touch(monkeypatch):
@@ -335,30 +317,3 @@ def test_the_distribution_has_the_heights_and_radii_of_the_step():
 
 
 # -- several surfaces, and a map in colours
-
-SUMMITS = [hs.Summits([0.0, 2e-6, 4e-6], [1e-6, 2e-6, 3e-6]), hs.Summits([1e-6, 3e-6], [2e-6, 2e-6])]
-
-
-def test_clouds_with_mean_and_deviation():
-    figure = hs.plots.summits(SUMMITS, labels=["fine", "rough"], title="Two")
-    (axes,) = figure.axes
-    cloud = axes.get_lines()[0]
-    assert cloud.get_xdata() == pytest.approx([0, 2e-6, 4e-6])
-    assert cloud.get_ydata() == pytest.approx([1e-6, 2e-6, 3e-6])
-    texts = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert texts[0] == "fine: $R$ 2.00 ± 1.00 µm, $z$ 2.00 ± 2.00 µm (3)"
-    assert texts[1] == "rough: $R$ 2.00 ± 0.00 µm, $z$ 2.00 ± 1.41 µm (2)"
-    assert axes.get_xlabel() == "summit height $z$ (µm)"
-    apart = hs.plots.summits(SUMMITS, labels=["fine", "rough"], apart=True)
-    assert [each.get_title(loc="left") for each in apart.axes] == ["fine", "rough"]
-    assert apart.axes[0].get_ylim() == apart.axes[1].get_ylim()
-
-
-def test_a_map_has_x_to_the_right_and_y_upwards():
-    heights = np.arange(12.0).reshape(4, 3) * 1e-9
-    figure = hs.plots.map(hs.Surface(heights, 1e-6), title="Map")
-    (image,) = figure.axes[0].images
-    # x to the right, y upwards
-    assert np.asarray(image.get_array()) == pytest.approx(heights.T)
-    assert image.get_extent() == pytest.approx([0, 4e-6, 0, 3e-6])
-    assert figure.axes[0].get_ylabel() == "$y$ (µm)"

@@ -48,22 +48,6 @@ def test_means_and_deviations_over_seeds():
     assert "of 5 surfaces" in axes.get_title(loc="left")
 
 
-def test_keys_have_short_labels_and_wide_ranges_are_logarithmic():
-    load = "loading_waypoints_0_normal_load"
-    message = {"units": "N", "long_name": "loading.waypoints[0].normal_load of the scenario"}
-    area = xr.DataArray([2e-12, 5e-12, 9e-12, 16e-12], dims=load, attrs={"units": "m2"})
-    sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], message)})
-    (axes,) = hs.plots.curve(sweep, quantity="area").axes
-    assert axes.get_xlabel() == "normal load $N$ (mN)"
-    assert axes.get_ylabel() == "area (µm²)"
-    assert axes.get_lines()[0].get_ydata() == pytest.approx(area.values)
-    assert axes.get_xscale() == "log"
-    stiff = sweep.assign(stiffness=(load, [1e6, 2e6, 3e6, 4e6], {"units": "N m-1"}))
-    (axes,) = hs.plots.curve(stiff.isel({load: slice(3)}), quantity="stiffness").axes
-    assert axes.get_ylabel() == "stiffness (MN/m)"
-    assert axes.get_xscale() == "linear"
-
-
 def test_a_band_of_quantiles():
     (axes,) = hs.plots.curve(SWEEP, quantity="drift", over="friction", each="rms_height", spread="quantiles").axes
     line, band = axes.get_lines()[0], axes.collections[0]
@@ -135,18 +119,3 @@ def test_one_number_over_another_with_a_fit():
     share = np.corrcoef([1, 2, 4, 8], np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5)[0, 1] ** 2
     assert f"straight line, $R^2$ = {share:.3f}" in {line.get_label() for line in straight.get_lines()}
     assert straight.get_xlabel() == "load of the piece (mN)"
-
-
-def test_bars_in_groups_have_their_difference():
-    values = SWEEP.sel(friction=0.1).drop_vars(["count", "name"])
-    figure = hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"], "b": ["low"]}, title="Bars")
-    (axes,) = figure.axes
-    mean = [np.nanmean(row) for row in VALUES[:, 0]]
-    heights = [bar.get_height() for container in axes.containers if hasattr(container, "patches") for bar in container]
-    assert heights == pytest.approx(mean)
-    assert f"a: drift {1e12 * abs(mean[1] - mean[0]):.3g} pm" in [text.get_text() for text in axes.texts]
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
-    with pytest.raises(InputError, match="groups have 2 bars"):
-        hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"]})
-    with pytest.raises(InputError, match="quantity is 'height'"):
-        hs.plots.bars(values, quantity="height", groups={"a": ["low"]})
