@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import historysim as hs
 from historysim.basics.arguments import checked, one_per, per_axis, scalar
 from historysim.errors import InputError
 
@@ -27,21 +26,6 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
     kept = radii(given)
     given[0] = 7.0
     assert kept[0] == 1.0
-
-
-@pytest.mark.parametrize(
-    ("values", "count", "message"),
-    [
-        ([[1, 2]], None, r"radius has shape \(1, 2\); expected one number, or a list with one per summit"),
-        ([1, 2], 3, "radius has 2 values for 3 summits; expected one, or one per summit"),
-        ([1, 0], 2, r"radius\[1\] is 0; expected a finite number greater than 0"),
-        ("high", None, "radius: 'high' is not one number and its unit; expected a length"),
-        (True, None, "radius is True; expected numbers in SI"),
-    ],
-)
-def test_unsuitable_arguments_are_refused(values, count, message):
-    with pytest.raises(hs.InputError, match=message):
-        radii(values, count)
 
 
 def test_texts_with_units_come_where_the_name_has_a_unit():

@@ -150,15 +150,6 @@ def test_a_failure_at_the_end_names_the_file_asked_for(tmp_path, target, refused
     assert caught.value.filename == str(tmp_path / name)
 
 
-@pytest.mark.parametrize("name", ["none/out.nc", "folder"])
-def test_what_cannot_be_a_file_is_reported_of_the_name_asked_for(tmp_path, name):
-    (tmp_path / "folder").mkdir()
-    with pytest.raises(OSError, match=r"No such file|Is a directory") as caught, replacing(tmp_path / name):
-        pass
-    assert caught.value.filename == str(tmp_path / name)
-    assert names(tmp_path) == ["folder"]
-
-
 def test_an_error_in_the_block_names_the_file_asked_for_or_another(older, tmp_path):
     with pytest.raises(FileNotFoundError) as caught, replacing(older) as unfinished:
         unfinished.unlink()

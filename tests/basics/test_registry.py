@@ -4,7 +4,7 @@ import attrs
 import pytest
 
 from historysim.asperities.laws import LAWS, FrictionLaw, register
-from historysim.basics.fields import Number, at_least, list_fields, markdown
+from historysim.basics.fields import Number, at_least
 from historysim.basics.registry import Registry
 from historysim.errors import InputError, MissingPackageError
 
@@ -92,13 +92,3 @@ def test_an_empty_registry_has_nothing():
     assert list(empty) == []
     with pytest.raises(InputError, match="none is expected here"):
         empty.named("a")
-
-
-def test_fields_say_what_they_need():
-    assert [field.text for field in list_fields(LAWS["power"])] == [
-        "coefficient ≥ 0",
-        "reference_load [N] > 0",
-        "exponent > -1",
-        'load: "own" or "total" (default "own")',
-    ]
-    assert markdown({"power": LAWS["power"]}, "law").splitlines()[2].startswith('| `"power"` | `coefficient` ≥ 0; ')

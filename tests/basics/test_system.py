@@ -11,7 +11,6 @@ import pytest
 
 import historysim
 from historysim.basics import system
-from historysim.errors import InputError
 
 # Calls and flags of ``os`` that Windows does not have, or means otherwise.
 POSIX = {
@@ -108,9 +107,3 @@ def test_by_default_there_is_a_thread_for_each_processor_up_to_a_few(monkeypatch
     monkeypatch.setattr(system, "processors", lambda: there)
     assert system.resolve_threads(None) == expected
     assert system.resolve_threads(7) == 7
-
-
-@pytest.mark.parametrize("given", [0, 2.0, True])
-def test_an_invalid_number_of_threads_is_refused(given):
-    with pytest.raises(InputError, match=r"threads is .*; expected a whole number of 1 or more"):
-        system.resolve_threads(given)

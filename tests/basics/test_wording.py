@@ -8,7 +8,7 @@ import pytest
 import tqdm.std
 
 import historysim as hs
-from historysim.basics.wording import Lines, columns, html_table, nearest, printable, progress_bar, shown
+from historysim.basics.wording import columns, nearest, printable, progress_bar, shown
 
 
 def test_the_nearest_word_is_meant_or_any():
@@ -39,20 +39,6 @@ LINES = [("steps", "11"), ("peak normal load", "50 mN"), ("", ""), ("title", "")
 def test_labels_and_texts_stand_in_columns():
     assert columns(LINES) == "steps             11\npeak normal load  50 mN\n\ntitle"
     assert columns([]) == ""
-
-
-def test_html_is_escaped():
-    assert "<td" in html_table([("a < b", "x & y")])
-    assert "a &lt; b" in html_table([("a < b", "x & y")])
-    assert "<thead>" not in html_table([("a", "b")])
-    assert html_table([("a", "b")], ("what", "how")).count("<th") == 4
-
-
-def test_lines_show_themselves():
-    lines = Lines(LINES)
-    assert repr(lines) == str(lines) == columns(LINES)
-    assert lines._repr_html_().count("<tr>") == 4
-    assert dict(lines)["steps"] == "11"
 
 
 @pytest.mark.parametrize(

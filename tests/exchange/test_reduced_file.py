@@ -93,9 +93,3 @@ def test_damaged_files_are_reported(path, change, said):
     with pytest.raises(hs.InputError, match=re.escape(said)) as told:
         hs.report(path)
     assert str(told.value).startswith(f"{path}: ")
-
-
-def test_other_json_is_no_model(tmp_path):
-    (tmp_path / "a.json").write_text('{"format": "mine"}', encoding="utf-8")
-    with pytest.raises(hs.InputError, match="read as a height map"):
-        hs.show(tmp_path / "a.json")

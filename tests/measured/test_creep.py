@@ -12,7 +12,6 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.measured.creep import separate_creep
-from historysim.measured.reduction import Measurement
 
 RECORDS = {
     "plain": {},
@@ -71,15 +70,6 @@ def test_records_that_do_not_determine_creep_give_the_reason(shape, reason):
     assert re.search(reason, found.unknown)
     assert np.isnan([hold.relaxation for hold in found.holds]).all()
     assert dict(found.summary())["relaxation"] == f"the record does not say: {found.unknown}"
-
-
-def test_turns_without_a_hold_are_refused():
-    time = np.arange(0, 40, 0.02)
-    way = np.sin(time)
-    noise = 1e-9 * np.random.default_rng(1).standard_normal(time.size)
-    channels = {"normal_load": np.full(time.size, 0.05), "tangential_displacement": 2e-7 * way + noise}
-    with pytest.raises(InputError, match="never rests at a reversal"):
-        separate_creep(Measurement(time, channels, {"tangential_load": 0.01 * way}), contact(), STIFF)
 
 
 SCENARIO = """

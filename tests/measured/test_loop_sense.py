@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 import synthetic
-from records import scenario_text, write_columns
 
 import historysim as hs
 from historysim.errors import InputError
@@ -76,15 +75,6 @@ def test_each_load_is_judged_by_itself():
     assert found.by_load().statistics("friction_coefficient")[0].mean == pytest.approx(0.2, rel=1e-2)
     # a line through one load is none
     assert found.by_load().laws() == []
-
-
-def test_the_columns_are_named(tmp_path):
-    write_columns(tmp_path / "m.csv", t=TIME, N=NORMAL, u=1e9 * MEASURED, T=0.3 + 0.01 * NOISE[2])
-    (tmp_path / "s.toml").write_text(scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8")
-    question = (
-        "are the columns right, tangential_load = 'T' and tangential_displacement = 'u'? historysim columns m.csv"
-    )
-    assert any(question in note for note in hs.loops(tmp_path / "s.toml").notes)
 
 
 # -- branches that do not slide ---------------------------------------------------------------------

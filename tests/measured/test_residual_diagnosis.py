@@ -27,14 +27,6 @@ def test_another_parameter_is_not_a_fault(others):
     assert notes(**others) == ()
 
 
-@pytest.mark.parametrize("kind", ["ball", "rough"])
-def test_noise_and_another_shape_get_no_note(kind):
-    """None of 500 clean records of five kinds has a note: see tests/README.md."""
-    record = synthetic.measured(kind, 1, loads=(0.05,), loops=6, rate=10.03)
-    load, moved = record["tangential_load"], record["tangential_displacement"]
-    assert notes(load, moved, record) == ()
-
-
 # -- where it is left ------------------------------------------------------------------------------
 
 RECORD = synthetic.measured("ball", 0, loads=(0.05,), loops=8, rate=20)

@@ -43,14 +43,6 @@ def test_one_step_answers_as_the_whole_history_does_there(history, name):
     xr.testing.assert_equal(one, whole.isel(step=5))
 
 
-def test_one_step_holds_its_asperities(history):
-    found, expected = history.isel(step=5).contact.asperity(1, 0), history.contact.asperity(1, 5)
-    assert found.tangential_load == pytest.approx(expected.tangential_load, rel=1e-12)
-    assert found.reversal_points.displacement.tolist() == expected.reversal_points.displacement.tolist()
-    traction = history.isel(step=-1).contact.profiles(1, 0)["traction"]
-    assert traction.dims == ("radius",)
-
-
 @pytest.mark.parametrize("name", ["slip_onset", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
 def test_one_step_is_not_enough_for_some_questions(history, name):
     with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):

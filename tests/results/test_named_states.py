@@ -22,24 +22,6 @@ def test_the_last_step_at_a_time_is_the_state():
     assert named_states_attribute({}) == named_states(history()) == {}
 
 
-@pytest.mark.parametrize(
-    ("state", "message"),
-    [
-        ("L", "step 'L' is not a named state of the history"),
-        ("M", "step 'M': the history has no step at its time, 7 s"),
-        (4, "step 4: the history has 4 steps"),
-        ("-5", "step -5"),
-        (1.0, "step 1.0"),
-        (True, "step True"),
-    ],
-)
-def test_unknown_states_are_refused(state, message):
-    with pytest.raises(InputError, match=message):
-        resolve_step(state, history(K=1.0, M=7.0))
-    with pytest.raises(InputError, match="no waypoint has a name"):
-        resolve_step("K", history())
-
-
 ENSEMBLE = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), [0.0, -1e-8], 1e-5, 0.2)
 EVENTS = [
     hs.NormalLoad(0.0, 1e-3),

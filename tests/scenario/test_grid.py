@@ -62,25 +62,6 @@ def test_values_are_lists_and_ranges(given, values):
     assert expand(given) == values
 
 
-@pytest.mark.parametrize(
-    ("over", "together", "message"),
-    [
-        ({"a": 1}, [], "over.a: 1; expected an array of values, or a range"),
-        (
-            {"a": {"from": 0, "to": 2, "count": 2, "spacing": "logarithmic"}},
-            [],
-            "over.a: expected from and to of one sign",
-        ),
-        ({"a": [1], "b": [2]}, [["a", "c"]], r"together\[0\]: 'c' has no values in over"),
-        ({"a.b": [1], "a_b": [2]}, [], "over: two keys have the variable name a_b"),
-        ({"a": range(2000), "b": range(2000)}, [], "over: 4,000,000 points; expected 1,000,000 at most"),
-    ],
-)
-def test_an_invalid_grid_is_refused(over, together, message):
-    with pytest.raises(hs.InputError, match=message):
-        build_grid(over, together)
-
-
 def test_a_scenario_has_a_sweep(tmp_path):
     path = tmp_path / "s.toml"
     sweep = '[sweep]\ntogether = [["materials.first", "friction.coefficient"]]\n[sweep.over]\n'

@@ -74,21 +74,6 @@ def test_a_range_in_which_the_target_is_met_twice_is_reported(ball):
     assert found.loading_waypoints_1_tangential_displacement < 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((), r"design: missing; expected \[design\]"),
-        (("surface.radius", [1, 2]), "design: no target; expected one of target, below and above"),
-        (("surface.radius", [1, "1 N"], 1e-9), "design.between: '1 N': 'N' is not a unit of a length"),
-        (("surface.radios", [1, 2], 1e-9), "surface.radios: unknown key; did you mean 'radius'"),
-    ],
-)
-def test_invalid_designs_are_refused(ball, arguments, message):
-    *arguments, output = arguments if len(arguments) == 4 else (*arguments, "drift")
-    with pytest.raises(hs.InputError, match=message):
-        hs.design(ball, *arguments, output=output)
-
-
 # -- limits ----------------------------------------------------------------------------------------
 
 
@@ -139,28 +124,3 @@ def test_an_output_that_does_not_change_is_reported_once(ball):
             ball, "surface.radius", [1e-3, 1], "2 nm", over={"friction.coefficient": [0.1, 0.2]}, notify=notices.append
         )
     assert notices == []
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ('below = "1 nm"\ntarget = "1 nm"', "target and below; expected one of target, below and above"),
-        ('below = "1 nm"\nquantile = 1', "quantile: expected a fraction from 0.5 to below 1, with below or above"),
-    ],
-)
-def test_limits_that_are_none(ball, keys, message):
-    ball.write_text(f'{BALL}[design]\nkey = "surface.radius"\nbetween = [1e-3, 1]\n{keys}\n', encoding="utf-8")
-    with pytest.raises(hs.InputError, match=message):
-        hs.design(ball)
-
-
-def test_few_surfaces_for_a_share_of_them_are_noted(rough):
-    notices = []
-    over = {"surface.seed": [1, 2]}
-    hs.design(rough, "surface.rms_height", [5e-9, 5e-7], below="2 nm", over=over, notify=notices.append)
-    (note,) = notices
-    assert note.startswith("95% is asked of 2 points: it is the outermost of them, and one further point in 3 exceeds")
-    # n/(n + 1) and 1 - q^n by trial
-    least = next(n for n in range(1, 99) if n / (n + 1) >= 0.95)
-    sure = next(n for n in range(1, 99) if 1 - 0.95**n >= 0.95)
-    assert f"It takes {least} for 95%, and {sure} to be 95 % sure" in note

@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 
-import historysim as hs
 from historysim.surfaces import filters as module
 from historysim.surfaces.filters import gaussian_mean, outliers, spikes
 
@@ -67,12 +66,6 @@ def test_a_periodic_map_is_filtered_as_one_tile_of_many():
     heights = np.random.default_rng(4).normal(size=(24, 30))
     tiled = gaussian_mean(np.tile(heights, (3, 3)), (1.0, 1.0), 9.0)[24:48, 30:60]
     assert np.allclose(gaussian_mean(heights, (1.0, 1.0), 9.0, periodic=True), tiled, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("cutoff", [0.9e-6, 41e-6])
-def test_a_cut_off_has_to_be_of_the_map(cutoff):
-    with pytest.raises(hs.InputError, match="cut"):
-        gaussian_mean(np.zeros((80, 100)), (PIXEL, PIXEL), cutoff)
 
 
 # --- points that are no heights ---

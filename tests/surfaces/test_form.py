@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-import historysim as hs
 from historysim.errors import InputError
 from historysim.surfaces.filters import fit_form
 
@@ -163,30 +162,3 @@ def ramp(datum, along, across, shape):
 def test_a_flat_surface_has_no_sphere(plane, shape):
     with pytest.raises(InputError, match=r"no sphere fits a flat surface; expected a ball or a hollow"):
         fit_form(ramp(*plane, shape), PIXEL, "sphere")
-
-
-@pytest.mark.parametrize(
-    ("kind", "shape", "present", "unknowns"),
-    [
-        ("plane", (3, 3), 2, 3),
-        ("sphere", (4, 4), 3, 4),
-    ],
-)
-def test_too_few_points(kind, shape, present, unknowns):
-    heights = np.full(shape, math.nan)
-    heights.flat[:present] = 1e-6
-    message = f"{present} points for a form, {kind}, of {unknowns} unknowns; expected more points"
-    with pytest.raises(InputError, match=message):
-        fit_form(heights, PIXEL, kind)
-
-
-@pytest.mark.parametrize(
-    ("kind", "degree", "message"),
-    [
-        ("polynomial", None, "no degree"),
-        ("plane", 1, "degree 1"),
-    ],
-)
-def test_a_degree_belongs_to_a_polynomial(kind, degree, message):
-    with pytest.raises(hs.InputError, match=message):
-        hs.Surface(np.ones((20, 20)), 1.0).form(kind, degree)

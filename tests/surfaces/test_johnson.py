@@ -147,15 +147,3 @@ def test_correlation_of_bounded_heights():
         assert translated(rho) == pytest.approx(expected, abs=1e-7)
         if rho > 0:
             assert normal(expected) == pytest.approx(rho, abs=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("skewness", "kurtosis", "message"),
-    [
-        (2, 4.9, r"kurtosis is 4.9 with a skewness of 2; .* below skewness² \+ 1 = 5: raise the kurtosis"),
-        (-1, 2.1, "next to two-level; expected at least 2.15"),
-    ],
-)
-def test_moments_out_of_range(skewness, kurtosis, message):
-    with pytest.raises(InputError, match=message):
-        translation(skewness, kurtosis)

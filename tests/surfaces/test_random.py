@@ -228,26 +228,6 @@ def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads(moments):
     assert abs(np.mean(first * other)) < 5 * math.sqrt(0.3 * 81 / first.size)
 
 
-GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelation_length": 3e-6, "seed": 1}
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"shape": (2**15, 2**14)}, "shape is 32768 x 16384; expected"),
-        ({"rms_height": -1e-6}, "rms_height is -1e-06; expected a finite number greater than 0"),
-        (
-            {"autocorrelation_length": (3e-6, 4.1e-6)},
-            "along y is 4.1e-06 m on 8 pixels of 1e-06 m; expected from one pixel, 1e-06 m, to half the side, 4e-06 m",
-        ),
-        ({"skewness": 2, "kurtosis": 4.9}, "no heights have a kurtosis below"),
-    ],
-)
-def test_arguments_out_of_range(wrong, message):
-    with pytest.raises(InputError, match=message):
-        random_surface(**(GOOD | wrong))
-
-
 def test_a_surface_that_is_far_higher_than_wide_has_a_warning():
     with pytest.warns(UnlikelyValueWarning, match="rms_height is 30 m on an autocorrelation length of 5 µm, .* in m"):
         random_surface(16, 1e-6, 30, (5e-6, 8e-6), seed=1)

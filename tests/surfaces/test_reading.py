@@ -144,13 +144,6 @@ def test_units_and_missing_points_come_through(library, tmp_path, ending):
     np.testing.assert_allclose(surface.heights, heights * 1e-10, rtol=8 * EPS)
 
 
-def test_an_uneven_profile_is_refused(library, tmp_path):
-    path = tmp_path / "profile.nc"
-    library.NonuniformLineScan(np.array([0, 1, 3.0]), np.zeros(3), unit="mm").to_netcdf(str(path))
-    with pytest.raises(InputError, match=r"profile.nc: is a profile with uneven distances between its points"):
-        read_surface(path)
-
-
 def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # noqa: ARG001 - skips where it is not there
     from scipy.io import savemat
 
@@ -163,20 +156,6 @@ def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # no
     assert surface.pixel_size == (1.0, 2.0)
     with pytest.raises(InputError, match="does not state the distance between its points; give pixel_size"):
         read_surface(path, channel="z", height_unit="m")
-
-
-def test_bytes_of_no_format(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
-    noise = np.random.default_rng(0).bytes(2 * 30**2)
-    for name in ("noise.bin", "noise.spm"):
-        path = tmp_path / name
-        path.write_bytes(noise)
-        with pytest.raises(InputError, match=f"{name}: .*is damaged, or of no format that SurfaceTopography"):
-            read_surface(path, **PLAIN)
-    # a square of big-endian integers is a format of its own, but only under its name
-    path = tmp_path / "N46E007.hgt"
-    path.write_bytes(np.arange(900, dtype=">i2").tobytes())
-    surface = read_surface(path, pixel_size=30.0, height_unit="m")
-    np.testing.assert_array_equal(surface.heights, np.arange(900.0).reshape(30, 30).T)
 
 
 # texts with a header
@@ -194,14 +173,6 @@ def test_a_header_says_size_and_unit(library, tmp_path):  # noqa: ARG001 - skips
     )
     with pytest.raises(InputError, match="its heights are in nm, but height_unit is 'µm'"):
         read_surface(tmp_path / "map.txt", height_unit="µm")
-
-
-def test_the_unit_a_is_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
-    # ångström or ampere: a map of currents must not become one of heights
-    path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 µm\n# Value units: A\n" + ROWS)
-    for units in ({}, {"height_unit": "Å"}):
-        with pytest.raises(InputError, match=r"^map.txt: the unit of its heights: 'A' is not a unit of a length"):
-            read_surface(path, **units)
 
 
 @pytest.mark.parametrize("broken", ["1.O 2 3 4", "5 6 7,5 8"])
@@ -262,23 +233,6 @@ def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips wh
 
 
 # matrices as text
-
-
-@pytest.mark.parametrize("shape", [(4, 9), (7, 1)])
-def test_text_and_numpy_agree_with_surfacetopography(library, tmp_path, shape):
-    heights = rough(shape)
-    path = tmp_path / "map.txt"
-    np.savetxt(path, heights, fmt="%.17g")
-    sizes = (1.0,) if shape[1] == 1 else (1.0, 1.0)
-    theirs = library.read_topography(str(path), format="asc", physical_sizes=sizes)
-    np.testing.assert_array_equal(
-        read_surface(path, **METRES).heights, theirs.heights().reshape(theirs.nb_grid_pts[0], -1)
-    )
-    path = tmp_path / "map.npy"
-    np.save(path, heights)
-    with path.open("rb") as stream:
-        theirs = library.read_topography(stream, format="npy", physical_sizes=(1.0, 1.0))
-    np.testing.assert_array_equal(read_surface(path, **METRES).heights, theirs.heights())
 
 
 MISSING = ("nan", "NaN", "-nan", "NA", "n/a", "bad", "***", "-", "--", "1.#QNAN", "-1.#IND")
@@ -342,21 +296,6 @@ def test_texts_that_are_no_matrix(tmp_path, text, message):
         read_surface(written(tmp_path / "map.csv", text), **PLAIN)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({}, "does not name the unit of its heights; give height_unit='nm', in the shell --height-unit nm"),
-        ({"height_unit": "nm", "lateral_unit": "µm"}, "lateral_unit is 'µm', but the file has no distances; give"),
-    ],
-)
-def test_arguments_that_a_matrix_needs(tmp_path, arguments, message):
-    written(tmp_path / "map.txt", "1 2 3 4\n")
-    np.save(tmp_path / "map.npy", np.ones((4, 1)))
-    for name in ("map.txt", "map.npy"):
-        with pytest.raises(InputError, match=f"^{name}: {message}"):
-            read_surface(tmp_path / name, **arguments)
-
-
 # arrays of numpy
 
 
@@ -370,19 +309,6 @@ def test_numpy_arrays_keep_their_axes(tmp_path, kind, order):
         surface = read_surface(tmp_path / name, pixel_size=(1.0, 2.0), height_unit="m")
         assert surface.heights.tolist() == np.arange(12.0).reshape(4, 3).tolist()
         assert surface.pixel_size == (1.0, 2.0)
-
-
-@pytest.mark.parametrize(
-    ("array", "message"),
-    [
-        (np.array([[1, None]]), "is damaged, or no NPY file of numbers"),
-        (np.ones((2, 2, 3)), r"holds an array of shape \(2, 2, 3\); expected \(nx, ny\), or \(n,\) for a profile"),
-    ],
-)
-def test_arrays_that_are_no_heights(tmp_path, array, message):
-    np.save(tmp_path / "map.npy", array, allow_pickle=True)
-    with pytest.raises(InputError, match=rf"^map\.npy: {message}"):
-        read_surface(tmp_path / "map.npy", **METRES)
 
 
 def test_size_limits(tmp_path, monkeypatch):
@@ -413,22 +339,6 @@ def test_archives_of_arrays(tmp_path):
 
 
 # any file
-
-
-def test_no_file_at_all(tmp_path):
-    for name in ("", "x" * 300, "nul\0"):
-        with pytest.raises(InputError):
-            read_surface(tmp_path / name if name else tmp_path, **PLAIN)
-    with pytest.raises(InputError, match=f"^gone.txt: there is no such file in {re.escape(str(tmp_path))}"):
-        read_surface(tmp_path / "gone.txt")
-    with pytest.raises(InputError, match="is a folder; expected a file with heights"):
-        read_surface(tmp_path)
-    with pytest.raises(InputError, match="path is 5; expected the name of a file"):
-        read_surface(5)
-    for name in ("map.txt", "map.npy", "map.npz", "map.spm"):
-        (tmp_path / name).touch()
-        with pytest.raises(InputError, match=f"{name}: is empty; expected heights"):
-            read_surface(tmp_path / name)
 
 
 def attempt(path, **arguments):

@@ -6,9 +6,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from historysim.errors import InputError
-from historysim.surfaces.heights import Surface
-from historysim.surfaces.random import random_surface
 from historysim.surfaces.resampling import _interpolate_by_waves as by_waves
 from historysim.surfaces.resampling import resample
 
@@ -122,18 +119,6 @@ def test_heights_are_missing_where_one_of_the_points_around_is(periodic):
 # --- small maps, profiles, errors -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("shape", "how"),
-    [
-        ((5, 1), {"rotation": 0.1}),
-        ((5, 1), {"shift": (0, 1)}),
-    ],
-)
-def test_a_profile_is_not_turned_or_moved_aside(shape, how):
-    with pytest.raises(InputError, match="a profile cannot be rotated or shifted sideways; expected a shift along it"):
-        onto_itself(np.zeros(shape), **how)
-
-
 # --- whole pixels and Fourier series ----------------------------------------------------------------------------
 
 
@@ -153,40 +138,6 @@ def test_without_interpolation_a_map_moves_by_the_nearest_whole_pixel(part, step
     found = onto_itself(heights, shift=(part * PX, -part * PY), periodic=periodic, interpolation="none")
     expected = np.roll(heights, (step, -step), axis=(0, 1)) if periodic else moved(heights, (step, -step))
     np.testing.assert_array_equal(found, expected)
-
-
-def summits_after(move, **kind):
-    """Summit density and mean radius of maps that were moved, over those before: mean of 12 maps, and its error."""
-    ratios = []
-    for seed in range(12):
-        map_ = random_surface((256, 256), 1e-6, 1e-7, 2e-5, seed=seed, **kind)
-        after = Surface(
-            onto_itself(map_.heights, pixel_size=map_.pixel_size, periodic=True, **move), 1e-6, periodic=True
-        )
-        found, own = after.summits(), map_.summits()
-        ratios.append([len(found) / len(own), found.radius.mean() / own.radius.mean()])
-    return np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / math.sqrt(12)
-
-
-HALF = {"shift": (0.5e-6, 0.5e-6)}
-
-
-@pytest.mark.parametrize("interpolation", ["fourier"])
-def test_summits_of_an_exponential_map_survive_half_a_pixel(interpolation):
-    ratio, error = summits_after({**HALF, "interpolation": interpolation})
-    assert error.max() < 0.005
-    np.testing.assert_array_less(np.abs(ratio - 1), 4 * error + 1e-12)
-
-
-@pytest.mark.parametrize(
-    ("move", "fewer", "larger"),
-    [(HALF, (0.24, 0.27), (0.39, 0.40)), ({"shift": (0.5e-6, 0)}, (0.12, 0.15), (0.17, 0.19))],
-)
-def test_splines_take_summits_of_an_exponential_map_as_the_docstring_says(move, fewer, larger):
-    (density, radius), error = summits_after(move)
-    slack = 4 * error.max()
-    assert fewer[0] - slack < 1 - density < fewer[1] + slack
-    assert larger[0] - slack < radius - 1 < larger[1] + slack
 
 
 # --- the Fourier series ---

@@ -11,7 +11,6 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 import historysim as hs
-from historysim.errors import InputError
 from historysim.surfaces.summits import Summits, detached_summits, find_summits, prominences
 
 EPS = np.finfo(float).eps
@@ -231,18 +230,6 @@ def test_a_plateau_is_one_summit(picture, rule):
 # --- missing points, profiles, small maps -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("shape", "rule", "message"),
-    [
-        ((5, 5), 4, r"rule is 4; expected 3 \(for profiles\), 5 or 9 points"),
-        ((6, 1), 5, r"for a profile of 6 points; expected 3, the rule for profiles"),
-    ],
-)
-def test_rules_that_a_map_does_not_have(shape, rule, message):
-    with pytest.raises(InputError, match=message):
-        find_summits(np.zeros(shape), (1.0, 1.0), rule)
-
-
 # --- Gaussian surfaces ------------------------------------------------------------------------------------------
 
 
@@ -384,18 +371,6 @@ def test_peaks_of_profiles_on_any_grid_in_closed_form(length):
 
 
 # --- Summits ----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([1, math.nan], 1), r"height\[1\] is nan"),
-        (([1], -1), "radius is -1"),
-    ],
-)
-def test_summits_out_of_range(arguments, message):
-    with pytest.raises(InputError, match=message):
-        Summits(*arguments)
 
 
 # --- prominence ---

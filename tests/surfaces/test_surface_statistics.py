@@ -19,7 +19,6 @@ from rough_maps import (
     sum_of_waves,
 )
 
-from historysim.errors import InputError
 from historysim.surfaces.surface_statistics import Autocorrelation
 
 # --- heights, slopes, curvatures ---
@@ -118,18 +117,6 @@ def test_length_is_interpolated_between_the_lags_around_it():
 
 
 # --- both ---
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: autocorrelation(np.eye(4), 1.0).length("z"), "axis is 'z'; expected 'x' or 'y'"),
-        (lambda: autocorrelation(np.eye(4), 1.0).length("x", 1.0), "level is 1; expected less than 1"),
-    ],
-)
-def test_arguments_out_of_range(call, message):
-    with pytest.raises(InputError, match=message):
-        call()
 
 
 @pytest.fixture(scope="module")

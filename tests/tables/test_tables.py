@@ -260,17 +260,6 @@ def test_listings(file, content, expected):
 # -- a measured record -----------------------------------------------------------------------------
 
 
-def test_with_its_line_given_a_short_header_names_the_first_columns(tmp_path):
-    path = tmp_path / "short.tsv"
-    path.write_text("1 July\nt (s)\tF (kN)\tT (degC)\n0\t1.5\t20\t21\n1\t2.5\t20\t21\n", encoding="utf-8")
-    columns, units = {"t": Column("t (s)"), "F": Column("F (kN)")}, {"t": "s", "F": "N"}
-    found = read_table(path, columns, units, Format(header=2))
-    assert found.columns["F"].tolist() == [1500.0, 2500.0]
-    path.write_text("t (s)\tF (kN)\n0\t1.5\t20\n1\t2.5\t20\t21\t3\n", encoding="utf-8")
-    with pytest.raises(InputError, match="line 3: 5 values"):
-        read_table(path, columns, units, Format(header=1))
-
-
 def test_a_wide_table_names_each_of_its_columns(file, monkeypatch):
     count = 5000
     names = ["t", *(f"c{index} [N]" for index in range(count)), "t"]

@@ -4,13 +4,10 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import historysim as hs
-from historysim.cli import main
 from historysim.results.analysis.slips import slip_note
 from historysim.results.plots.pictures import PICTURES
-from historysim.results.report.reports import history_pictures
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1.2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-6, 0.2)
@@ -53,19 +50,3 @@ def test_captions_follow_the_history():
     totals = hs.replay(two, EVENTS, record="totals")
     assert "energy" in PICTURES["history"].report_caption(totals)
     assert "slip state" in PICTURES["history"].report_caption(history)
-
-
-def test_run_and_report_show_the_note(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    text = (
-        "[materials]\ncontact_modulus = 5e10\nshear_modulus = 1.2e10\n"
-        '[surface]\nkind = "sphere"\nradius = 1e-6\n[friction]\ncoefficient = 0.2\n[loading]\nsubsteps = 20\n'
-        f"waypoints = [{{ time = 0, normal_displacement = {EVENTS[0].value} }}, "
-        '{ time = 1, tangential_displacement = "30 nm" }, { time = 3, tangential_displacement = "-30 nm" }]\n'
-    )
-    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    done = CliRunner().invoke(main, ["run", "s.toml"])
-    assert done.output.count("What shows it: 9 times as many substeps") == 1
-    # in the caption of the picture, beside the summary
-    (picture,) = history_pictures(hs.open("s.nc"), ["history"])
-    assert "Note: recorded steps are" in picture

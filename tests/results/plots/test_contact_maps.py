@@ -107,13 +107,3 @@ def test_maps_of_a_step_carry_its_loads(result):
         assert set(maps["contact_state"].values.ravel().tolist()) == {0, 1, 2}
         with pytest.raises(hs.InputError, match="step 2: the history has 2 steps"):
             history.contact.point_maps(2)
-
-
-def test_a_result_of_summits_has_no_maps(tmp_path):
-    text = SCENARIO.replace('interaction = "full"\n', "")
-    (tmp_path / "b.toml").write_text(text, encoding="utf-8")
-    with (
-        hs.run(tmp_path / "b.toml", tmp_path / "b.nc") as history,
-        pytest.raises(hs.InputError, match="has no contact maps"),
-    ):
-        history.contact.point_maps()

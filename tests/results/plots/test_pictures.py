@@ -1,7 +1,5 @@
 """Contents of the pictures of a history; their looks are covered by the reference pictures."""
 
-import re
-
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -96,22 +94,6 @@ def test_slip_fronts_end_where_the_stick_zone_does(history):
     spacing = 1.01 * history.contact_radius.values.max() / 400
     found = [line.get_xdata()[-1] for line in sticks]
     assert found == pytest.approx(radii[radii > 0].tolist(), abs=spacing)
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "message"),
-    [
-        ("plot", {"picture": "loop", "step": 3}, "step does not apply to the picture loop"),
-        ("plot", {"size": (1, 1)}, "expected width and height from 20 to 2000 mm"),
-        ("plot", {"pictures": "loop"}, "pictures does not apply to the picture history; did you"),
-        ("traction", {"acros": "radius"}, "did you mean 'across'?"),
-        ("history", {"xyz": 1}, "expected one of panels, picture, size, figure, ax"),
-    ],
-)
-def test_wrong_options_are_refused_with_the_right_ones(history, name, options, message):
-    draw = hs.plot if name == "plot" else getattr(hs.plots, name)
-    with pytest.raises(InputError, match=re.escape(message)):
-        draw(history, **options)
 
 
 def test_pictures_of_asperities_need_recorded_asperities(history):

@@ -110,16 +110,6 @@ def test_summits_are_drawn_at_their_positions_in_the_colour_of_their_state(rough
     assert set(np.unique(history["slip_state"])) == {0, 1, 2, 3}
 
 
-def test_without_a_history_all_summits_are_alike(rough):
-    surface, summits, _ = rough
-    figure, panels = drawn(surface)
-    nothing = np.zeros(len(summits))
-    check_marks(panels[MAP], summits.x, summits.y, nothing)
-    check_marks(panels[DISTRIBUTION], summits.height, summits.radius, nothing)
-    assert not [line for axes in figure.axes for line in axes.get_lines() if line.get_linestyle() == "--"]
-    assert legend(figure) == []
-
-
 @pytest.mark.parametrize("record", ["totals", [0, 7, 30]])
 def test_touching_summits_are_marked_for_any_selection_of_recorded_asperities(rough, record):
     surface, summits, whole = rough
@@ -275,31 +265,10 @@ def test_a_history_without_its_surface_has_the_summits_that_it_holds(rough, tmp_
         check_marks(panels[DISTRIBUTION], summits.height[labels], summits.radius[labels], state)
 
 
-def test_totals_alone_without_their_surface_cannot_be_drawn(rough):
-    history = history_of(rough[1], record="totals")
-    with pytest.raises(InputError, match="holds no asperities"):
-        load_surface(history)
-
-
 def test_the_surface_of_another_history_is_refused(rough):
     other = Summits([0.0, -1e-9], 1e-6)
     with pytest.raises(InputError, match="other summits"):
         plot_surface(surface_group.dataset(other), rough[2])
-
-
-def test_a_surface_without_summits_is_refused(rough):
-    with pytest.raises(InputError, match="holds no summits"):
-        plot_surface(rough[0].drop_vars("summit_radius"))
-
-
-def test_a_title_is_text_and_not_mathematics(rough):
-    surface, _, history = rough
-    named = history.assign_attrs(title="costs $5 or $\\frac{ " + "long " * 50)
-    text = rendered(surface, named)[0].get_suptitle()
-    assert text.startswith("costs \\$5 or \\$\\frac{ long")
-    assert text.splitlines()[1].endswith("long …")
-    assert drawn(surface.assign_attrs(title="a\nmap"))[0].get_suptitle() == "a map"
-    assert drawn(surface)[0].get_suptitle() == ""
 
 
 def test_the_distribution_has_the_heights_and_radii_of_the_step():

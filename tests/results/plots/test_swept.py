@@ -83,19 +83,6 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
     assert hs.plot(SWEEP).axes[0].get_ylabel() == "drift (nm)"
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"quantity": "name"}, "quantity is 'name'"),
-        ({"over": "load"}, "drift does not go over 'load'"),
-        ({"over": "seed", "each": "seed"}, "each is 'seed', which is on the axis already"),
-    ],
-)
-def test_wrong_options_are_refused(options, message):
-    with pytest.raises(InputError, match=message):
-        hs.plots.curve(SWEEP, **({"quantity": "drift"} | options))
-
-
 POWER = xr.Dataset(
     {
         "drift": (("load", "seed"), np.outer(np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5, [0.9, 1.1]) * 1e-9, {"units": "m"}),
