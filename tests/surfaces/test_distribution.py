@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from records_shared import SHARED
 from scipy.integrate import trapezoid
+from scipy.io import loadmat
 
+from historysim.contact.greenwood_williamson import summit_contact
 from historysim.surfaces.distribution import (
     Gaussian,
     Tabulated,
@@ -13,6 +16,8 @@ from historysim.surfaces.distribution import (
     quantile_summits,
     textured_summits,
 )
+
+MEASURED = SHARED / "brake_reuss" / "brb_surface_data.mat"
 
 EPS = np.finfo(float).eps
 
@@ -134,3 +139,35 @@ def test_scatter_has_the_deviations_asked_for():
 
 
 # --- seeds ---
+
+
+def test_summits_of_a_measured_joint():
+    if not MEASURED.exists():
+        pytest.skip(f"the measured surface {MEASURED.name} is not here")
+    found = loadmat(MEASURED)
+    radius, per_area, largest = (float(found[name].item()) for name in ("Re", "area_density", "z_max"))
+    gap, density = found["normzinterp"].ravel(), found["pzinterp"].ravel()
+    assert (radius, per_area, largest) == pytest.approx((1.365e-3, 1.371e6, 28e-6), rel=2e-3)
+
+    made = Tabulated.from_gaps(largest * gap, density)
+    assert made.height[[0, -1]].tolist() == [-largest, 0]
+    # the source has a density per gap over its largest, and a kernel estimate that ends within the table
+    assert trapezoid(density, gap) == pytest.approx(1, abs=1e-4)
+    np.testing.assert_allclose(made.density[::-1], density / largest, rtol=1e-4)
+
+    area = 0.05
+    summits = quantile_summits(made, radius, summit_density=per_area, nominal_area=area)
+    assert len(summits) == round(per_area * area)
+    assert summits.height.max() < 0
+
+    # the pressure as the source integrates it, over gaps, with the normal displacement as approach: Porter and Brake,
+    # Mech. Syst. Signal Process. 192 (2023) 110210, elastic range
+    modulus, approach = 192.31e9 / 2 / (1 - 0.3**2), np.array([4e-6, 10e-6])
+    fine = np.linspace(0, 1, 100_001)
+    depth = np.maximum(approach[:, None] - largest * fine, 0)
+    one = 4 / 3 * modulus * math.sqrt(radius) * depth**1.5
+    pressure = per_area * trapezoid(np.interp(fine, gap, density) * one, fine)
+    carried = summit_contact(summits.height, radius, -approach, contact_modulus=modulus).normal_load
+    # midpoint rule for a load that falls with rank: at most half the largest load over the count, and 1e-4 of norm
+    largest_load = 4 / 3 * modulus * math.sqrt(radius) * approach**1.5
+    np.testing.assert_array_less(np.abs(carried / area - pressure), 1e-4 * pressure + largest_load / (2 * area))

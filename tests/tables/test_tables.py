@@ -7,10 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from records_shared import SHARED
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, from_text, read_table
 from historysim.tables.columns import field_unit, resolve_unit
+
+DATA = SHARED
+TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
+measured_files = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")
 
 
 @pytest.fixture
@@ -271,3 +276,15 @@ def test_a_wide_table_names_each_of_its_columns(file, monkeypatch):
     monkeypatch.setenv("HISTORYSIM_MOST_COLUMNS", "5000")
     with pytest.raises(InputError, match=r"f\.txt: has 5,00\d columns; expected 5,000 at most"):
         describe(file)
+
+
+@measured_files
+def test_the_triaxial_record():
+    columns = {"t": Column(1, "s"), "p": Column(4, "MPa"), "F": Column(6, "kN"), "x": Column(8, "mm")}
+    table = read_table(TRIAXIAL, columns, {"t": "s", "p": ("N", "Pa"), "F": ("N", "Pa"), "x": "m"})
+    expected = np.loadtxt(TRIAXIAL, skiprows=3, delimiter="\t", usecols=(0, 3, 5, 7), unpack=True)
+    assert expected.shape == (4, 8663)
+    for found, values_in_file, factor in zip(table.columns.values(), expected, (1, 1e6, 1e3, 1e-3), strict=True):
+        np.testing.assert_allclose(found, values_in_file * factor, rtol=1e-15)
+    assert table.units == {"t": "s", "p": "Pa", "F": "N", "x": "m"}
+    assert (table.lines[0], table.lines[-1]) == (4, 8666)
