@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -375,6 +376,17 @@ def test_a_log_that_is_being_written_is_reported(ran):
 
 
 # -- how it ends when it cannot --------------------------------------------------------------------
+
+
+def test_a_run_that_fails_keeps_the_older_result(folder):
+    (folder / "ball.toml").write_text(SCENARIO.replace("8 mN", "12 mN"), encoding="utf-8")
+    with h5py.File(folder / "ball.nc", "w") as file:
+        file.attrs["historysim_version"] = "an older one"
+    older = (folder / "ball.nc").read_bytes()
+    check_refusal(call("run", "ball.toml", "--plot"), 1, "Error: ball.toml: loading.waypoints[1]: event 1 at t = 1 s: ")
+    # the log of loads beyond the limit can be queried
+    assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
+    assert (folder / "ball.nc").read_bytes() == older
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.testing import assert_allclose
 
 import historysim as hs
+from historysim.cli import main
 from historysim.measured.fretting import QUANTITIES, by_load
 from historysim.measured.loops import loops_of_channels
 from historysim.scenario.record_search import each_run, fretting_of_runs, fretting_rows
@@ -169,3 +171,18 @@ def test_stored_cycles_are_evaluated_one_by_one(log):
     assert heading[:4] == ("run", "loops", "regime", "displacement amplitude δ*")
     assert [row[:3] for row in rows] == [(str(cycle), "1", "gross slip") for cycle in (1, 10, 100)]
     assert mean[0] == "mean"
+
+
+def test_the_command_prints_and_writes_the_report(log):
+    def called(*arguments):
+        return CliRunner().invoke(main, ["loops", str(log / "log.toml"), "--fretting", *arguments])
+
+    written = called("-o", str(log / "log.nc"))
+    assert written.exit_code == 0, written.output
+    assert "energy friction coefficient μ_e" in written.output
+    shown = CliRunner().invoke(main, ["show", str(log / "log.nc")])
+    assert "slip_amplitude" in shown.output
+    assert "μ_e" in called("--set", "loading.run=10").output
+    refused = called("--levels", str(log / "levels.csv"))
+    assert refused.exit_code != 0
+    assert "does not apply to --fretting; expected -o FILE" in refused.output

@@ -107,3 +107,15 @@ def test_energy_is_a_power_of_the_amplitude():
     assert_allclose([law.exponent, law.exponent_low, law.exponent_high], by_hand.slope + reach * np.array([0, -1, 1]))
     assert energy_law(amplitude[:6], energy[:6]) is None
     assert energy_law(amplitude * 0 + 1e-6, energy) is None
+
+
+def test_summary_and_files_have_the_power_of_the_energy():
+    # E = 4 F (A - elastic part), and the elastic part is a share of A: the exponent is 1
+    found = made([1.0], amplitudes=(1.0, 0.5, 0.25, 0.125), loops=2)
+    text = dict(found.summary())["energy over amplitude"]
+    exponent = float(text.removeprefix("proportional to the power ").split()[0])
+    # where the amplitude changes, a loop is not whole: the classes of energies are off by some percent
+    assert exponent == pytest.approx(1, abs=0.1)
+    assert text.endswith("amplitudes")
+    assert found.to_dataset().attrs["energy_over_amplitude_exponent"] == pytest.approx(exponent, abs=1e-3)
+    assert "energy over amplitude" not in dict(made([1.0, 2.0], amplitudes=(1.0, 0.5, 0.25)).summary())

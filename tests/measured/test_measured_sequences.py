@@ -153,3 +153,12 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     # means are of the loops of full amplitude, and the small ones have a row of their own
     assert "those of 0.5 of the largest amplitude or more: 5 of 6 loops" in done.output
     assert re.search(r"^friction force\n  9\.84 mm +1 .*\n  22\.72 mm +5 ", done.output, re.MULTILINE)
+
+
+def test_loops_are_drawn_with_model_loops(folder):
+    done = call("loops", "s.toml", "-o", "l.svg", "--model")
+    assert done.exit_code == 0, done.output
+    assert "model, on the right" in (folder / "l.svg").read_text(encoding="utf-8")
+    (folder / "r.nc").write_bytes(b"")
+    done = call("loops", "r.nc", "--model")
+    assert done.exit_code == 2

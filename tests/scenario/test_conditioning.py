@@ -149,3 +149,11 @@ def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
         assert hs.run(write(plain)).sizes["step"] == 1200
     with pytest.raises(InputError, match="rise from sample to sample; if the clock was rounded, say the constant"):
         hs.load(write(plain, 'interval = "20 ms"')).measurement()
+
+
+def test_several_filters_act_in_turn(folder):
+    keys = "median = 3, notch = [50, 100], low_pass = '120 Hz'"
+    found = hs.load(
+        written(folder, {"tangential_displacement": f'{{ column = "u", unit = "nm", {keys} }}'})
+    ).measurement()
+    assert np.abs(found["tangential_displacement"] - 1e-9 * CLEAN)[800:-800].max() < 0.6e-9

@@ -218,3 +218,12 @@ def test_a_fit_in_one_call(tmp_path):
 
 
 # -- the model beside the record --------------------------------------------------------------------
+
+
+def test_adhesion_outlives_its_materials(folder):
+    base = '[materials]\nfirst = "silicon"\nsecond = "float glass"\n' + ROUGH[ROUGH.index("[surface]") :]
+    energies = "[adhesion]\nequilibrium_separation = '0.3 nm'\n"
+    of = loaded(folder, base=base, more=energies)
+    work = of.sections.adhesion.work(of.ensemble().pair)
+    text = fitted_text(of, found(shear_modulus=3e10), folder / "fitted.toml")
+    assert tomllib.loads(text)["adhesion"]["work_of_adhesion"] == work

@@ -113,3 +113,12 @@ def test_a_result_its_log_and_the_scenario_have_the_same_findings(folder, tmp_pa
     assert warnings == [text for label, text in summary(loaded(folder, entry, PRESSED)) if label == "warning"]
     assert warnings == [finding.text for finding in found]
     assert "steep" in [finding.name for finding in found]
+
+
+def test_statistics_are_told_before_and_after(folder):
+    told = dict(summary(loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True})))
+    plain = loaded(folder, MAP).surface()
+    assert f"{len(plain.summits):,} summits" in told["map as it comes"]
+    after = loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True}).surface()
+    assert f"{len(after.summits):,} summits" in told["map as prepared"]
+    assert "map as prepared" not in dict(summary(loaded(folder, MAP)))

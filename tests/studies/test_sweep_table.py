@@ -55,3 +55,9 @@ def test_what_is_not_there_is_reported(found):
         hs.drift_along(found, "load", "drfit")
     with pytest.raises(hs.InputError, match=r"quantiles are \(2,\); expected numbers from 0 to 1"):
         hs.spread(found, quantiles=(2,))
+
+
+def test_the_picture_of_a_spread_has_means_with_their_deviation(found):
+    swept = found.assign(preliminary_displacement=2e-9 * found.drift).assign_attrs(content="sweep")
+    (axes,) = hs.plot(hs.spread(swept)).axes
+    assert "mean ± standard deviation" in axes.get_title(loc="left")

@@ -286,3 +286,13 @@ def test_the_distribution_has_the_heights_and_radii_of_the_step():
 
 
 # -- several surfaces, and a map in colours
+
+
+def test_a_flat_map_is_grey_and_has_no_summits():
+    surface = Surface(np.zeros((6, 5)), 1e-6)
+    figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
+    (image,) = panels[MAP].get_images()
+    assert image.norm(0.0) == 0.5
+    assert panels[MAP].child_axes == []
+    assert DISTRIBUTION not in panels
+    assert figure.notices == ("no asperity distribution: 0 summits",)
