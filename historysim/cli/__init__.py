@@ -1,12 +1,12 @@
-"""The command line: every command of a module in this folder, which is imported when it is used."""
+"""The command line; the module of a command is imported when it is used."""
 
 import click
 
 from historysim._version import __version__
 from historysim.cli.exit_codes import Commands
 
-# What the program says when no command is given.
-BEGIN = """\
+# Printed if no command is given.
+INTRODUCTION = """\
 Replay load histories across rough frictional contacts, exactly.
 
   a scenario (TOML)      historysim run my.toml
@@ -29,7 +29,7 @@ historysim --help lists all commands, and historysim COMMAND --help the options 
 def main(context: click.Context, verbose: int) -> None:
     """Replay load histories across rough frictional contacts, exactly."""
     if context.invoked_subcommand is None:
-        click.echo(BEGIN)
+        click.echo(INTRODUCTION)
     if verbose:
         import logging
 

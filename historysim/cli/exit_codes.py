@@ -1,4 +1,4 @@
-"""How a command ends: with one message and an exit code, whatever went wrong."""
+"""The group of commands: lookup, help, and one message and exit code for each error."""
 
 import difflib
 import functools
@@ -18,41 +18,41 @@ from historysim.basics.system import open_standard_streams
 from historysim.basics.wording import nearest, printable
 from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning
 
-INTERRUPTED = "interrupted; what was not finished is not kept"
-OUT_OF_MEMORY = "the memory does not suffice; record fewer asperities, or split the loads"
+INTERRUPTED = "interrupted; unfinished output is discarded"
+OUT_OF_MEMORY = "not enough memory; record fewer asperities, or split the loads"
 
 
-class Ended(click.ClickException):
-    """The end of a command with a message, and the exit code that the README lists."""
+class CommandError(click.ClickException):
+    """Failure of a command: a message, and an exit code as listed in the README."""
 
     def __init__(self, message: str, *, code: int) -> None:
         super().__init__(printable(message))
-        self.exit_code = code  # type: ignore[misc] # click reads that of the object
+        self.exit_code = code  # type: ignore[misc] # click reads the attribute of the object
 
 
-def _ended(error: BaseException) -> Ended | None:
-    """Return the end that an error makes; None for one of the program itself."""
+def _command_error(error: BaseException) -> CommandError | None:
+    """Convert an exception to message and exit code; None for an internal error."""
     if isinstance(error, HistorySimError):
-        return Ended(str(error), code=2 if isinstance(error, InputError) else 1)
+        return CommandError(str(error), code=2 if isinstance(error, InputError) else 1)
     if isinstance(error, OSError) and not isinstance(error, BrokenPipeError):
-        place = f"{error.filename}: " if error.filename else ""
-        return Ended(f"{place}{write_reason(error)}", code=1)
+        prefix = f"{error.filename}: " if error.filename else ""
+        return CommandError(f"{prefix}{write_reason(error)}", code=1)
     if isinstance(error, MemoryError):
-        return Ended(OUT_OF_MEMORY, code=1)
+        return CommandError(OUT_OF_MEMORY, code=1)
     if isinstance(error, KeyboardInterrupt):
-        return Ended(str(error) or INTERRUPTED, code=130)
-    # an interrupt may leave something open that cannot be closed
-    return Ended(INTERRUPTED, code=130) if isinstance(error.__context__, KeyboardInterrupt) else None
+        return CommandError(str(error) or INTERRUPTED, code=130)
+    # after an interrupt the cleanup itself may fail
+    return CommandError(INTERRUPTED, code=130) if isinstance(error.__context__, KeyboardInterrupt) else None
 
 
-def _showing(others: Callable[..., None]) -> Callable[..., None]:
-    """Return what shows a warning: one for the user as a note, without lines of the program."""
+def _show_as_note(show_warning: Callable[..., None]) -> Callable[..., None]:
+    """Return a function that prints warnings for the user as notes, without source lines."""
 
-    def show(message: Warning | str, category: type[Warning], *place: object) -> None:
+    def show(message: Warning | str, category: type[Warning], *location: object) -> None:
         if issubclass(category, UnlikelyValueWarning):
             click.echo(f"Note: {printable(str(message))}", err=True)
         else:
-            others(message, category, *place)
+            show_warning(message, category, *location)
 
     return show
 
@@ -60,28 +60,26 @@ def _showing(others: Callable[..., None]) -> Callable[..., None]:
 CLOSE_OPTION = 0.75  # similarity of an option to an unknown one from which it is suggested
 
 
-def _with_mend(error: click.UsageError) -> click.UsageError:
-    """Return an error of a command line that says what to write instead, where that is known."""
-    taken = error.ctx.command.params if error.ctx else []
-    options = {name for each in taken for name in each.opts}
+def _with_fix(error: click.UsageError) -> click.UsageError:
+    """Add a suggestion to an error of the command line, if there is one."""
+    parameters = error.ctx.command.params if error.ctx else []
+    options = {name for parameter in parameters for name in parameter.opts}
     if isinstance(error, click.NoSuchOption) and not difflib.get_close_matches(
         error.option_name, error.possibilities or (), cutoff=CLOSE_OPTION
     ):
         set_key = "A key of the scenario is set by --set KEY=VALUE."
-        mend = set_key if "--set" in options else "Options of a command stand behind its name."
-        return click.UsageError(f"No such option: {error.option_name}. {mend}", error.ctx)
+        fix = set_key if "--set" in options else "Options of a command follow its name."
+        return click.UsageError(f"No such option: {error.option_name}. {fix}", error.ctx)
     if extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", error.message):
-        names = " ".join(each.human_readable_name for each in taken if isinstance(each, click.Argument))
+        names = " ".join(item.human_readable_name for item in parameters if isinstance(item, click.Argument))
         forms = {"--at": f"a time is given as --at {extra[1]}", "-o": f"a file to write as -o {extra[1]}"}
         forms["--set"] = "a key of the scenario as --set KEY=VALUE"
-        mend = "; ".join([f"Expected {names} alone", *(text for name, text in forms.items() if name in options)])
-        return click.UsageError(
-            f"{error.message.rstrip('.')}. {mend}; a value with blanks stands in quotes.", error.ctx
-        )
+        fix = "; ".join([f"Expected only {names}", *(text for name, text in forms.items() if name in options)])
+        return click.UsageError(f"{error.message.rstrip('.')}. {fix}; a value with blanks needs quotes.", error.ctx)
     return error
 
 
-# The commands in the order of use; any other stands below.
+# Commands in the order of use; all others follow.
 GROUPS = {
     "Begin": "columns validate run show plot report",
     "Measured records": "loops sliding compare fit creep",
@@ -90,68 +88,68 @@ GROUPS = {
     "The log": "verify state log",
     "Reference": "table kinds",
 }
-OF_FILES = {".toml": "run", ".nc": "show", ".history": "log"}  # a command for a file that stands in place of one
+COMMAND_FOR_SUFFIX = {".toml": "run", ".nc": "show", ".history": "log"}  # suggested if a file is given as command
 
-# A command in a source: its name if it differs from that of the function, the function, and its first paragraph.
+# Source of a command: its name if it differs from the function name, the function, and its first paragraph.
 _COMMAND = r'^@click\.command\((?:"([\w-]+)")?.*?^def (\w+)\(.*?"""(.*?)(?:\n\n|""")'
 
 
 class Commands(click.Group):
-    """Commands of the modules in this folder, each imported when it is used; errors end as one message and a code."""
+    """Commands of the modules in this package, imported on use; errors become one message and an exit code."""
 
     @functools.cached_property
-    def found(self) -> dict[str, tuple[str, str, str]]:
-        """By the name of each command its module, its function, and its short help, all from the source."""
-        found = {}
-        # by the source, since importing the modules takes as long as a small run
+    def sources(self) -> dict[str, tuple[str, str, str]]:
+        """Module, function and short help of each command by name, read from the source."""
+        sources = {}
+        # importing the modules takes as long as a small run
         for path in sorted(Path(__file__).parent.glob("[!_]*.py")):
             source = path.read_text(encoding="utf-8")
             for name, function, text in re.findall(_COMMAND, source, re.DOTALL | re.MULTILINE):
-                found[name or function] = path.stem, function, text
-        return found
+                sources[name or function] = path.stem, function, text
+        return sources
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that is meant, or end with what to write instead."""
-        word, *others = args
-        if word in self.found or word.startswith("-"):
-            if word == "log" and others and others[0] in GROUPS["The log"].split():
-                raise click.UsageError(f"Expected historysim {others[0]}, without log before it.", ctx)
+        """Return the requested command; otherwise raise an error with a suggestion."""
+        word, *further = args
+        if word in self.sources or word.startswith("-"):
+            if word == "log" and further and further[0] in GROUPS["The log"].split():
+                raise click.UsageError(f"Expected historysim {further[0]}, without log before it.", ctx)
             return super().resolve_command(ctx, args)
         if word == "help":
-            raise click.UsageError(f"Expected historysim {' '.join([*others[:1], '--help'])}", ctx)
+            raise click.UsageError(f"Expected historysim {' '.join([*further[:1], '--help'])}", ctx)
         if Path(word).is_file():
-            command = OF_FILES.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
+            command = COMMAND_FOR_SUFFIX.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
             raise click.UsageError(f"{word} is a file; expected a command before it: historysim {command}", ctx)
-        near = nearest(word, self.found)
-        mend = near if near.startswith("did") else "expected one that historysim --help lists"
-        raise click.UsageError(f"No such command {word!r}; {mend}", ctx)
+        hint = nearest(word, self.sources)
+        fix = hint if hint.startswith("did") else "expected a command listed by historysim --help"
+        raise click.UsageError(f"No such command {word!r}; {fix}", ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - as click calls it
         """Return the names of all commands."""
-        return sorted(self.found)
+        return sorted(self.sources)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - as click calls it
         """Return a command."""
-        if cmd_name not in self.found:
+        if cmd_name not in self.sources:
             return None
-        module, function, _ = self.found[cmd_name]
+        module, function, _ = self.sources[cmd_name]
         command: click.Command = getattr(importlib.import_module(f"historysim.cli.{module}"), function)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - as click calls it
-        """Write each command with its first sentence, in the order of use; none is imported for that."""
-        known = " ".join(GROUPS.values()).split()
-        width = max(map(len, self.found))
-        for title, names in {**GROUPS, "Others": " ".join(sorted(self.found.keys() - {*known}))}.items():
-            rows = [(name.ljust(width), " ".join(self.found[name][2].split())) for name in names.split()]
+        """Write each command with its first sentence, in the order of use, without importing any."""
+        grouped = " ".join(GROUPS.values()).split()
+        width = max(map(len, self.sources))
+        for title, names in {**GROUPS, "Others": " ".join(sorted(self.sources.keys() - {*grouped}))}.items():
+            rows = [(name.ljust(width), " ".join(self.sources[name][2].split())) for name in names.split()]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run the program; a terminal that does not know a sign gets ? in its place."""
+        """Run the program; characters that the terminal cannot encode are replaced by ?."""
         open_standard_streams()
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
@@ -159,21 +157,21 @@ class Commands(click.Group):
         return super().main(*args, **kwargs)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read what stands before the command."""
+        """Parse the options before the command."""
         try:
             return super().parse_args(ctx, args)
         except click.UsageError as error:
-            raise _with_mend(error) from None
+            raise _with_fix(error) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
         try:
             with warnings.catch_warnings():
-                warnings.showwarning = _showing(warnings.showwarning)
+                warnings.showwarning = _show_as_note(warnings.showwarning)
                 return super().invoke(ctx)
         except click.UsageError as error:
-            raise _with_mend(error) from None
+            raise _with_fix(error) from None
         except (Exception, KeyboardInterrupt) as error:
-            if end := _ended(error):
-                raise end from error
+            if failure := _command_error(error):
+                raise failure from error
             raise

@@ -1,4 +1,4 @@
-"""Commands that read a log: verify, state, log."""
+"""Commands for logs: verify, state, log."""
 
 import math
 from pathlib import Path
@@ -8,11 +8,11 @@ import click
 from historysim.basics.files import is_log, replacing
 from historysim.basics.targets import PICTURE, RESULT
 from historysim.cli import options
-from historysim.cli.exit_codes import Ended
+from historysim.cli.exit_codes import CommandError
 from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
 
-# What is shown of a state, by units.
+# Printed totals of a state, by unit.
 TOTALS = {
     "N": ("normal_load", "tangential_load"),
     "m": ("approach", "tangential_displacement"),
@@ -21,21 +21,21 @@ TOTALS = {
 
 
 @click.command()
-@options.shared("file")
-@options.path_option("--log", help="The log of a result. [default: NAME.history beside it]")
-@options.shared("quiet", "json")
+@options.common("file")
+@options.path_option("--log", help="The log of a result. [default: NAME.history next to it]")
+@options.common("quiet", "json")
 def verify(file: Path, log: Path | None) -> None:
     """Replay the log and check that the result is bit-identical.
 
-    FILE is a result, or a log, which is checked with its snapshots.
+    FILE is a result, or a log, which is checked including its snapshots.
     """
     from historysim.log.verification import verify as check
 
-    verification = check(file, log, progress=not options.given("quiet"), notify=notice)
+    verification = check(file, log, progress=not options.has_flag("quiet"), notify=notice)
     differences = "\n".join(f"  {difference.text}" for difference in verification.differences)
     if not verification:
-        raise Ended(f"{file}: is not what its log gives:\n{differences}", code=1)
-    lines = [(str(file), "is what its log gives, bit for bit")]
+        raise CommandError(f"{file}: differs from the replay of its log:\n{differences}", code=1)
+    lines = [(str(file), "is bit-identical to the replay of its log")]
     if is_log(file):
         lines = [
             ("events", f"{verification.events:,}, sound"),
@@ -43,16 +43,16 @@ def verify(file: Path, log: Path | None) -> None:
             ("digest", verification.digest),
         ]
     elif differences:
-        lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{differences}")]
+        lines = [(str(file), f"agrees with the replay of its log, up to rounding on another machine:\n{differences}")]
     write_answer(lines)
 
 
 @click.command()
-@options.shared("log")
+@options.common("log")
 @options.quantity_option("--at", "s", help='The time, as "12.5 s". [default: the end]', default=math.inf)
 @click.option("--asperity", type=int, help="Show this asperity: its state, its reversal points.")
 @options.output_option("Write all asperities (netCDF); with --asperity a picture.")
-@options.shared("json", "force")
+@options.common("json", "force")
 def state(log: Path, at: float, asperity: int | None, output: Path | None) -> None:
     """Show the state of the contact at a time in LOG (NAME.history)."""
     files = check_outputs([log], (output, RESULT if asperity is None else PICTURE))
@@ -60,24 +60,24 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events:
-        found = events.state(at=at, notify=notice)
-        last = events.events(len(events) - 1)[0].time if len(events) else math.inf
-        if last < at < math.inf:
-            notice(f"{log.name}: its last event is at {duration_text(last)}; this is the state that it left")
+        contact = events.state(at=at, notify=notice)
+        end_time = events.events(len(events) - 1)[0].time if len(events) else math.inf
+        if end_time < at < math.inf:
+            notice(f"{log.name}: its last event is at {duration_text(end_time)}; this is the state after it")
         if asperity is not None:
             from historysim.asperities.asperity import reversal_table, summary
             from historysim.results.plots.tractions import AsperityPicture
 
-            one = events.ensemble.asperity(asperity, found)
+            selected = events.ensemble.asperity(asperity, contact)
             if output is not None:
-                save(AsperityPicture().figure(one), output)
-            write_answer(summary(one), [reversal_table(one)], files)
+                save(AsperityPicture().figure(selected), output)
+            write_answer(summary(selected), [reversal_table(selected)], files)
             return
         if output is not None:
             with replacing(output) as unfinished:
                 events.state_dataset(at=at).to_netcdf(unfinished)
         lines = [
-            (name.replace("_", " "), quantity_text(getattr(found, name), unit))
+            (name.replace("_", " "), quantity_text(getattr(contact, name), unit))
             for unit, names in TOTALS.items()
             for name in names
         ]
@@ -85,16 +85,16 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
 
 
 @click.command("log")
-@options.shared("log")
+@options.common("log")
 @click.option(
     "--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may be given several times."
 )
 @options.quantity_option("--from", "s", help='Only from this time on, as "12.5 s".', default=-math.inf)
 @options.quantity_option("--to", "s", help="Only up to this time.", default=math.inf)
-@click.option("--first", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
-@click.option("--last", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
-@options.shared("json")
-def list_log(log: Path, kind: tuple[str, ...], first: int | None, last: int | None, **between: float) -> None:
+@click.option("--first", "head", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
+@click.option("--last", "tail", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
+@options.common("json")
+def list_log(log: Path, kind: tuple[str, ...], head: int | None, tail: int | None, **between: float) -> None:
     """List the events of LOG (NAME.history)."""
     from historysim.loads.event_sequence import time_text
     from historysim.loads.events import EVENTS
@@ -108,8 +108,8 @@ def list_log(log: Path, kind: tuple[str, ...], first: int | None, last: int | No
             (number, event)
             for number, event in enumerate(events.events())
             if between["from"] <= event.time <= between["to"] and (not kind or event.name in kind)
-        ][:first]
-    chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
+        ][:head]
+    chosen = chosen if tail is None else chosen[max(len(chosen) - tail, 0) :]
     rows = [("event", "time", "kind", "value")]
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"

@@ -1,5 +1,9 @@
-"""What the commands take: files, quantities with units, and the options that several of them share."""
+"""Arguments and options of the commands: files, quantities with units, common options, arguments of functions.
 
+`of_function` builds options from the signature and the docstring of the function that a command calls.
+"""
+
+import ast
 import contextlib
 import re
 import sys
@@ -16,12 +20,17 @@ if TYPE_CHECKING:
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
-# A key, in which what stands in quotes may hold any character, and a value.
+    Decorator = Callable[[Any], Any]
+
+# KEY=VALUE; quoted parts of the key may contain any character.
 _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DOTALL)
+# Entry of a numpydoc section "Parameters": names, type, description.
+_ENTRY = re.compile(r"^([a-z][\w, ]*) : (.+)\n((?: {4}.*\n)+)", re.MULTILINE)
+_EXAMPLES = {"s": "12.5 s", "m": "5 nm", "N": "50 mN"}  # quantities by SI unit
 
 
 class PathType(click.Path):
-    """The name of a file, in the encoding of the system: the libraries for SQLite and netCDF take no other."""
+    """Name of a file in the encoding of the system, which the libraries for SQLite and netCDF require."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path."""
@@ -29,12 +38,12 @@ class PathType(click.Path):
         try:
             str(path).encode(encoding)
         except UnicodeEncodeError:
-            self.fail(f"{str(path)!r} is no name in {encoding}, the encoding of file names here; rename it", param, ctx)
+            self.fail(f"{str(path)!r} is not a name in {encoding}, the encoding of file names; rename it", param, ctx)
         return path
 
 
-def _size(_ctx: click.Context, _param: click.Parameter, text: str | None) -> tuple[float, float] | None:
-    """Return width and height of a picture [mm]."""
+def _read_size(_ctx: click.Context, _param: click.Parameter, text: str | None) -> tuple[float, float] | None:
+    """Parse width and height of a picture [mm]."""
     try:
         width, height = map(float, text.lower().split("x")) if text else (0.0, 0.0)
     except ValueError as error:
@@ -42,29 +51,34 @@ def _size(_ctx: click.Context, _param: click.Parameter, text: str | None) -> tup
     return (width, height) if text else None
 
 
-def _keep(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+def _store_flag(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     ctx.meta[f"{__name__}.{param.name}"] = value
 
 
-def given(flag: str) -> bool:
-    """Return whether one of the flags that commands share is given: quiet, json, force."""
-    return bool(click.get_current_context().meta.get(f"{__name__}.{flag}"))
+def has_flag(name: str) -> bool:
+    """Return True if a common flag of the current command is set: quiet, json or force."""
+    return bool(click.get_current_context().meta.get(f"{__name__}.{name}"))
 
 
-def _flag(*names: str, help: str) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    return click.option(*names, is_flag=True, expose_value=False, callback=_keep, help=help)
+def _common_flag(*names: str, help: str) -> "Decorator":  # noqa: A002 - click's word
+    return click.option(*names, is_flag=True, expose_value=False, callback=_store_flag, help=help)
 
 
-def _values(_ctx: click.Context, _param: click.Parameter, settings: tuple[str, ...]) -> dict[str, Any]:
-    return dict(map(_setting, settings))
+def flag(*names: str, help: str) -> "Decorator":  # noqa: A002 - click's word
+    """Return an option without a value."""
+    return click.option(*names, is_flag=True, help=help)
 
 
-def _setting(text: str) -> tuple[str, Any]:
-    """Return the key and the value of an option: a value of TOML, or else a string without its quotation marks."""
+def _read_settings(_ctx: click.Context, _param: click.Parameter, settings: tuple[str, ...]) -> dict[str, Any]:
+    return dict(map(_read_setting, settings))
+
+
+def _read_setting(text: str) -> tuple[str, Any]:
+    """Parse KEY=VALUE, with a value of TOML, or else a string without quotation marks."""
     import tomllib
 
-    parts = _SETTING.fullmatch(text)
-    key, value = (part.strip() for part in parts.groups()) if parts else ("", "")
+    match = _SETTING.fullmatch(text)
+    key, value = (group.strip() for group in match.groups()) if match else ("", "")
     if not (key and value):
         raise InputError(
             f'--set {text!r}: expected KEY=VALUE, such as friction.coefficient=0.3 or "surface.radius=2 mm"'
@@ -78,71 +92,19 @@ def _setting(text: str) -> tuple[str, Any]:
 
 path_type = PathType(path_type=Path)
 
-# What several commands take, by the names with which `shared` adds it.
-SHARED = {
-    "scenario": click.argument("scenario", type=path_type),
-    "file": click.argument("file", type=path_type),
-    "log": click.argument("log", type=path_type),
-    "size": click.option(
-        "--size",
-        callback=_size,
-        metavar="WIDTHxHEIGHT",
-        help="Of the picture, in millimetres, as 90x70; panels for which there is no room are left out, and named.",
-    ),
-    "workers": click.option(
-        "--workers",
-        type=click.IntRange(1),
-        default=lambda: system.processors(),  # noqa: PLW0108 - looked up when it is needed
-        show_default="one for each processor",
-        help="Processes that compute.",
-    ),
-    "quiet": _flag("-q", "--quiet", help="Print nothing."),
-    "json": _flag("--json", help="Print one object of JSON, with numbers in SI."),
-    "force": _flag(
-        "--force", help="Also replace files that are not earlier outputs of this kind; never a file that is read."
-    ),
-    "set": click.option(
-        "--set",
-        "values",
-        multiple=True,
-        callback=_values,
-        metavar="KEY=VALUE",
-        help="Override a scenario key, such as friction.coefficient=0.3; may be given several times.",
-    ),
-    "sheet": click.option("--sheet", help="The sheet of an Excel file, by name or number. [default: the only one]"),
-    "encoding": click.option("--encoding", help="The encoding of a text file.  [default: found]"),
-    "header": click.option(
-        "--header", type=int, help="The line of a text file with the column names. [default: found]"
-    ),
-    "decimal": click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text file."),
-    "delimiter": click.option("--delimiter", help="The sign between two values of a text file. [default: found]"),
-}
-TEXT = "delimiter", "decimal", "header", "encoding", "sheet"  # how a text file is written
 
-
-def shared(*names: str) -> Callable[[Callable[..., Any]], Any]:
-    """Give a command arguments and options of `SHARED`."""
-
-    def add(command: Callable[..., Any]) -> Any:
-        for name in reversed(names):
-            command = SHARED[name](command)
-        return command
-
-    return add
-
-
-def path_option(*names: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    """Return an option that names a file."""
+def path_option(*names: str, help: str, **options: Any) -> "Decorator":  # noqa: A002 - click's word
+    """Return an option for the path of a file."""
     return click.option(*names, type=path_type, help=help, **options)
 
 
-def output_option(help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+def output_option(help: str, **options: Any) -> "Decorator":  # noqa: A002 - click's word
     """Return the option ``-o``."""
     return path_option("-o", "--output", help=help, **options)
 
 
-def quantity_option(name: str, unit: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    """Return an option that takes a number in SI, or one with a unit."""
+def quantity_option(name: str, unit: str, help: str, **options: Any) -> "Decorator":  # noqa: A002 - click's word
+    """Return an option for a number in SI, or a number with a unit."""
 
     def read(_ctx: click.Context, _param: click.Parameter, value: Any) -> float | None:
         from historysim.basics.units import quantity
@@ -157,23 +119,127 @@ def quantity_option(name: str, unit: str, help: str, **options: Any) -> Callable
     return click.option(name, type=str, callback=read, metavar="QUANTITY", help=help, **options)
 
 
-def _pairs(_ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
-    found = {}
+def of_function(function: str, *names: str, **settings: dict[str, Any]) -> "Decorator":
+    """Return a decorator that adds arguments of a function of this package, as ``"scenario.run:run"``, as options.
+
+    Type, default and help come from its signature and its docstring (the first sentence). ``settings`` by name
+    replace those of click, or add ``short`` names. The function is read from its source, because its import takes as
+    long as a small run.
+    """
+    module, _, name = function.partition(":")
+    path = Path(__file__).parents[1].joinpath(*module.split("."))
+    source = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
+    definition: Any = next(node for node in ast.parse(source).body if getattr(node, "name", "") == name)
+    defaults = zip(definition.args.kwonlyargs, definition.args.kw_defaults, strict=True)
+    values = {argument.arg: value.value for argument, value in defaults if isinstance(value, ast.Constant)}
+    docstring = f"{ast.get_docstring(definition)}\n"
+    entries = {
+        argument: (type_text, " ".join(text.split()))
+        for argument_names, type_text, text in _ENTRY.findall(docstring)
+        for argument in argument_names.split(", ")
+    }
+
+    def add(command: Any) -> Any:
+        for name in reversed(names):
+            command = _option(name, *entries[name], values.get(name), settings.get(name, {}))(command)
+        return command
+
+    return add
+
+
+def _option(name: str, type_text: str, text: str, default: object, settings: dict[str, Any]) -> "Decorator":
+    """Return the option of an argument, from the type and the description in a docstring."""
+    description = re.split(r"\.(?: |$)|; by default ", text.replace("``", ""), maxsplit=1)[0]
+    default_text = re.search(r"[;.] [Bb]y default ([^.;]*)", text)
+    unit = re.search(r" \[(\w+)\]", description)
+    words = re.findall(r'"(\w+)"', type_text)
+    numbers = [int(digits) for digits in re.findall(r"\d+", type_text)]
+    options: dict[str, Any] = {"help": f"{description[:1].upper()}{description[1:]}."}
+    if default is not None and default is not False:
+        options |= {"default": default, "show_default": True}
+    elif default_text:
+        options["help"] += f" [default: {default_text[1]}]"
+    flags = (*settings.pop("short", ()), f"--{name.replace('_', '-')}")
+    if type_text.startswith("bool"):
+        return click.option(*flags, **options, is_flag=True, **settings)
+    if unit and type_text == "float, optional":
+        options["help"] = options["help"].replace(unit[0], f', as "{_EXAMPLES[unit[1]]}"', 1)
+        return quantity_option(flags[-1], unit[1], **options | settings)
+    if words or numbers:
+        options["type"] = click.Choice(words) if words else click.IntRange(min(numbers), max(numbers))
+    else:
+        options["type"] = str if "str" in type_text else int
+    return click.option(*flags, **options | settings)
+
+
+# Arguments and options of several commands, by the names that `common` accepts.
+COMMON = {
+    "scenario": click.argument("scenario", type=path_type),
+    "file": click.argument("file", type=path_type),
+    "log": click.argument("log", type=path_type),
+    "size": click.option(
+        "--size",
+        callback=_read_size,
+        metavar="WIDTHxHEIGHT",
+        help="Size of the picture in millimetres, as 90x70; panels that do not fit are left out, and named.",
+    ),
+    "workers": click.option(
+        "--workers",
+        type=click.IntRange(1),
+        default=lambda: system.processors(),  # noqa: PLW0108 - evaluated on use
+        show_default="one for each processor",
+        help="Processes that compute.",
+    ),
+    "quiet": _common_flag("-q", "--quiet", help="Print nothing."),
+    "json": _common_flag("--json", help="Print one object of JSON, with numbers in SI."),
+    "force": _common_flag(
+        "--force", help="Also replace files that are not earlier outputs of this kind; never a file that is read."
+    ),
+    "set": click.option(
+        "--set",
+        "values",
+        multiple=True,
+        callback=_read_settings,
+        metavar="KEY=VALUE",
+        help="Override a scenario key, such as friction.coefficient=0.3; may be given several times.",
+    ),
+    "sheet": click.option("--sheet", help="Sheet of an Excel file, by name or number. [default: the only one]"),
+    "encoding": click.option("--encoding", help="Encoding of a text file. [default: detected]"),
+    "header": click.option("--header", type=int, help="Line of a text file with the column names. [default: detected]"),
+    "decimal": click.option("--decimal", default=".", show_default=True, help="Decimal sign of a text file."),
+    "delimiter": click.option("--delimiter", help="Separator of values in a text file. [default: detected]"),
+}
+TEXT_FORMAT = "delimiter", "decimal", "header", "encoding", "sheet"
+
+
+def common(*names: str) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator that adds arguments and options of `COMMON`."""
+
+    def add(command: Callable[..., Any]) -> Any:
+        for name in reversed(names):
+            command = COMMON[name](command)
+        return command
+
+    return add
+
+
+def _read_choices(_ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    choices = {}
     for text in texts:
-        name, _, value = (part.strip() for part in text.partition("="))
+        name, _, value = (word.strip() for word in text.partition("="))
         if not (name and value):
             raise InputError(f"--with {text!r}: expected {param.metavar}")
-        found[name] = value
-    return found
+        choices[name] = value
+    return choices
 
 
-def with_option(metavar: str, help: str) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    """Return the option ``--with``, which gives others by their names, as ``choices``."""
-    return click.option("--with", "choices", multiple=True, callback=_pairs, metavar=metavar, help=help)
+def with_option(metavar: str, help: str) -> "Decorator":  # noqa: A002 - click's word
+    """Return the option ``--with`` for further options by name, passed as ``choices``."""
+    return click.option("--with", "choices", multiple=True, callback=_read_choices, metavar=metavar, help=help)
 
 
-def layout_of(sheet: str | None, **text: Any) -> "Format":
-    """Return how a text file is written, from the options `TEXT`."""
+def text_format(sheet: str | None, **text: Any) -> "Format":
+    """Return the format of a text file from the options `TEXT_FORMAT`."""
     from historysim.tables import Format
 
     try:
@@ -182,23 +248,25 @@ def layout_of(sheet: str | None, **text: Any) -> "Format":
         raise InputError(f"--{error}") from error
 
 
-def check_drawn(size: object, drawn: Iterable[Path | None]) -> None:
-    """Check that something is drawn where a size is given for it."""
-    if size is not None and not any(path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in drawn):
-        raise InputError("--size: nothing is drawn; expected the file of a picture, as -o loops.pdf")
+def check_size(size: object, outputs: Iterable[Path | None]) -> None:
+    """Raise InputError if a size is given but no picture is written."""
+    if size is not None and not any(
+        path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in outputs
+    ):
+        raise InputError("--size: no picture is written; expected the file of a picture, as -o loops.pdf")
 
 
-def files_read(what: "Scenario | Path") -> tuple[Path, ...]:
-    """Return the files that a command reads for a scenario, or another file."""
-    if isinstance(what, Path) and what.suffix == ".toml":
+def list_inputs(source: "Scenario | Path") -> tuple[Path, ...]:
+    """Return the files that a command reads for a scenario or another file."""
+    if isinstance(source, Path) and source.suffix == ".toml":
         from historysim.scenario.scenario import load
 
-        what = load(what)
-    return (what,) if isinstance(what, Path) else what.files
+        source = load(source)
+    return (source,) if isinstance(source, Path) else source.files
 
 
-def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
-    """Return the scenario of a file with other values, or the file itself where there are none."""
+def load_if_changed(file: Path, values: dict[str, Any]) -> "Scenario | Path":
+    """Return a scenario with replaced values, or the file itself if there are none."""
     if not values:
         return file
     if file.suffix != ".toml":

@@ -1,4 +1,4 @@
-"""What the commands share: what they print, and the files that they write."""
+"""Printed answers and written files of the commands."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence
@@ -11,7 +11,7 @@ from historysim.basics import targets
 from historysim.basics.files import replacing
 from historysim.basics.targets import Output, OutputFormat, csv_table, netcdf
 from historysim.basics.wording import columns, printable
-from historysim.cli.options import given
+from historysim.cli.options import has_flag
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,13 +39,13 @@ TABLES_OF_SLIDING = (
 
 
 def check_outputs(reads: Iterable[Path], *outputs: tuple[Path | None, *tuple[OutputFormat, ...]]) -> list[Path]:
-    """Return the files that are to be written, each of one of some forms; InputError where one may not be.
+    """Return the requested output files; InputError if one must not be written.
 
-    The path is None where it is not asked for; none of them is a file that the command reads.
+    Each output is a path, or None if it is not requested, with its formats; no output is a file that the command reads.
     """
-    asked = [Output(path, tuple(forms)) for path, *forms in outputs if path is not None]
-    targets.check_outputs(asked, reads, force=given("force"))
-    return [output.path for output in asked]
+    requested = [Output(path, tuple(forms)) for path, *forms in outputs if path is not None]
+    targets.check_outputs(requested, reads, force=has_flag("force"))
+    return [output.path for output in requested]
 
 
 def write_answer(
@@ -56,15 +56,15 @@ def write_answer(
     data: "Callable[[], xr.Dataset] | None" = None,
     below: "Lines" = (),
 ) -> None:
-    """Print what a command has found, with --json as one object, with --quiet nothing.
+    """Print the results of a command; with --json as one object, with --quiet nothing.
 
-    The first row of each table has its headings; ``files`` were written, ``data`` gives all numbers as a Dataset with
-    units, and the lines ``below`` stand below the tables.
+    The first row of each table has its headings; ``files`` were written, ``data`` returns all numbers as a Dataset with
+    units, and the lines ``below`` follow the tables.
     """
     written = [str(path) for path in files if path is not None]
-    if given("quiet"):
+    if has_flag("quiet"):
         return
-    if given("json"):
+    if has_flag("json"):
         document: dict[str, Any] = {
             "lines": [_line(label, text) for label, text in (*lines, *below) if label],
             "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in tables if rows],
@@ -84,7 +84,7 @@ def _line(label: str, text: str) -> dict[str, Any]:
 
 
 def _json(document: dict[str, Any]) -> str:
-    """Return a document as JSON, which has no number that is none: null stands for it."""
+    """Format a document as JSON, with null for NaN and infinite numbers."""
     text = json.dumps(document, default=lambda value: value.tolist() if hasattr(value, "tolist") else str(value))
     return json.dumps(json.loads(text, parse_constant=lambda _: None), ensure_ascii=False, indent=1)
 
@@ -101,7 +101,7 @@ def save_table(
     *,
     measured: bool = False,
 ) -> None:
-    """Write a table as its ending says: netCDF, CSV, or else a picture of it."""
+    """Write a table in the format of its suffix: netCDF, CSV, or a picture of it."""
     from historysim.results.tables import CALCULATED, MEASURED, write_csv, write_netcdf
 
     if path.suffix.lower() == ".csv":
@@ -113,7 +113,7 @@ def save_table(
 
 
 def save(figure: "PrintedFigure", picture: Path) -> None:
-    """Write a figure to a file, in the format that its ending names; what is to be known of it goes to stderr."""
+    """Write a figure to a file in the format of its suffix; print its notices on standard error."""
     with replacing(picture) as unfinished:
         figure.savefig(unfinished, format=picture.suffix.removeprefix(".").lower())
     for text in figure.notices:

@@ -1,4 +1,4 @@
-"""Commands that read records of an instrument: columns, loops, sliding, compare, creep, fit."""
+"""Commands for measured records: columns, loops, sliding, compare, creep, fit."""
 
 import functools
 from pathlib import Path
@@ -35,23 +35,21 @@ if TYPE_CHECKING:
     Rows = Sequence[tuple[str, ...]]
     Size = tuple[float, float] | None
 
-FEWEST_OF_A_MAP = 16  # columns of numbers without names that may be heights
+FEWEST_OF_A_MAP = 16  # least number of unnamed columns that suggests a height map
 
 skip_option = click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 
 
 @click.command()
-@options.shared("file")
-@options.output_option("Also write a whole scenario to start from to this file (.toml).")
-@options.shared("json", *options.TEXT)
+@options.common("file")
+@options.output_option("Also write a suggested scenario to this file (.toml).")
+@options.common("json", *options.TEXT_FORMAT)
 def columns(file: Path, output: Path | None, **text: Any) -> None:
-    """Show the columns of FILE (numbers) and a [loading] to start from.
+    """Show the columns of FILE (numbers) and suggest a [loading].
 
-    Its blocks, its columns as a scenario names them, and a [loading] section.
-
-    "?" marks what names and units do not show.
+    Lists its blocks, its columns as in a scenario, and a [loading] section, in which "?" marks unknown values.
     """
-    layout, files = options.layout_of(**text), check_outputs([file], (output, SUGGESTED))
+    layout, files = options.text_format(**text), check_outputs([file], (output, SUGGESTED))
     from historysim.scenario.suggestion import suggest_loading, suggest_scenario
     from historysim.tables import describe, summarise_text
 
@@ -60,45 +58,36 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
             f"{file}: is a scenario; expected a file of numbers: historysim show {shell_word(file)} reads scenarios"
         )
     try:
-        seen, blocks = summarise_text(file, layout)
+        notes, blocks = summarise_text(file, layout)
         listings = describe(file, layout)
     except InputError as error:
         raise InputError(f"{error}; a height map is read by historysim show {shell_word(file)}") from error
-    if len(listings) >= FEWEST_OF_A_MAP and all(each.column.startswith("{") for each in listings):
+    if len(listings) >= FEWEST_OF_A_MAP and all(listing.column.startswith("{") for listing in listings):
         notice(f"{len(listings)} columns without names; if this is a height map: historysim show {shell_word(file)}")
     if output is not None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggest_scenario(file, output, listings, layout, blocks), encoding="utf-8")
     rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first_value) for c in listings)]
     suggested = suggest_loading(file, listings, layout, blocks)
-    if options.given("json"):
-        write_answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files)
+    if options.has_flag("json"):
+        write_answer([*(("note", line) for line in notes), ("scenario", suggested)], [rows], files)
         return
-    click.echo("\n".join(seen), nl=bool(seen))
+    click.echo("\n".join(notes), nl=bool(notes))
     write_answer(tables=[rows])
     click.echo("\n".join(["", suggested, *(f"\n{path}" for path in files)]))
 
 
 @click.command()
-@options.shared("file")
-@skip_option
-@options.quantity_option(
-    "--dead-band",
-    "m",
-    help='Swings below which there is no reversal, as "5 nm". '
-    "[default: the scenario's; else 5 % of the range, or six deviations of the noise]",
-)
-@click.option("--skip-per-level", default=0, help="Loops to leave out at the start of each series at one normal load.")
+@options.common("file")
+@options.of_function("scenario.record_search:loops", "skip", "dead_band", "skip_per_level")
 @click.option(
     "--load-share",
     type=float,
-    help="Leave out branches on which the normal load moves by more than this share of its greatest value. "
+    help="Leave out branches on which the normal load varies by more than this fraction of its largest value. "
     "[default: 0.1]",
 )
 @click.option(
-    "--amplitude-share",
-    type=float,
-    help="Means are of the loops of this share of the largest amplitude or more. [default: 0.5]",
+    "--amplitude-share", type=float, help="Least amplitude of loops in means, over the largest one. [default: 0.5]"
 )
 @click.option(
     "--plateau",
@@ -107,19 +96,18 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     metavar="START END",
     help="Sliding friction is the mean over this part of a stroke, from 0 to 1. [default: 0.75 1]",
 )
-@click.option(
+@options.flag(
     "--fretting",
     "with_fretting",
-    is_flag=True,
-    help="Report slip amplitude, energy friction, regime and compliances instead, over runs, too.",
+    help="Report slip amplitude, energy friction, regime and compliances instead, also over runs.",
 )
 @options.output_option("Also write all loops to this file (.nc, .csv), or draw them there.")
 @options.path_option("--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there.")
-@click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
+@options.flag("--plot", "with_picture", help="Also draw the loops: FILE's name with _loops.png, here.")
 @options.path_option("--picture", help="Also draw the loops to this file (PNG, PDF, SVG).")
-@options.shared("size")
-@click.option("--model", "with_model", is_flag=True, help="Also draw the loops of the scenario's model, dashed.")
-@options.shared("json", "force", "set")
+@options.common("size")
+@options.flag("--model", "with_model", help="Also draw the loops of the scenario's model, dashed.")
+@options.common("json", "force", "set")
 def loops(
     file: Path,
     dead_band: float | None,
@@ -138,10 +126,10 @@ def loops(
 ) -> None:
     """Evaluate the friction loops of FILE.
 
-    FILE is a result, or a scenario with a measured record. At several normal loads a table has a row for each load.
+    FILE is a result, or a scenario with a measured record. With several normal loads a table has a row for each.
     """
-    beside = Path(f"{file.stem}_loops.png") if with_picture else None
-    options.check_drawn(size, [beside, picture, output, levels])
+    pictures = [path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path]
+    options.check_size(size, [*pictures, output, levels])
     import attrs
 
     from historysim.measured.branches import DEFAULT
@@ -154,38 +142,36 @@ def loops(
     definitions = attrs.evolve(DEFAULT, **{name: share for name, share in shares.items() if share is not None})
     record = _record(file, values)
     files = check_outputs(
-        options.files_read(record),
+        options.list_inputs(record),
         (output, *(TABLES_OF_FRETTING if with_fretting else TABLES_OF_LOOPS), PICTURE),
         (levels, *TABLES_OF_LEVELS, PICTURE),
-        (beside, PICTURE),
-        (picture, PICTURE),
+        *((path, PICTURE) for path in pictures),
     )
 
-    def find(what: "Scenario | Path") -> "Loops":
-        return find_loops(what, dead_band=dead_band, definitions=definitions, **skipped)
+    def find(source: "Scenario | Path") -> "Loops":
+        return find_loops(source, dead_band=dead_band, definitions=definitions, **skipped)
 
     if with_fretting:
-        _report_fretting(record, find, output, size, {levels, beside, picture, "--model" if with_model else None})
+        _report_fretting(record, find, output, size, {levels, *pictures, "--model" if with_model else None})
         return
     if _write_each(record, find, loop_rows, files):
         return
     evaluation = find(record)
     model = _model_loops(record, skipped["skip"]) if with_model else None
     title = _title(record)
-    drawn = MeasuredLoopsPicture(model=model, title=title)
+    loops_picture = MeasuredLoopsPicture(model=model, title=title)
     by_load, measured = evaluation.by_load(), file.suffix == ".toml"
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
         all_loops = evaluation.to_dataset()
-        save_table(all_loops, output, lambda _: drawn.figure(evaluation, {"size": size}), measured=measured)
+        save_table(all_loops, output, lambda _: loops_picture.figure(evaluation, {"size": size}), measured=measured)
     if levels is not None:
         by_level = LoopLevelsPicture(title=title)
         table = by_load.to_dataset()
         save_table(table, levels, lambda _: by_level.figure(table, {"size": size}), measured=measured)
-    for path in (beside, picture):
-        if path is not None:
-            save(drawn.figure(evaluation, {"size": size}), path)
+    for path in pictures:
+        save(loops_picture.figure(evaluation, {"size": size}), path)
     tables, below = _loop_tables(evaluation)
     write_answer(evaluation.summary(), tables, files, data=evaluation.to_dataset, below=below)
 
@@ -195,21 +181,23 @@ def _report_fretting(
     find: "Callable[[Scenario | Path], Loops]",
     output: Path | None,
     size: "Size",
-    others: "set[Path | str | None]",
+    unsupported: "set[Path | str | None]",
 ) -> None:
     """Print the fretting report of the loops of a record, or of each of its runs, and write it to a file."""
     from historysim.measured.fretting import by_load
     from historysim.results.plots.found_loops import FrettingPicture
     from historysim.scenario.record_search import fretting_of_runs, fretting_rows
 
-    if given := sorted(str(each) for each in others if each is not None):
-        raise InputError(f"{given[0]}: does not apply to --fretting; expected -o FILE for its table or picture")
-    drawn, measured = FrettingPicture(title=_title(record)), not isinstance(record, Path)
+    if requested := sorted(str(option) for option in unsupported if option is not None):
+        raise InputError(f"{requested[0]}: does not apply to --fretting; expected -o FILE for its table or picture")
+    fretting_picture, measured = FrettingPicture(title=_title(record)), not isinstance(record, Path)
 
     def write(report: "Fretting") -> list[Path]:
         if output is None:
             return []
-        save_table(report.to_dataset(), output, lambda data: drawn.figure(data, {"size": size}), measured=measured)
+        save_table(
+            report.to_dataset(), output, lambda data: fretting_picture.figure(data, {"size": size}), measured=measured
+        )
         return [output]
 
     if _write_each(record, find, fretting_rows, write=lambda runs: write(fretting_of_runs(runs))):
@@ -221,7 +209,7 @@ def _report_fretting(
 
 
 def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]]]":
-    """Return the tables over normal load and amplitude, and the lines that stand below them."""
+    """Return the tables over normal load and amplitude, and the lines below them."""
     by_load, means = evaluation.by_load(), evaluation.rows()
     several_loads = len(by_load) > 1
     tables: list[Rows] = [by_load.rows() if several_loads else means]
@@ -233,11 +221,10 @@ def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]
 
 
 @click.command()
-@options.shared("file")
-@click.option("--over", type=click.Choice(["time", "distance"]), help="[default: distance, where it is known]")
-@click.option("--windows", default=50, show_default=True, help="Windows of equal length that friction is averaged in.")
+@options.common("file")
+@options.of_function("scenario.record_search:sliding", "over", "windows")
 @options.output_option("Also write the windows to this file (.nc, .csv), or draw them there.")
-@options.shared("size", "json", "force", "set")
+@options.common("size", "json", "force", "set")
 def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any], **choices: Any) -> None:
     """Evaluate friction in a unidirectional sliding record.
 
@@ -247,28 +234,28 @@ def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any
     from historysim.scenario.record_search import sliding as find_sliding
     from historysim.scenario.record_search import sliding_rows
 
-    options.check_drawn(size, [output])
+    options.check_size(size, [output])
     record = _record(file, values)
-    files = check_outputs(options.files_read(record), (output, *TABLES_OF_SLIDING, PICTURE))
+    files = check_outputs(options.list_inputs(record), (output, *TABLES_OF_SLIDING, PICTURE))
 
-    def find(what: "Scenario | Path") -> Any:
-        return find_sliding(what, **choices)
+    def find(source: "Scenario | Path") -> Any:
+        return find_sliding(source, **choices)
 
     if _write_each(record, find, sliding_rows, files):
         return
-    found = find(record)
+    friction = find(record)
     if output is not None:
         picture = SlidingPicture(title=_title(record))
         measured = file.suffix == ".toml"
-        save_table(found.to_dataset(), output, lambda _: picture.figure(found, {"size": size}), measured=measured)
-    write_answer(found.summary(), files=files, data=found.to_dataset)
+        save_table(friction.to_dataset(), output, lambda _: picture.figure(friction, {"size": size}), measured=measured)
+    write_answer(friction.summary(), files=files, data=friction.to_dataset)
 
 
 @click.command()
-@options.shared("scenario")
+@options.common("scenario")
 @skip_option
 @options.output_option("The picture. [default: SCENARIO's name with _comparison.png]")
-@options.shared("size", "json", "force", "set")
+@options.common("size", "json", "force", "set")
 def compare(scenario: Path, skip: int, output: Path | None, size: "Size", values: dict[str, Any]) -> None:
     """Compare the model of SCENARIO with its measured record.
 
@@ -287,31 +274,31 @@ def compare(scenario: Path, skip: int, output: Path | None, size: "Size", values
 
 
 @click.command()
-@options.shared("scenario")
+@options.common("scenario")
 @options.output_option("The picture. [default: SCENARIO's name with _creep.png]")
-@options.shared("json", "force", "set")
+@options.common("json", "force", "set")
 def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     """Separate creep from memory in the holds of SCENARIO's record.
 
-    Relaxation over log time, drift of the sensor, and the parts of the change in each hold.
+    Relaxation over log time, drift of the sensor, and contributions to the change in each hold.
     """
     output = output or Path(f"{scenario.stem}_creep.png")
     from historysim.results.plots.record_pictures import CreepPicture
-    from historysim.scenario.fit import creep as found
+    from historysim.scenario.fit import creep as separate_creep
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
     files = check_outputs(loaded.files, (output, PICTURE))
-    shown = found(loaded)
-    save(CreepPicture(title=loaded.title).figure(shown), output)
-    write_answer(shown.summary(), [shown.rows()], files)
+    evaluation = separate_creep(loaded)
+    save(CreepPicture(title=loaded.title).figure(evaluation), output)
+    write_answer(evaluation.summary(), [evaluation.rows()], files)
 
 
 @click.command()
-@options.shared("scenario")
+@options.common("scenario")
 @options.output_option("The fitted scenario. [default: SCENARIO's name with _fitted.toml]")
 @options.path_option("--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]")
-@options.shared("size", "quiet", "json", "force", "set")
+@options.common("size", "quiet", "json", "force", "set")
 def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size", values: dict[str, Any]) -> None:
     """Fit parameters of SCENARIO to its measured record.
 
@@ -326,24 +313,24 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
 
     loaded = load(scenario, values)
 
-    def checked(output: Path, picture: Path) -> list[Path]:
+    def check(output: Path, picture: Path) -> list[Path]:
         return check_outputs(loaded.files, (output, FITTED), (picture, PICTURE))
 
     def write(fitted: "Fit", output: Path, picture: Path) -> list[Path]:
-        # both stand under their names, or neither
+        # either both files are written, or neither
         with replacing(output) as unfinished:
             unfinished.write_text(fitted.scenario_text(output), encoding="utf-8")
             save(ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}), picture)
         return [picture, output]
 
     def write_each(runs: "list[Run[Fit]]") -> list[Path]:
-        each = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
-        for _, paths in each:
-            checked(*paths)
-        return [path for fitted, paths in each if fitted is not None for path in write(fitted, *paths)]
+        results = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
+        for _, paths in results:
+            check(*paths)
+        return [path for fitted, paths in results if fitted is not None for path in write(fitted, *paths)]
 
-    checked(*names)
-    find = functools.partial(fit_scenario, progress=not options.given("quiet"))
+    check(*names)
+    find = functools.partial(fit_scenario, progress=not options.has_flag("quiet"))
     if not _write_each(loaded, find, fit_rows, write=write_each):
         fitted = find(loaded)
         files = write(fitted, *names)
@@ -354,11 +341,11 @@ def _record(file: Path, values: dict[str, Any]) -> "Scenario | Path":
     """Return a scenario with a measured record, or another file."""
     from historysim.scenario.scenario import load
 
-    return load(file, values) if file.suffix == ".toml" else options.scenario_or_file(file, values)
+    return load(file, values) if file.suffix == ".toml" else options.load_if_changed(file, values)
 
 
 def _title(record: "Scenario | Path") -> str:
-    """Return the title of a scenario, or else the name of the file."""
+    """Return the title of a scenario, or the name of the file."""
     return record.name if isinstance(record, Path) else record.title or record.path.name
 
 
@@ -369,11 +356,11 @@ def _write_each(
     files: "Sequence[Path]" = (),
     write: "Callable[[list[Run[Any]]], Sequence[Path]]" = lambda _: (),
 ) -> bool:
-    """Print a row for each run of a scenario's file, or why it cannot be used; return whether each is asked for."""
+    """Print a row, or a problem, for each run of a scenario's file; return False unless all runs are requested."""
     if isinstance(record, Path) or record.run != "each":
         return False
     if files:
-        raise InputError(f"{files[0]}: can be written for one run; expected its number, as --set loading.run=1")
+        raise InputError(f"{files[0]}: can only be written for one run; expected its number, as --set loading.run=1")
     from historysim.scenario.record_search import each_run
 
     runs = each_run(record, find)
@@ -383,9 +370,9 @@ def _write_each(
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
-    """Return the loops of the model along what was measured."""
+    """Return the loops of the model for a measured record."""
     from historysim.scenario.fit import compare as compare_scenario
 
     if isinstance(record, Path):
-        raise InputError(f"{record}: is no scenario (.toml) with a measured record; expected one for --model")
+        raise InputError(f"{record}: is not a scenario (.toml) with a measured record; expected one for --model")
     return compare_scenario(record, skip=skip).model

@@ -57,15 +57,15 @@ def run(  # noqa: PLR0913 - the options of the command
         Rows between snapshots of the state in the log; by default some seconds of replay, and more if all snapshots
         would be larger than 1 GB.
     compression : {"none", "zlib", "zstd"}
-        Of the output.
+        Compression of the output.
     threads : int, optional
         Threads that record many asperities, and write them; by default one for each processor, up to 4. The result
         is bit-identical.
     force : bool
         Also replace files of these names that are not an earlier result or log; never one that the scenario reads.
     record : "totals", optional
-        Write the log, its snapshots and the totals, but no variables of asperities: ``hs.open("NAME.history",
-        chunks=…)`` computes these on reading. By default the variables that the scenario records.
+        Write the log, its snapshots and the totals, but no variables of asperities. These are computed on access by
+        ``hs.open("NAME.history", chunks=…)``. Unless given, the variables that the scenario records.
     cluster : str, optional
         Address of the scheduler of a dask cluster that computes the blocks of a zarr store; it reads the log under the
         same path.

@@ -116,5 +116,5 @@ def test_help_lists_the_commands_in_the_order_of_use():
     assert titles == [f"{title}:" for title in ("Options", *GROUPS)]
     listed = [line for line in lines[lines.index("Begin:") :] if line.startswith("  ")][:-2]
     # one whole line each
-    assert len(listed) == len(main.found)
+    assert len(listed) == len(main.sources)
     assert all(line.endswith(".") for line in listed)

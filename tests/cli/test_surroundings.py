@@ -23,4 +23,4 @@ def test_a_name_that_is_no_text_is_reported(tmp_path):
         check=False,
     )
     assert done.returncode == 2
-    assert b"is no name in utf-8, the encoding of file names here; rename it" in done.stderr
+    assert b"is not a name in utf-8, the encoding of file names; rename it" in done.stderr

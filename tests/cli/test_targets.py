@@ -54,7 +54,7 @@ def refused(folder, command, target, *words):
 
 
 def test_all_commands_are_here():
-    assert {arguments[0] for arguments, _ in COMMANDS.values()} | set(READING) == set(main.found)
+    assert {arguments[0] for arguments, _ in COMMANDS.values()} | set(READING) == set(main.sources)
 
 
 @pytest.mark.parametrize("command", ["run", "plot", "fmu"])

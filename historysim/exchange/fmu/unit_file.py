@@ -103,8 +103,8 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     at : float, optional
         Start from the state at this time [s]; by default without contact.
     normal, tangential : {"load", "displacement"}
-        Type of the inputs. The normal displacement is the approach from first touch; with an instrument the tangential
-        displacement is the displacement of its drive.
+        Input that controls this channel. The normal displacement is the approach from first touch; with an instrument
+        the tangential displacement is the displacement of its drive.
     saturate : bool, optional
         Hold a tangential load beyond the friction limit at the limit; by default as in the scenario. Otherwise such a
         step is discarded with a message, and the state is unchanged.

@@ -134,9 +134,8 @@ class RandomMap(HeightMap):
     shape: tuple[int, ...]  #: points, ``[nx, ny]``
     pixel_size: Lengths  #: distance of the points, one length or one for x and one for y
     rms_height: Length  #: Rq
-    autocorrelation_length: (
-        Lengths  #: length at which the autocorrelation is 0.1: at least a pixel, at most half a side
-    )
+    #: Length at which the autocorrelation is 0.1: at least a pixel, at most half a side.
+    autocorrelation_length: Lengths
     seed: int  #: the same seed gives the same surface
     autocorrelation: str = "exponential"  #: ``"exponential"`` or ``"gaussian"``
     skewness: Number = 0.0  #: of the heights
