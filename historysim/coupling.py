@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from historysim.asperities.body import require
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.basics.wording import nearest
@@ -19,7 +20,7 @@ from historysim.errors import InputError, LoadError
 if TYPE_CHECKING:
     import control
 
-    from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.integration import IntegratedBody
     from historysim.asperities.state import State
 
 __all__ = ["CoupledSolution", "StageMotion", "contact_system", "controlled_stage", "solve_ivp"]
@@ -60,7 +61,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     motion: Motion,
     t_span: tuple[float, float],
     y0: ArrayLike,
-    ensemble: "Ensemble",
+    ensemble: "IntegratedBody",
     place: Place,
     *,
     state: "State | None" = None,
@@ -233,7 +234,7 @@ OUTPUTS = (
 
 
 def contact_system(
-    ensemble: "Ensemble",
+    ensemble: "IntegratedBody",
     state: "State | None" = None,
     *,
     dt: float,
@@ -316,7 +317,7 @@ class StageMotion:
 
 
 def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact
-    ensemble: "Ensemble",
+    ensemble: "IntegratedBody",
     state: "State",
     controller: Callable[[float, float], float],
     *,
@@ -345,6 +346,7 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
     substeps : int
         Steps of the integration per sample, each much shorter than √(mass / stiffness).
     """
+    require(ensemble, "step in place")
     mass, sample_time = scalar("mass", mass, above=0), scalar("sample_time", sample_time, above=0)
     samples = round(scalar("duration", duration, above=0) / sample_time)
     time_step = _stage_time_step(state.stiffness(1), mass, sample_time, substeps)

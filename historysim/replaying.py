@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
-from historysim.asperities.ensemble import Ensemble, check_ensemble
+from historysim.asperities.body import Body, check_body
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import Integers
 from historysim.basics.files import path_of_numbers, replacing
@@ -41,7 +41,7 @@ class Replay:
 
     Parameters
     ----------
-    ensemble : Ensemble
+    ensemble : Ensemble, Patches or InclinedEnsemble
     events : sequence of events
         In the order of their times; at one time, in the order in which they happen.
     substeps : int
@@ -64,7 +64,7 @@ class Replay:
         When it is carried out: what cannot be used as it is, and a load that the contact cannot carry, with its event.
     """
 
-    ensemble: Ensemble = attrs.field(validator=check_ensemble)
+    ensemble: Body = attrs.field(validator=check_body)
     events: Sequence[Event] = attrs.field(converter=as_events, repr=events_text)
     substeps: int = attrs.field(default=1, kw_only=True)
     saturate: bool = attrs.field(default=False, kw_only=True)
@@ -164,8 +164,8 @@ class Replay:
         ensemble, event = self.ensemble, segment.event[0]
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}
         try:
-            friction = segment.friction_goal(len(ensemble))
-            state = ensemble.walk(state, segment.paths, until=segment.share, friction=friction, **how, **recorded)
+            recorded |= segment.friction_options(len(ensemble))
+            state = ensemble.advance_along(state, segment.paths, until=segment.share, **how, **recorded)
             if segment.change is not None:
                 event = segment.change_event
                 state = segment.change.act(ensemble, state, **how)
@@ -177,7 +177,7 @@ class Replay:
 
 
 def replay(
-    ensemble: Ensemble,
+    ensemble: Body,
     events: Sequence[Event],
     *,
     substeps: int = 1,

@@ -78,7 +78,7 @@ def test_a_signal_is_heard_in_the_midst_of_a_segment(ensemble, normal, tangentia
         # in processor time, in which no walk of so many parts ends
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.2)
         with pytest.raises(HeardError):
-            ensemble.walk(start, paths_to(normal, tangential, parts=PARTS), rows=rows, saturate=True)
+            ensemble.advance_along(start, paths_to(normal, tangential, parts=PARTS), rows=rows, saturate=True)
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
@@ -115,11 +115,11 @@ import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from historysim.asperities.ensemble import Ensemble
 from historysim.cli import main
-walk = Ensemble.walk
+advance_along = Ensemble.advance_along
 def told(*arguments, **named):
     print("walking", flush=True)
-    return walk(*arguments, **named)
-Ensemble.walk = told
+    return advance_along(*arguments, **named)
+Ensemble.advance_along = told
 main(["run", "long.toml", "-q"])
 """
 

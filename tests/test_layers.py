@@ -107,7 +107,7 @@ def test_the_architecture_has_every_room_in_its_order():
 def test_all_modules_are_read():
     found = package_imports()
     assert {"", "cli", "replaying", "contact.hertz", "results.plots.histories"} <= set(found)
-    assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replaying"][0]
+    assert {"loads.schedule", "asperities.body", "recording.recorder"} <= found["replaying"][0]
     assert {"loads.schedule", "log.file"} <= found["log.result"][0]
 
 

@@ -149,10 +149,6 @@ CALLS = {
         {"summit_height": [0.0, -2e-9], "summit_radius": 2e-5},
     ),
     "FrictionChange": (hs.FrictionChange, {"time": 1.0, "friction": 0.2}),
-    "InclinedEnsemble.from_normal_curves": (
-        hs.InclinedEnsemble.from_normal_curves,
-        {"pair": PAIR, **CURVE, "x": 1e-6, "y": 2e-6, "highest_summit": 1e-6},
-    ),
     "Instrument": (
         hs.Instrument,
         {"lateral_stiffness": 3e5, "parallel_stiffness": 2e4, "displacement_resolution": 1e-9, "load_resolution": 1e-6},

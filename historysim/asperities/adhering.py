@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.asperity_set import AsperitySet
 from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.contact import adhesion, hertz
 
@@ -45,7 +45,7 @@ class AdheringAsperities:
 
 
 def adhering_asperities(
-    ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
+    ensemble: AsperitySet, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
 ) -> AdheringAsperities:
     """Classify the asperities in contact by adhesion regime, at an approach computed without adhesion.
 

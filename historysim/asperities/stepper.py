@@ -98,6 +98,19 @@ def make_path(*channels: tuple[Control, Target]) -> Paths:
     return paths_to(normal, tangential)
 
 
+def make_paths(controls: tuple[int, int], *, normal: tuple[Any, Any], tangential: tuple[Any, Any]) -> Paths:
+    """Build paths from arrays of loads and displacements of each channel, with the controls that hold a channel."""
+    targets = (
+        channel("normal", *normal, controls[0], 0.0, several=True),
+        channel("tangential", *tangential, controls[1], several=True),
+    )
+    counts = {np.size(target) for _, target in targets} - {1}
+    if len(counts) > 1 or 0 in counts:
+        numbers = " and ".join(map(str, sorted(counts)))
+        raise InputError(f"the channels have {numbers} values; expected equal numbers of values, or one number")
+    return make_path(*targets)
+
+
 def _goal(kind: Control, end: Any) -> Goals:
     if isinstance(kind, tuple) and not isinstance(end, tuple):
         end = (end, end)
@@ -145,7 +158,7 @@ class Stepper(WholeContact):
     """
 
     def __init__(self, ensemble: Any, state: State, how: dict[str, Any]) -> None:
-        self._ensemble, self._how, self._curves = ensemble, how, ensemble.curves
+        self._ensemble, self._how, self._is_bounded = ensemble, how, ensemble.is_bounded
         self.memory: Any = None
         self._in_plane = False
         self._call, self._numbers = binding.new_stepper()
@@ -229,8 +242,8 @@ class Stepper(WholeContact):
                     tangential, target = DISPLACED, tangential_displacement
                 else:
                     tangential, target = channel("tangential", tangential_load, tangential_displacement, LOAD)
-                if self._curves is not None:
-                    self._curves.check_reach(make_path((normal, normal_target), (tangential, target)))
+                if self._is_bounded:
+                    self._ensemble.check_reach(make_path((normal, normal_target), (tangential, target)))
                 if self._in_plane or target.__class__ is tuple:
                     self._step_in_plane(normal, normal_target, tangential, target)
                 else:
@@ -264,10 +277,10 @@ class Stepper(WholeContact):
         line = self.memory.line
         normal = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
         path = make_path(normal, channel("tangential", load, displacement, binding.tangential_control(self.memory)))
-        if self._curves is not None:
-            self._curves.check_reach(path)
+        if self._is_bounded:
+            self._ensemble.check_reach(path)
         start = line.approach
-        self._hold(self._ensemble.walk(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
+        self._hold(self._ensemble.advance_along(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
         lib.hs_stepper_observe(self._call, start)
 
     def _warn_of_trials(self, time: float | None) -> None:

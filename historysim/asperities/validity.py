@@ -8,9 +8,12 @@ import math
 import attrs
 import numpy as np
 
+from historysim.asperities.asperity_set import AsperitySet, require_asperities
+from historysim.asperities.body import Body
 from historysim.asperities.curves import NormalCurves
-from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.law import FrictionLaw
+from historysim.asperities.patches import Patches
 from historysim.asperities.yielding import HARDNESS_OF_YIELD
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
@@ -45,7 +48,7 @@ class _Contact:
     Where they have yielded R and δ are those of the summit that is left, and the radius before is ``virgin_radius``.
     """
 
-    ensemble: Ensemble
+    ensemble: AsperitySet
     instrument: Instrument
     index: Integers
     summit_radius: Floats
@@ -71,7 +74,7 @@ class _Contact:
         return float(self.normal_load[which].sum() / self.normal_load.sum())
 
 
-def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
+def findings(ensemble: Body, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
     """Check the assumptions of the model at an approach [m]; return those violated, each with a remedy.
 
     The approach is that of the highest summit from first touch, the greatest of a history. The page of this room lists
@@ -79,21 +82,21 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     positions, nominal area) is not checked; patches of normal curves have `first_row` and `normal_curve` alone.
     """
     # patches with normal curves may press on one another, and are no spheres
-    if ensemble.curves is not None:
+    if isinstance(ensemble, Patches):
         return tuple(finding for finding in _of_curve(ensemble.curves) if finding is not None)
-    contact = _contact(ensemble, approach, instrument)
+    contact = _contact(require_asperities(ensemble), approach, instrument)
     if contact is None:
         return ()
     checks = [_outliers, _steep, _yielding, _area, _overlap, _hardening, _cracks, _adhesion, _resolution, _rising]
     return tuple(finding for check in checks if (finding := check(contact)) is not None)
 
 
-def _contact(ensemble: Ensemble, approach: float, instrument: Instrument) -> _Contact | None:
+def _contact(ensemble: AsperitySet, approach: float, instrument: Instrument) -> _Contact | None:
     depth = ensemble.summit_height - (ensemble.highest_summit - approach)
     index = np.flatnonzero(depth > 0)
     virgin = ensemble.summit_radius[index]
     radius, depth, yielded = virgin, depth[index], np.zeros(index.size, dtype=bool)
-    if ensemble.yielding is not None and index.size:
+    if "yielding" in ensemble.laws and index.size:
         state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
         if (after_yielding := state.yielded) is not None:
             radius, yielded = after_yielding.summit_radius[index], after_yielding.yielding_load[index] > 0
@@ -150,7 +153,7 @@ def _steep(contact: _Contact) -> Finding | None:
 def _yielding(contact: _Contact) -> Finding | None:
     ensemble, pair = contact.ensemble, contact.ensemble.pair
     hardness = pair.hardness or HARDNESS_OF_YIELD * (pair.yield_stress or 0.0)
-    if ensemble.yielding is not None or not hardness:
+    if "yielding" in ensemble.laws or not hardness:
         return None
     onset = ONSET_OF_YIELD * pair.yield_stress if pair.yield_stress is not None else ONSET_OF_HARDNESS * hardness
     pressure = hertz.mean_pressure(contact.normal_load, contact_radius=contact.contact_radius)
@@ -183,7 +186,7 @@ def _hardening(contact: _Contact) -> Finding | None:
 
 def _cracks(contact: _Contact) -> Finding | None:
     threshold = contact.ensemble.pair.cracking_load
-    if threshold is None or contact.ensemble.yielding is None:
+    if threshold is None or "yielding" not in contact.ensemble.laws:
         return None
     share = contact.share(contact.normal_load > threshold)
     text = (
@@ -199,7 +202,7 @@ def _area(contact: _Contact) -> Finding | None:
     share = contact.area / contact.ensemble.nominal_area
     text = f"the contact area is {_percent(share)} of the nominal area"
     mend = "press less, or take a larger nominal area"
-    if contact.ensemble.yielding is not None and share > MOST_YIELDED_AREA:
+    if "yielding" in contact.ensemble.laws and share > MOST_YIELDED_AREA:
         reason = "what yields has nowhere to go, and the pressure rises above the hardness, which the model leaves out"
         return Finding("bulk", share, MOST_YIELDED_AREA, f"{text}: {reason}; {mend}")
     reason = f"asperities are independent only up to some {_percent(MOST_AREA)}: real contacts are stiffer"
@@ -274,8 +277,8 @@ def _resolution(contact: _Contact) -> Finding | None:
 
 
 def _rising(contact: _Contact) -> Finding | None:
-    law, approach = contact.ensemble.law, float(contact.approach.max())
-    steepest = 0.0 if law is None else law.steepest_rise()
+    law, approach = contact.ensemble.laws.get("friction"), float(contact.approach.max())
+    steepest = law.steepest_rise() if isinstance(law, FrictionLaw) else 0.0
     share = steepest * contact.ensemble.pair.displacement_ratio * approach
     if share < 1:
         return None

@@ -66,9 +66,10 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
             notice(f"{log.name}: its last event is at {duration_text(end_time)}; this is the state after it")
         if asperity is not None:
             from historysim.asperities.asperity import reversal_table, summary
+            from historysim.asperities.asperity_set import require_asperities
             from historysim.results.plots.tractions import AsperityPicture
 
-            selected = events.ensemble.asperity(asperity, contact)
+            selected = require_asperities(events.ensemble).asperity(asperity, contact)
             if output is not None:
                 save(AsperityPicture().figure(selected), output)
             write_answer(summary(selected), [reversal_table(selected)], files)

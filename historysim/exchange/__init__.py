@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from historysim.asperities.integration import IntegratedBody
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.replaying import Replay
@@ -23,6 +24,14 @@ class Exported(NamedTuple):
     title: str
     files: tuple[Path, ...]
 
+    @property
+    def ensemble(self) -> IntegratedBody:
+        """The ensemble, which has one traction memory; InputError for inclined asperities, which have several."""
+        body = self.replay.ensemble
+        if not isinstance(body, IntegratedBody):
+            raise InputError("the asperities are inclined, which exports do not support; expected level asperities")
+        return body
+
 
 def resolve_export(origin: Exportable, notify: Notify = silent) -> Exported:
     """Resolve a source to a replay for export; InputError if it cannot be exported."""
@@ -33,6 +42,5 @@ def resolve_export(origin: Exportable, notify: Notify = silent) -> Exported:
         header, events, _ = source.content(notify)
         title = str(header.settings.get("title", ""))
         export = Exported(header.replay(events), source.files[0].stem, title, source.files)
-    if export.replay.ensemble.slope is not None:
-        raise InputError("the asperities are inclined, which exports do not support; expected level asperities")
+    _ = export.ensemble
     return export

@@ -149,6 +149,11 @@ class Event:
         return self.changes_friction
 
     @property
+    def needs(self) -> tuple[str, ...]:
+        """Features of a body that it requires, such as "friction change"; see `historysim.asperities.body`."""
+        return ("friction change",) * self.changes_friction + ("geometry change",) * self.changes_geometry
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """Channels of this waypoint; in two tangential directions x and y are separate channels."""
         return () if self.channel is None else (self.channel,)
@@ -443,6 +448,11 @@ class FrictionChange(Event):
         """True if asperities have different friction after this event alone."""
         return self.asperities is not None or _differ(self.friction)
 
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Features of a body that it requires."""
+        return ("friction change" if self.asperities is None else "friction change of some",)
+
     def contents(self) -> list[Any]:
         """Return the coefficients, and the indices of asperities unless the event is for all of them."""
         return [self.friction] if self.asperities is None else [self.friction, self.asperities]
@@ -450,7 +460,9 @@ class FrictionChange(Event):
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after the change; errors as for `Ensemble.with_friction`."""
         del saturate
-        return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
+        # patches share one coefficient, so that none of them can be selected
+        chosen = {} if self.asperities is None else {"asperities": self.asperities}
+        return ensemble.with_friction(state, self.friction, instrument=instrument, **chosen)
 
 
 @EVENTS.register
@@ -481,6 +493,11 @@ class FrictionRamp(Event):
     def differs(self) -> bool:
         """True if asperities have different friction after this event."""
         return _differ(self.friction)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Features of a body that it requires."""
+        return ("friction ramp",)
 
 
 OneOrMore = Annotated[tuple[float, ...], Quantity("m", alone=True)]

@@ -85,9 +85,11 @@ class Segment:
     cursor: Cursor | None = None  #: cursor at the end, if all events of a time are done there
     share: float = 1.0  #: fraction of the single path to replay, if the schedule ends between two event times
 
-    def friction_goal(self, count: int) -> FrictionGoal | None:
-        """Return the coefficients of ``count`` asperities at the end of a friction ramp; None without a ramp."""
-        return None if self.ramp is None else FrictionGoal(coulomb(self.ramp.friction, count), self.ramp_part)
+    def friction_options(self, count: int) -> dict[str, FrictionGoal]:
+        """Return the goal of a friction ramp for ``count`` asperities as ``friction``; empty without a ramp."""
+        if self.ramp is None:
+            return {}
+        return {"friction": FrictionGoal(coulomb(self.ramp.friction, count), self.ramp_part)}
 
 
 def segments(

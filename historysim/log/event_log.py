@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
@@ -85,7 +85,7 @@ class EventLog:
     def create(  # noqa: PLR0913 - the arguments of `replay`
         cls,
         path: str | Path,
-        ensemble: Ensemble,
+        ensemble: Body,
         events: Iterable[Event] = (),
         *,
         substeps: int = 1,
@@ -146,7 +146,7 @@ class EventLog:
         return self._file.path
 
     @property
-    def ensemble(self) -> Ensemble:
+    def ensemble(self) -> Body:
         """The asperities stored in the log."""
         return self._file.head.ensemble
 
@@ -276,7 +276,8 @@ class EventLog:
 
     def _state(self, content: Content, time: float, notify: Notify = silent) -> State:
         if not content.events:
-            return self.ensemble.initial_state()
+            virgin: State = self.ensemble.initial_state()
+            return virgin
         # as the result was made, substeps and all, since they change the rounding of a state
         start = start_before(self._file, content, time, notify)
         return self._file.head.replay(content.events).state(until=time, start=start)
@@ -287,7 +288,7 @@ class EventLog:
         end_time = content.events[-1].time if content.events else 0.0
         time, everyone = end_time if at == math.inf else _time("at", at), np.arange(len(self.ensemble))
         target = DatasetRecorder(self.ensemble, everyone, 1, instrument=self.instrument, changes=job.changes)
-        self.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
+        self.ensemble.advance_along(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
         return target.dataset(job.attributes() | self._file.head.attributes)
 

@@ -10,11 +10,13 @@ import attrs
 import numpy as np
 
 from historysim._version import __version__
+from historysim.asperities.body import Body, Feature, require
 from historysim.asperities.curves import NormalCurves
-from historysim.asperities.ensemble import Ensemble, Patches
+from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import Instrument, Rings
 from historysim.asperities.law import FrictionLaw
+from historysim.asperities.patches import Patches
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array
@@ -47,9 +49,9 @@ _OF_SETTINGS: Mapping[str, Any] = {
     "metadata": dict,
 }
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
-# Settings that make asperities evolve: the attribute of an ensemble with each, and its class.
+# Settings that make asperities evolve: the law of a body in each, and its class.
 LAWS: Mapping[str, tuple[str, type[Any]]] = {
-    "friction_law": ("law", FrictionLaw),
+    "friction_law": ("friction", FrictionLaw),
     "wear": ("wear", WearLaw),
     "yielding": ("yielding", YieldingLaw),
 }
@@ -81,14 +83,11 @@ class LogHeader:
         """Make the head of a replay, with the texts of its scenario and the arrays and attributes of its surface."""
         ensemble, instrument, record = job.ensemble, job.instrument, job.record
         heights, attributes = surface
-        arrays = {name: getattr(ensemble, name) for name in _OF_THE_ENSEMBLE}
-        curves = {} if ensemble.curves is None else ensemble.curves.arrays
-        arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
-        arrays |= {f"{SURFACE}{name}": values for name, values in heights.items()}
-        laws = {name: getattr(ensemble, attribute) for name, (attribute, _) in LAWS.items()}
+        arrays = ensemble.arrays | {f"{SURFACE}{name}": values for name, values in heights.items()}
+        laws = {name: ensemble.laws[law] for name, (law, _) in LAWS.items() if law in ensemble.laws}
         resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
         limits = dict(ensemble.pair.limits)
-        if ensemble.yielding is None:
+        if "yielding" not in laws:
             # which only summits that yield are looked at for
             limits.pop("cracking_load", None)
         settings = {
@@ -99,7 +98,6 @@ class LogHeader:
             "seed": seeds[0] if len(seeds) == 1 else list(seeds) or None,
             "contact_modulus": ensemble.pair.contact_modulus,
             "shear_modulus": ensemble.pair.shear_modulus,
-            "tolerance": ensemble.tolerance,
             "lateral_stiffness": convert_each(
                 lambda stiffness: None if stiffness == math.inf else stiffness, instrument.lateral_stiffness
             ),
@@ -112,20 +110,17 @@ class LogHeader:
             },
             **limits,
             **{name: value for name, value in resolutions.items() if value > 0},
-            **{name: law.settings for name, law in laws.items() if law is not None},
+            **{name: law.settings for name, law in laws.items()},
+            **ensemble.settings,
         }
         # what is not there in most logs
         further = {
-            "nominal_area": ensemble.nominal_area,
             "metadata": dict(metadata or {}) or None,
-            "follow_sliding": ensemble.follow_sliding or None,
-            "rings": None if ensemble.rings == Rings() else attrs.asdict(ensemble.rings),
             "parallel_stiffness": instrument.parallel_stiffness or None,
         }
         settings |= {name: value for name, value in further.items() if value is not None}
-        settings["format"] = _form(ensemble, settings)
-        present = {name: values for name, values in arrays.items() if values is not None}
-        return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in present.items()})
+        settings["format"] = _form(arrays, settings)
+        return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in arrays.items()})
 
     @property
     def text(self) -> str:
@@ -158,16 +153,21 @@ class LogHeader:
             raise InputError(f"is damaged: its asperities cannot be used ({error})") from error
 
     @functools.cached_property
-    def ensemble(self) -> Ensemble:
+    def ensemble(self) -> Body:
         """The ensemble with all asperities."""
         settings = self.settings
         properties: dict[str, Any] = {name: self.arrays[name] for name in _OF_THE_ENSEMBLE if name in self.arrays}
         pair = MaterialPair.from_moduli(**{name: settings[name] for name in _OF_THE_PAIR if name in settings})
-        same: dict[str, Any] = {"tolerance": settings["tolerance"], "rings": Rings(**settings.get("rings", {}))}
+        tolerance, rings = settings["tolerance"], Rings(**settings.get("rings", {}))
         if curves := self._group(CURVES):
             highest = float(properties["summit_height"].max())
             return Patches(
-                pair, NormalCurves(**curves), float(properties["friction"][0]), highest_summit=highest, **same
+                pair,
+                NormalCurves(**curves),
+                float(properties["friction"][0]),
+                highest_summit=highest,
+                tolerance=tolerance,
+                rings=rings,
             )
         laws = {name: law.from_settings(settings[name]) for name, (_, law) in LAWS.items() if name in settings}
         if (law := laws.pop("friction_law", None)) is not None:
@@ -175,8 +175,17 @@ class LogHeader:
             # other versions of NumPy draw other numbers, so the values in the log are used
             drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(friction.size), friction)
             properties["friction"] = friction if drawn_anew else law
-        further = {name: settings[name] for name in ("nominal_area", "follow_sliding") if name in settings}
-        return (InclinedEnsemble if "slope" in properties else Ensemble)(pair, **properties, **laws, **further, **same)
+        properties |= {"tolerance": tolerance, "nominal_area": settings.get("nominal_area")}
+        follow_sliding = settings.get("follow_sliding", False)
+        if "slope" in properties:
+            features: dict[Feature, bool] = {
+                "wear": "wear" in laws,
+                "yielding": "yielding" in laws,
+                "sliding": bool(follow_sliding),
+            }
+            require(InclinedEnsemble, *(feature for feature, is_set in features.items() if is_set))
+            return InclinedEnsemble(pair, **properties)
+        return Ensemble(pair, **properties, **laws, follow_sliding=follow_sliding, rings=rings)
 
     @property
     def instrument(self) -> Instrument:
@@ -227,15 +236,15 @@ class LogHeader:
         return {name.removeprefix(prefix): values for name, values in self.arrays.items() if name.startswith(prefix)}
 
 
-def _form(ensemble: Ensemble, settings: Mapping[str, Any]) -> int:
-    """Return the lowest format number that supports the ensemble."""
+def _form(arrays: Mapping[str, Array], settings: Mapping[str, Any]) -> int:
+    """Return the lowest format number that supports the ensemble with these arrays and settings."""
     if "parallel_stiffness" in settings:
         return OF_PARALLEL
-    if ensemble.curves is not None:
+    if any(name.startswith(CURVES) for name in arrays):
         return OF_CURVES
-    if ensemble.slope is not None:
+    if "slope" in arrays:
         return OF_SLOPES
-    if ensemble.yielding is not None:
+    if "yielding" in settings:
         return OF_YIELDING
     return OF_LAWS if {*LAWS, "follow_sliding"} & {*settings} else PLAIN
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, final
 import attrs
 import numpy as np
 
+from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import Array
 from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_named
@@ -168,10 +169,11 @@ def _elsewhere(head: LogHeader, version: str, maker: str) -> str:
 
     Everything else that computed it, such as the processor, Python and numpy, does not matter to the bits.
     """
-    by, law = ", ".join((f"historysim {version}", *head.packages)), head.ensemble.law
+    by, law = ", ".join((f"historysim {version}", *head.packages)), head.ensemble.laws.get("friction")
     if by != program(head.ensemble.packages):
         return by
-    return "" if law is None or law.same_bits or maker == made_with() else f"{by} with {maker}"
+    same_bits = not isinstance(law, FrictionLaw) or law.same_bits
+    return "" if same_bits or maker == made_with() else f"{by} with {maker}"
 
 
 def _verify_log(path: Path, *, notify: Notify) -> Verification:

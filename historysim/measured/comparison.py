@@ -13,7 +13,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import ArrayLike, Floats, Integers
 from historysim.basics.units import quantity_text
@@ -229,7 +229,7 @@ class ModelResponse:
 
 
 def compute_response(
-    ensemble: Ensemble,
+    ensemble: Body,
     instrument: Instrument,
     observation: Observation,
     shifts: ArrayLike = (),

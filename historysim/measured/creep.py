@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import duration_text, quantity_text
@@ -253,7 +253,7 @@ def _smooth(time: Floats, values: Floats) -> Floats:
 # -- what they are made of -------------------------------------------------------------------------
 
 
-def separate_creep(measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> Creep:
+def separate_creep(measurement: Measurement, ensemble: Body, instrument: Instrument) -> Creep:
     """Separate memory, creep and sensor drift in the holds of a record.
 
     InputError: no holds, or a record without tangential displacement, tangential load or normal load.
@@ -329,13 +329,13 @@ class _Record:
 
     load: Floats  #: (sample) What was measured [N]
     observation: Observation
-    ensemble: Ensemble
+    ensemble: Body
     instrument: Instrument
     rests: list[Rest]
     sense: Floats  #: (hold) Sign of the tangential load
 
     @classmethod
-    def from_measurement(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Record":
+    def from_measurement(cls, measurement: Measurement, ensemble: Body, instrument: Instrument) -> "_Record":
         """Return a record without the noise of displacement and normal load in its holds."""
         displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
         least = LEAST_ROLE * float(np.abs(load).max())

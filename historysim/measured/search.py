@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
     from scipy.sparse import csr_array
 
-Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
+Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 
 # Parameter added to the measured displacement [m], of either sign. The others are positive: their unknowns are
 # logarithms. The unknown of the offset is scaled so that the search covers the range of the displacement.
@@ -179,7 +179,7 @@ class Search:
         # the steps after the scan need about as many replays
         walks, scanned = itertools.count(1), 2 * len(self._scan_grid())
 
-        def reporting_model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
+        def reporting_model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
             notify(max(scanned, next(walks)))
             return self.model(values)
 

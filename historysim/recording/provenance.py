@@ -10,7 +10,7 @@ import numpy as np
 
 from historysim._version import __version__
 from historysim.asperities import validity
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import NAMED_STATES
@@ -36,7 +36,7 @@ def made_with() -> str:
     return f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}"
 
 
-def _laws(ensemble: Ensemble) -> dict[str, str]:
+def _laws(ensemble: Body) -> dict[str, str]:
     """Describe the laws, one line each; laws of other packages also with their settings and versions."""
     minimum, maximum = ensemble.friction.min(), ensemble.friction.max()
     texts = {
@@ -44,22 +44,21 @@ def _laws(ensemble: Ensemble) -> dict[str, str]:
         if minimum == maximum
         else f"Coulomb, of each, from {minimum:g} to {maximum:g}"
     }
-    for name, law in (("friction_law", ensemble.law), ("wear_law", ensemble.wear), ("yielding_law", ensemble.yielding)):
-        if law is not None:
-            elsewhere = isinstance(law, FrictionLaw) and not law.same_bits
-            texts[name] = f"{law.text}{'; last bits may differ on other machines' if elsewhere else ''}"
-            if "package" in law.described:
-                texts |= {"packages": ", ".join(ensemble.packages), f"{name}_settings": json.dumps(law.described)}
+    for kind, law in ensemble.laws.items():
+        name, elsewhere = f"{kind}_law", isinstance(law, FrictionLaw) and not law.same_bits
+        texts[name] = f"{law.text}{'; last bits may differ on other machines' if elsewhere else ''}"
+        if "package" in law.described:
+            texts |= {"packages": ", ".join(ensemble.packages), f"{name}_settings": json.dumps(law.described)}
     return texts
 
 
-def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
+def attributes(ensemble: Body, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
     asperities, loads = counted(len(ensemble), "asperity", "asperities"), counted(len(events), "event", "events")
     optional = {
         "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
         "parallel_stiffness": instrument.parallel_stiffness or None,
-        "nominal_area": ensemble.nominal_area,
+        "nominal_area": ensemble.settings.get("nominal_area"),
     }
     return {
         "Conventions": CONVENTIONS,
@@ -83,7 +82,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
 
 
 def validity_findings(
-    ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID, approach: float | None = None
+    ensemble: Body, events: Sequence[Event], instrument: Instrument = RIGID, approach: float | None = None
 ) -> tuple[Finding, ...]:
     """Return the assumptions of the model that are violated where asperities are loaded most.
 
@@ -100,7 +99,7 @@ def validity_findings(
     return of_contact + of_events
 
 
-def warn_of_no_contact(ensemble: Ensemble, events: Sequence[Event]) -> None:
+def warn_of_no_contact(ensemble: Body, events: Sequence[Event]) -> None:
     """Warn (three calls up) if tangential events move a contact that never touches."""
     for finding in _never_touches(events, largest_approach(ensemble, events)):
         warnings.warn(finding.text, stacklevel=3)
@@ -125,13 +124,13 @@ def _largest(events: Sequence[Event], kind: type[LoadEvent]) -> float:
     return float(sizes.max(initial=0.0))
 
 
-def _turning(ensemble: Ensemble, events: Sequence[Event], approach: float) -> Iterator[Finding]:
+def _turning(ensemble: Body, events: Sequence[Event], approach: float) -> Iterator[Finding]:
     touching = ensemble.first_touch < approach
-    if ensemble.slope is None or not touching.any():
+    if "slope" not in ensemble.coordinates or not touching.any():
         return
     amplitude = _largest(events, TangentialDisplacement)
     # the centres of two spheres are four radii of their contact apart, or more
-    turn = amplitude / (4 * float(ensemble.summit_radius[touching].min()))
+    turn = amplitude / (4 * float(ensemble.coordinates["summit_radius"][touching].min()))
     if turn > MOST_TURN:
         moved = quantity_text(amplitude, "m", 3)
         text = f"the contact moves by {moved}, which would turn slopes, kept here, by up to {turn:.2g}: move less"

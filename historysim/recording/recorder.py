@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, final
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.inclined import InclinedEnsemble
+from historysim.asperities.body import Body, require
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.errors import InputError
-from historysim.loads.event_sequence import channel_values, is_planar
+from historysim.loads.event_sequence import are_loads, channel_values, is_planar, time_text
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -47,7 +47,7 @@ CELLS_AT_ONCE = 1 << 20
 CELLS_IN_MEMORY = 1 << 24
 
 
-def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
+def chosen_asperities(ensemble: Body, events: Sequence[Event], record: Selection) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
     "touching" are those that touch at any time; where that is not known (wear, other geometry) all, of inclined ones
@@ -56,13 +56,11 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     if isinstance(record, str) and record == "totals":
         return None
     if isinstance(record, str) and record in {"all", "touching"}:
-        if record == "all" or ensemble.wear is not None or changes_geometry(events):
+        if record == "all" or changes_geometry(events):
             return np.arange(len(ensemble))
-        if isinstance(ensemble, InclinedEnsemble):
-            kinds = (NormalLoad, NormalDisplacement, TangentialDisplacement)
-            reached = (float(np.abs(channel_values(events, kind)).max(initial=0.0)) for kind in kinds)
-            return np.flatnonzero(ensemble.may_touch(*reached))
-        return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
+        load, approach = (_largest(events, kind) for kind in (NormalLoad, NormalDisplacement))
+        displacement = float(np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0))
+        return np.flatnonzero(ensemble.may_touch(load, approach, displacement))
     selection = np.asarray(record if not isinstance(record, str) else ())
     if selection.ndim != 1 or selection.dtype.kind not in "iu" or selection.size == 0:
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
@@ -74,7 +72,7 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     return indices
 
 
-def find_changes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
+def find_changes(ensemble: Body, events: Sequence[Event], instrument: Instrument) -> Changes:
     """Return the optional physics of a history; InputError if it does not support two tangential directions."""
     planar = is_planar(events)
     # events of one direction may be arrays, of which no objects are made
@@ -83,8 +81,9 @@ def find_changes(ensemble: Ensemble, events: Sequence[Event], instrument: Instru
         raise InputError(
             f"{problem} supports one tangential direction only; expected one number in each load event, not two"
         )
-    law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
-    depends_on = "nothing" if law is None else law.depends_on
+    _check_supported(ensemble, events)
+    law, wears = ensemble.laws.get("friction"), "wear" in ensemble.laws
+    depends_on = law.depends_on if isinstance(law, FrictionLaw) else "nothing"
     changes = friction_changes(events)
     differs = (
         (depends_on not in {"nothing", "total"} and len(ensemble) > 1)
@@ -93,24 +92,39 @@ def find_changes(ensemble: Ensemble, events: Sequence[Event], instrument: Instru
     )
     return Changes(
         friction=bool(changes) or depends_on != "nothing",
-        friction_differs=bool(differs) and curves is None,
+        friction_differs=bool(differs) and ensemble.has_radii,
         sliding=ensemble.slides,
         wear=wears,
-        yielding=ensemble.yielding is not None,
+        yielding="yielding" in ensemble.laws,
         geometry=wears or changes_geometry(events),
         spring=not instrument.rigid,
         parallel=instrument.parallel_stiffness > 0,
-        patches=curves is not None,
-        areas=curves is None or curves.area is not None,
+        patches=not ensemble.has_radii,
+        areas=ensemble.has_areas,
         planar=planar,
     )
 
 
-def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
+def _check_supported(ensemble: Body, events: Sequence[Event]) -> None:
+    """Check that a body supports the changes of friction and geometry in events; InputError names the event."""
+    if not ensemble.unsupported or are_loads(events):
+        return
+    for index, event in enumerate(events):
+        try:
+            # what is no event is refused where their order is checked
+            require(ensemble, *getattr(event, "needs", ()))
+        except InputError as error:
+            raise InputError.for_event(index, time_text(event.time), error) from None
+
+
+def largest_approach(ensemble: Body, events: Sequence[Event]) -> float:
     """Return the largest approach of the highest summit in the events [m], 0 if nothing touches."""
+    return max(_largest(events, NormalDisplacement), ensemble.approach_at(_largest(events, NormalLoad)))
+
+
+def _largest(events: Sequence[Event], kind: type[NormalLoad | NormalDisplacement]) -> float:
     # channels run straight between waypoints, so the extremes are waypoints
-    load, approach = (float(channel_values(events, kind).max(initial=0.0)) for kind in (NormalLoad, NormalDisplacement))
-    return max(approach, ensemble.approach_at(load))
+    return float(channel_values(events, kind).max(initial=0.0))
 
 
 @attrs.define
@@ -120,7 +134,7 @@ class Recorder(abc.ABC):
     A replay fills the rows that the recorder provides, and then states their times.
     """
 
-    ensemble: Ensemble
+    ensemble: Body
     asperities: Integers | None  #: (asperity) Indices to record; None for totals alone
     steps: int  #: rows that the whole history records
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)  #: in series with the contact
@@ -194,7 +208,7 @@ class DatasetRecorder(Recorder):
     @property
     def rows_at_once(self) -> int:
         """As for `Recorder`; fewer for patches, since their rows are made from many more elements."""
-        return self._steps_in_memory(CELLS_IN_MEMORY) if self.ensemble.curves is None else super().rows_at_once
+        return self._steps_in_memory(CELLS_IN_MEMORY) if self.ensemble.has_radii else super().rows_at_once
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
@@ -266,7 +280,7 @@ def labelled_dataset(
     return xr.Dataset(label(data), labels, {**attributes, "complete": np.int8(1)})
 
 
-def asperity_coordinates(ensemble: Ensemble, asperities: Integers | None) -> list[tuple[Variable, Array]]:
+def asperity_coordinates(ensemble: Body, asperities: Integers | None) -> list[tuple[Variable, Array]]:
     """Coordinates along ``asperity``, with their values."""
     if asperities is None:
         return []

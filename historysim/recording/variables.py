@@ -14,7 +14,7 @@ import numpy as np
 from historysim.basics.arguments import DIRECTION, Array
 
 if TYPE_CHECKING:
-    from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.body import Body
     from historysim.asperities.instrument import Instrument
     from historysim.memory.paths import Rows
 
@@ -74,7 +74,7 @@ class Variable:
     #: ``total_`` or ``present_`` in front.
     source: str = attrs.field(kw_only=True)
     #: Computes it from rows, the ensemble and the instrument, where it is no such field.
-    derived: "Callable[[Rows, Ensemble, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
+    derived: "Callable[[Rows, Body, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
     #: Whether it has two components where there are two tangential directions.
     directed: bool = attrs.field(default=False, kw_only=True)
 
@@ -96,7 +96,7 @@ class Variable:
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}
 
-    def values(self, rows: "Rows", ensemble: "Ensemble", instrument: "Instrument") -> Array:
+    def values(self, rows: "Rows", ensemble: "Body", instrument: "Instrument") -> Array:
         """Return the values in recorded rows (row) or (row, column)."""
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
@@ -112,20 +112,20 @@ def _flags(**meanings: int) -> dict[str, Any]:
     return {"flag_values": np.array([*meanings.values()], np.int8), "flag_meanings": " ".join(meanings)}
 
 
-def _separation(rows: "Rows", ensemble: "Ensemble", _: "Instrument") -> Array:
+def _separation(rows: "Rows", ensemble: "Body", _: "Instrument") -> Array:
     separation: Array = ensemble.highest_summit - rows.totals["approach"]
     return separation
 
 
-def _drive(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
+def _drive(rows: "Rows", _: "Body", instrument: "Instrument") -> Array:
     return instrument.drive_displacement(rows.total("displacement"), rows.total("tangential_load"))
 
 
-def _drive_load(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
+def _drive_load(rows: "Rows", _: "Body", instrument: "Instrument") -> Array:
     return instrument.drive_load(rows.total("displacement"), rows.total("tangential_load"))
 
 
-def _circle(radius: str) -> "Callable[[Rows, Ensemble, Instrument], Array]":
+def _circle(radius: str) -> "Callable[[Rows, Body, Instrument], Array]":
     return lambda rows, *_: math.pi * rows.each[radius] ** 2
 
 

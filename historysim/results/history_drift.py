@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import State
 from historysim.basics.arguments import Floats
@@ -150,7 +150,7 @@ class Disturbance:
 
 
 def disturbance_at_rest(
-    ensemble: Ensemble, state: State, normal_load: float, *, instrument: Instrument = RIGID
+    ensemble: Body, state: State, normal_load: float, *, instrument: Instrument = RIGID
 ) -> Disturbance:
     """Return the changes of load and displacement at rest for a new normal load; ``state`` is unaffected.
 

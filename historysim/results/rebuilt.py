@@ -12,7 +12,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.asperity import Asperity, Readout
+from historysim.asperities.asperity_set import AsperitySet, require_asperities
+from historysim.asperities.body import Body
 from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.patches import Patches
 from historysim.asperities.state import State
 from historysim.basics.arguments import DIRECTION, Floats, scalar
 from historysim.basics.units import seconds
@@ -224,7 +227,7 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
         block = slice(start, stop + 1)
         paths = paths_to(Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block]))
         walked = blank_rows(stop + 1 - start, 1)
-        state = single.walk(state, paths, rows=walked, asperities=[0])
+        state = single.advance_along(state, paths, rows=walked, asperities=[0])
         loads[:, block] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
         if stop in positions:
             replayed[stop] = Asperity.from_readout(Readout(single, state, [0]), 0, int(column_data["asperity"]))
@@ -236,7 +239,8 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
 def _from_events(history: xr.Dataset, label: int, times: Sequence[float]) -> list[Asperity] | None:
     """Return the asperity at times [s], replayed from the events of the history; None if it has none."""
     return ask_origin(
-        history, lambda origin: [origin.job.ensemble.asperity(label, origin.state(time)) for time in times]
+        history,
+        lambda origin: [require_asperities(origin.job.ensemble).asperity(label, origin.state(time)) for time in times],
     )
 
 
@@ -257,7 +261,10 @@ class PointMaps(NamedTuple):
 def compute_point_maps(origin: Origin, state: State) -> PointMaps:
     """Return the maps of a state of the contact that a history comes from."""
     arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
-    position, modulus = origin.job.ensemble.superposition(state), origin.job.ensemble.pair.contact_modulus
+    ensemble = origin.job.ensemble
+    if not isinstance(ensemble, Patches):
+        raise InputError("the ensemble has no normal curves; expected an ensemble from normal curves")
+    position, modulus = ensemble.superposition(state), ensemble.pair.contact_modulus
     first_touch, point = arrays["first_touch"], arrays["point"].astype(np.int64)
     maps = np.zeros((3, int(np.prod(shape))))
     maps[0, point] = position.normal @ arrays[SOLVED] * modulus
@@ -360,7 +367,7 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         for step, depth in enumerate(approach[1:].tolist(), start=1):
             state = ensemble.advance(state, normal_displacement=depth)
             stiffness[step] = state.normal_stiffness
-        theory, theory_values = ("", {}) if ensemble.curves is not None else _theory(ensemble, approach)
+        theory, theory_values = _theory(require_asperities(ensemble), approach) if ensemble.has_radii else ("", {})
         simulated: dict[str, Any] = {
             "normal_load": rows["total_normal_load"],
             "contact_area": rows.get("real_contact_area"),
@@ -384,7 +391,7 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
     return result
 
 
-def _theory(ensemble: Ensemble, approach: Floats) -> tuple[str, dict[str, Floats]]:
+def _theory(ensemble: AsperitySet, approach: Floats) -> tuple[str, dict[str, Floats]]:
     """Return the name of a theory, and load, area and stiffness that it gives at approaches of the highest summit."""
     height, modulus = ensemble.summit_height, ensemble.pair.contact_modulus
     radius = np.broadcast_to(ensemble.summit_radius, height.shape)
@@ -437,7 +444,9 @@ def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Datas
             hertz.approach(load / count, summit_radius=radius, contact_modulus=modulus)
         )
         share = (np.arange(count) + 0.5) / count
-        approaches = ask_origin(history, lambda origin: _gaussian_approaches(origin.job.ensemble, load, share))
+        approaches = ask_origin(
+            history, lambda origin: _gaussian_approaches(require_asperities(origin.job.ensemble), load, share)
+        )
         if approaches is not None:
             text = f"{text}, Greenwood and Williamson"
             data["greenwood_williamson"] = described("rank", mean * approaches, text, "m")
@@ -445,11 +454,11 @@ def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Datas
     return xr.Dataset(data, {"rank": rank}, attributes)
 
 
-def _gaussian_approaches(ensemble: Ensemble, load: float, share: Floats) -> Floats | None:
+def _gaussian_approaches(ensemble: Body, load: float, share: Floats) -> Floats | None:
     """Return the approaches up to which shares of the contacts of a Gaussian surface have come [m]."""
     from scipy import stats
 
-    theory = _greenwood_williamson(ensemble)
+    theory = _greenwood_williamson(require_asperities(ensemble))
     if theory is None:
         return None
     separation = float(theory.separation_at(load))
@@ -458,7 +467,7 @@ def _gaussian_approaches(ensemble: Ensemble, load: float, share: Floats) -> Floa
     return np.asarray(theory.mean_height + theory.height_deviation * higher - separation)
 
 
-def _greenwood_williamson(ensemble: Ensemble) -> GreenwoodWilliamson | None:
+def _greenwood_williamson(ensemble: AsperitySet) -> GreenwoodWilliamson | None:
     """Return the theory with means and deviation of all summits; None of fewer than 20, or of one level."""
     height = ensemble.summit_height
     if height.size < FEWEST_OF_GREENWOOD_WILLIAMSON or np.ptp(height) == 0:

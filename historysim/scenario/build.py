@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from historysim.asperities.asperity_set import require_asperities
+from historysim.asperities.body import Body, Feature
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.inclined import InclinedEnsemble
+from historysim.asperities.patches import Patches
 from historysim.basics.wording import Notify
 from historysim.contact import hertz
 from historysim.errors import InputError, at, field_error
@@ -38,7 +41,7 @@ class BuiltScenario:
     name: str  #: name of the file, for messages
     sections: Sections = attrs.field(repr=False)
     surface: BuiltSurface  #: with the quantities that depend on the largest load
-    ensemble: Ensemble
+    ensemble: Body
     events: Sequence[Event]  #: in time order; each fits the number of asperities
 
     def __attrs_post_init__(self) -> None:
@@ -101,7 +104,10 @@ class BuiltScenario:
             if approach == 0:
                 return None
             return adhering_asperities(
-                self.ensemble, approach, work_of_adhesion=work, equilibrium_separation=adhesion.equilibrium_separation
+                require_asperities(self.ensemble),
+                approach,
+                work_of_adhesion=work,
+                equilibrium_separation=adhesion.equilibrium_separation,
             )
 
 
@@ -143,7 +149,7 @@ def _surface_at_largest_load(
     return attrs.evolve(surface, solutions=solutions)
 
 
-def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Ensemble:
+def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body:
     """Build the ensemble on a surface; errors as for `Scenario.ensemble`."""
     with located_errors(name):
         pair, friction = sections.pair(), sections.friction
@@ -153,15 +159,16 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Ense
             raise field_error(none if friction is None else both, "friction")
         of_scenario: Any = friction.coefficient if isinstance(friction, Coefficients) else friction
         coefficients = surface.friction if friction is None else of_scenario
-        if surface.curve is not None or surface.solutions is not None:
-            _check_steady(sections)
+        kind = _body_type(surface)
+        _check_supported(kind, sections, surface)
         with at("surface"):
             if surface.curve is not None:
                 return Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
             if surface.solutions is not None:
                 return Ensemble.from_solutions(pair, surface.solutions, coefficients, rings=sections.rings)
-            sloping = surface.summits is not None and surface.summits.slope is not None
-            return (InclinedEnsemble if sloping else Ensemble).from_summits(
+            if kind is InclinedEnsemble:
+                return InclinedEnsemble.from_summits(pair, surface.summits, coefficients)
+            return Ensemble.from_summits(
                 pair,
                 surface.summits,
                 coefficients,
@@ -172,13 +179,22 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Ense
             )
 
 
-def _check_steady(sections: Sections) -> None:
-    """Check that no key needs independent summits if the contact is given by normal curves."""
-    requested = {
-        ("wear",): sections.wear is not None,
-        ("record", "sliding"): sections.record.sliding,
-        ("friction", "law"): not isinstance(sections.friction, Coefficients | None),
+def _body_type(surface: BuiltSurface) -> type[Body]:
+    """Return the type of body on a surface: independent summits, summits on slopes, or patches of one contact."""
+    if surface.curve is not None or surface.solutions is not None:
+        return Patches
+    inclined = surface.summits is not None and surface.summits.slope is not None
+    return InclinedEnsemble if inclined else Ensemble
+
+
+def _check_supported(kind: type[Body], sections: Sections, surface: BuiltSurface) -> None:
+    """Check that a type of body supports all features that the keys of a scenario request."""
+    requested: dict[Feature, tuple[bool, tuple[str, ...]]] = {
+        "wear": (sections.wear is not None, ("wear",)),
+        "sliding": (sections.record.sliding, ("record", "sliding")),
+        "friction law": (not isinstance(sections.friction, Coefficients | None), ("friction", "law")),
+        "yielding": (surface.yielding is not None, ("surface", "yielding")),
     }
-    for path in (key for key, is_asked in requested.items() if is_asked):
-        problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
-        raise field_error(problem, *path)
+    for feature, (is_requested, place) in requested.items():
+        if is_requested and feature in kind.unsupported:
+            raise field_error(kind.unsupported[feature], *place)

@@ -10,8 +10,11 @@ import numpy as np
 import tomlkit
 from tomlkit.items import InlineTable
 
-from historysim.asperities.ensemble import Ensemble, Patches
+from historysim.asperities.asperity_set import require_asperities
+from historysim.asperities.body import Body, require
+from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.asperities.patches import Patches
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
@@ -30,7 +33,7 @@ from historysim.scenario.sections import FitSection
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
-Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
+Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 
 # Samples of a record beyond which a fit averages neighbours, and how many are then left: a fit replays them some 1,000
 # times, each in about 1.5 µs per sample. A hundred branches have a hundred means each.
@@ -47,40 +50,39 @@ def build_model(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]
         with at("fit", "parameters"):
             if "friction" in section.parameters and scenario.sections.friction is None:
                 raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
-            if ensemble.evolves or ensemble.law is not None:
+            if ensemble.evolves or ensemble.laws:
                 raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
-            if ensemble.slope is not None:
-                raise InputError("the asperities are inclined; expected level ones for a fit")
+            require(ensemble, "fit")
             start = {
                 name: _offset_start(scenario) if name == OFFSET else _start(name, ensemble, instrument)
                 for name in section.parameters
             }
 
-    def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
+    def model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
         springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
         return _with_parameters(ensemble, values), attrs.evolve(instrument, **springs)
 
     return section, model, start
 
 
-def _with_parameters(ensemble: Ensemble, values: Mapping[str, float]) -> Ensemble:
+def _with_parameters(ensemble: Body, values: Mapping[str, float]) -> Body:
     """Return an ensemble with these values of the fitted parameters."""
     pair = ensemble.pair
     if "shear_modulus" in values:
         moduli = {"contact_modulus": pair.contact_modulus, "shear_modulus": values["shear_modulus"]}
         pair = MaterialPair.from_moduli(**moduli, **pair.limits)
     friction = values.get("friction", ensemble.friction)
-    if ensemble.curves is not None:
+    if isinstance(ensemble, Patches):
         coefficient = float(np.ravel(friction)[0])
         top, tolerance = ensemble.highest_summit, ensemble.tolerance
         return Patches(pair, ensemble.curves, coefficient, highest_summit=top, tolerance=tolerance)
-    height = ensemble.summit_height
-    mean = height.mean()
+    summits = require_asperities(ensemble)
+    height, mean = summits.summit_height, summits.summit_height.mean()
     stretched = mean + values.get("height_scale", 1.0) * (height - mean)
-    return Ensemble(pair, stretched, ensemble.summit_radius, friction, tolerance=ensemble.tolerance)
+    return Ensemble(pair, stretched, summits.summit_radius, friction, tolerance=ensemble.tolerance)
 
 
-def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
+def _start(name: str, ensemble: Body, instrument: Instrument) -> float:
     if name == "friction":
         coefficients = np.unique(ensemble.friction)
         if coefficients.size > 1 or coefficients[0] == 0:
@@ -95,9 +97,9 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
             raise InputError("parallel_stiffness: expected [instrument] with a parallel_stiffness to start from")
         return instrument.parallel_stiffness
     if name == "height_scale":
-        if ensemble.curves is not None:
+        if not ensemble.has_radii:
             raise InputError("height_scale: is part of the normal curve already; expected a surface of summits")
-        if np.ptp(ensemble.summit_height) == 0:
+        if np.ptp(ensemble.coordinates["summit_height"]) == 0:
             raise InputError("height_scale: all summits are equally high; expected a rough surface")
         return 1.0
     return ensemble.pair.shear_modulus

@@ -24,7 +24,7 @@ from historysim.scenario.sections import Sections, SweepSection
 from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
-    from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.body import Body
     from historysim.asperities.instrument import Instrument
     from historysim.contact.materials import MaterialPair
     from historysim.measured.reduction import Measurement
@@ -129,7 +129,7 @@ class Scenario:
 
         return build_scenario(self.path.name, self.sections, surface, events, notify)
 
-    def ensemble(self) -> "Ensemble":
+    def ensemble(self) -> "Body":
         """Build the ensemble.
 
         Raises InputError: materials, summits or friction that cannot be used; the message names file and field.
@@ -345,7 +345,6 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
             f"the loads were checked up to t = {time_text(reached)} within {walk:g} s; the environment "
             "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION allows more time"
         )
-    laws = {"friction": ensemble.law, "wear": ensemble.wear, "yielding": ensemble.yielding}
     raw_surface, sweep = scenario.raw_surface(), scenario.sections.sweep
     return [
         ("title", " ".join(scenario.title.split()) or scenario.path.stem),
@@ -353,7 +352,7 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
         ("events", f"{len(events):,}{over_text(events)}"),
         ("substeps", str(scenario.sections.loading.substeps)),
         ("recorded asperities", scenario.sections.record.text),
-        *((name, law.text) for name, law in laws.items() if law),
+        *((name, law.text) for name, law in ensemble.laws.items()),
         *([("sweep", _sweep_line(sweep))] if sweep else []),
         *(
             [("map as it comes", _map_line(raw_surface)), ("map as prepared", _map_line(built.surface))]

@@ -13,6 +13,7 @@ from scipy.integrate import quad
 
 import historysim as hs
 from historysim.asperities import asperity as asperity_module
+from historysim.asperities.asperity_set import require_asperities
 from historysim.contact import hertz, mindlin
 
 EPS = np.finfo(float).eps
@@ -541,4 +542,4 @@ def test_sequences_of_worn_inclined_and_planar_asperities_are_of_the_same_ones()
 def test_patches_are_no_asperities():
     curves = hs.Ensemble.from_normal_curves(PAIR, [1e-9, 2e-9, 3e-9, 4e-9], [1e-4, 3e-4, 6e-4, 1e-3])
     with pytest.raises(hs.InputError, match="a patch of a normal curve is not an asperity"):
-        curves.asperities(curves.initial_state())
+        require_asperities(curves)

@@ -346,8 +346,6 @@ def test_a_load_beyond_the_table_is_refused():
         hs.replay(table, [hs.NormalLoad(0, 0.01), hs.NormalLoad(2, 1.0)])
 
 
-def test_patches_share_one_friction_and_are_no_asperities(tabulated):
+def test_patches_share_one_friction(tabulated):
     with pytest.raises(hs.InputError, match="one number"):
         tabulated.advance(tabulated.initial_state(), normal_load=0.01, friction=[0.1] * 60)
-    with pytest.raises(hs.InputError, match="not an asperity with a radius"):
-        tabulated.asperity(0, tabulated.initial_state())

@@ -343,7 +343,7 @@ def test_a_deep_memory_is_walked_on_whole():
     vertices = state.vertices()
     assert len(vertices) > 250
     still = Goals(DISPLACED, *STILL)
-    walked = ensemble.walk(state, paths_to(still, still))
+    walked = ensemble.advance_along(state, paths_to(still, still))
     assert walked.vertices().tobytes() == vertices.tobytes()
     assert len(ensemble.with_friction(state, 0.6).vertices()) == len(vertices)
 

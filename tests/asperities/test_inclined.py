@@ -282,13 +282,19 @@ def test_states_go_to_bytes_and_back():
     [
         (lambda e, s: e.advance(s, tangential_load=1e-4), "no given tangential load"),
         (lambda e, s: e.advance(s, tangential_displacement=(1e-9, 1e-9)), "no second tangential direction"),
-        (lambda e, s: e.advance(s, friction=0.1), "no change of friction"),
+        (
+            lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.FrictionChange(1, 0.1)]),
+            "event 1 at t = 1 s: inclined asperities have no change of friction",
+        ),
+        (
+            lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.events.GeometryChange(1, summit_radius=1e-4)]),
+            "event 1 at t = 1 s: inclined asperities have no change of geometry",
+        ),
         (lambda e, s: e.advance(s, normal_load=1e-3, instrument=hs.Instrument(1e6)), "no instrument"),
         (
             lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.TangentialLoad(1, 1e-5)]),
             "event 1 at t = 1 s: inclined asperities have no given tangential load",
         ),
-        (lambda e, s: e.stepper(s), "no stepper"),
         (lambda e, _: e.advance(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2).initial_state()), "expected one of this ensemble"),
         (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, hs.laws.ShearStrength(3e8), slope=0.1), "no law of friction"),
         (

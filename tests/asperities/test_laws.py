@@ -300,5 +300,7 @@ def test_patches_do_not_evolve():
     patches = hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=0.2)
     with pytest.raises(hs.InputError, match=r"event 1 .*keep their friction along a path"):
         hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionRamp(1.0, 0.1)])
-    with pytest.raises(hs.InputError, match="no height and radius to change"):
-        patches.with_geometry(patches.initial_state(), summit_height=0.0)
+    with pytest.raises(hs.InputError, match=r"event 1 at t = 1 s: .*no height and radius to change"):
+        hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.GeometryChange(1.0, summit_height=0.0)])
+    with pytest.raises(hs.InputError, match=r"event 1 at t = 1 s: .*share one coefficient"):
+        hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionChange(1.0, 0.1, [0])])

@@ -186,7 +186,7 @@ def count_here(switch):
     # what is imported for the first history is not instrumented
     hs.replay(ensemble(2), displacements(2), record="all")
     everything = list(cases())
-    module = importlib.import_module("historysim.asperities.ensemble")
+    module = importlib.import_module("historysim.asperities.integration")
     module.lib = CountedLibrary(module.lib, library.toggle)
     library.start()
     for name, contact, events, record, size in everything:

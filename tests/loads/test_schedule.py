@@ -329,7 +329,7 @@ def test_breaking_stretches_changes_no_bit(ensemble):
         state, totals = ensemble.initial_state(), []
         for segment in segments(events, 2, most_rows):
             rows = blank_rows(segment.row_time.size, None)
-            state = ensemble.walk(state, segment.paths, rows=rows)
+            state = ensemble.advance_along(state, segment.paths, rows=rows)
             if segment.change is not None:
                 state = ensemble.with_friction(state, segment.change.friction)
             totals.append(rows.totals)

@@ -15,9 +15,9 @@ def recorded_and_read(ensemble, targets):
     everyone = np.arange(ensemble.elements)
     rows, read = blank_rows(paths.size, everyone.size), blank_rows(paths.size, everyone.size)
     state = ensemble.initial_state()
-    ensemble.walk(state, paths, rows=rows, asperities=everyone)
+    ensemble.advance_along(state, paths, rows=rows, asperities=everyone)
     for row in range(paths.size):
-        state = ensemble.walk(state, paths[row : row + 1])
+        state = ensemble.advance_along(state, paths[row : row + 1])
         assert lib.hs_read(state.memory, read.as_struct(everyone), row) == lib.HS_OK
     return rows, read
 

@@ -91,7 +91,7 @@ def fill(target, plan):
     asperities = () if target.asperities is None else target.asperities
     for stretch in plan:
         rows = target.blank(stretch.row_time.size)
-        state = target.ensemble.walk(state, stretch.paths, rows=rows, asperities=asperities)
+        state = target.ensemble.advance_along(state, stretch.paths, rows=rows, asperities=asperities)
         if stretch.change is not None:
             state = target.ensemble.with_friction(state, stretch.change.friction)
         target.record(stretch.row_time)
@@ -251,16 +251,16 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     plan = list(segments(EVENTS[:6]))
     before = ensemble.initial_state()
     for stretch in plan[:-1]:
-        before = ensemble.with_friction(ensemble.walk(before, stretch.paths), stretch.change.friction)
+        before = ensemble.with_friction(ensemble.advance_along(before, stretch.paths), stretch.change.friction)
     paths, times = plan[-1].paths, plan[-1].row_time
-    begun, ended = fingerprint(before), fingerprint(ensemble.walk(before, paths))
+    begun, ended = fingerprint(before), fingerprint(ensemble.advance_along(before, paths))
     assert begun != ended
     for asperities in (None, np.arange(5), np.array([3])):
         chosen = () if asperities is None else asperities
         target = DatasetRecorder(ensemble, asperities, times.size)
         with into(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
             for kind in (target, file):
-                after = ensemble.walk(before, paths, rows=kind.blank(times.size), asperities=chosen)
+                after = ensemble.advance_along(before, paths, rows=kind.blank(times.size), asperities=chosen)
                 assert fingerprint(after) == ended
                 kind.record(times)
                 assert fingerprint(after) == ended

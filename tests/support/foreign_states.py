@@ -83,18 +83,18 @@ def walked(ensemble, state, rng):
     from historysim.memory.paths import blank_rows
 
     paths = paths_to(Goals(1, places(ensemble, rng)[0]), Goals(1, places(ensemble, rng)[1]))
-    return ensemble.walk(state, paths, rows=blank_rows(1, 1), asperities=[len(ensemble) - 1])
+    return ensemble.advance_along(state, paths, rows=blank_rows(1, 1), asperities=[len(ensemble) - 1])
 
 
 def rubbed(ensemble, state, rng):
     """Return the state with other friction."""
-    chosen = None if ensemble.curves is not None else [len(ensemble) - 1]
-    return ensemble.with_friction(state, rng.uniform(0.05, 0.4), asperities=chosen)
+    chosen = {"asperities": [len(ensemble) - 1]} if ensemble.has_radii else {}
+    return ensemble.with_friction(state, rng.uniform(0.05, 0.4), **chosen)
 
 
 def reshaped(ensemble, state, rng):
     """Return the state with another summit."""
-    if ensemble.curves is not None:
+    if not ensemble.has_radii:
         return asked(ensemble, state, rng)
     height, last = rng.uniform(-1e-7, 0.0), [len(ensemble) - 1]
     return ensemble.with_geometry(state, summit_height=height, asperities=last, saturate=True)
@@ -102,7 +102,7 @@ def reshaped(ensemble, state, rng):
 
 def asked(ensemble, state, _rng):
     """Ask for everything that a state says, and return it."""
-    if ensemble.curves is not None:
+    if not ensemble.has_radii:
         ensemble.superposition(state)
     else:
         asperity = ensemble.asperity(len(ensemble) - 1, state)

@@ -66,7 +66,8 @@ def change_by_parts(kind, seed, parts=100):
     """Return by how much the tangential load of 1 and of many parts differs, over μN."""
     ensemble, state, *goals = sudden(kind, seed)
     ends = [
-        ensemble.walk(state, paths_to(*goals, parts=n), rows=blank_rows(n, None), saturate=True) for n in (1, parts)
+        ensemble.advance_along(state, paths_to(*goals, parts=n), rows=blank_rows(n, None), saturate=True)
+        for n in (1, parts)
     ]
     loads = [[ensemble.asperity(i, end).normal_load for i in range(len(ensemble))] for end in (state, *ends)]
     limit = max(float(np.dot(end.friction, load)) for end, load in zip((state, *ends), loads, strict=True))

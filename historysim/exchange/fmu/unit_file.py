@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from historysim.asperities.curves import ROUNDING, NormalCurves
+from historysim.asperities.patches import Patches
 from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
@@ -182,18 +183,18 @@ def unit_files(
     progress: bool = False,
 ) -> dict[str, bytes]:
     """Return the contents of all files of a unit by name; parameters and errors as for `write_fmu`."""
-    job = source.replay
+    job, ensemble = source.replay, source.ensemble
     if job.instrument.parallel_stiffness:
         raise InputError(
             "the instrument has a parallel_stiffness, which a unit of co-simulation does not have; expected none: give "
             "that spring to the model which the unit becomes a part of"
         )
-    state: Any = job.ensemble.initial_state() if at is None else job.state(until=at)
+    state: Any = ensemble.initial_state() if at is None else job.state(until=at)
     if controls.directions == 2:
-        state = job.ensemble.enter_plane(state)
+        state = ensemble.enter_plane(state)
     elif state.memory.line.evolved:
         raise InputError(f"{EVOLVES}, which a co-simulation unit does not support; {CONSTANT}")
-    curves = job.ensemble.curves
+    curves = ensemble.curves if isinstance(ensemble, Patches) else None
     resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _serialise_curve(curves)})
     identifier = re.sub(r"\W", "_", source.name, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"contact_{identifier}"
@@ -201,7 +202,7 @@ def unit_files(
         controls.normal,
         controls.tangential,
         driven=not job.instrument.rigid,
-        areas=curves is None or curves.area is not None,
+        areas=ensemble.has_areas,
         directions=controls.directions,
     )
     keys = {variable.key for variable in table}

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.integration import IntegratedBody
 from historysim.asperities.state import State
 from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.wording import Notify, silent
@@ -30,7 +30,7 @@ PARTS = 32  # subdivisions of each chord for the energy bound
 class VirginCurve:
     """T(U) and dT/dU of a contact with constant properties, moved from rest at a normal load [N], by exact steps."""
 
-    ensemble: Ensemble
+    ensemble: IntegratedBody
     normal_load: float
 
     @cached_property
@@ -43,8 +43,7 @@ class VirginCurve:
     @cached_property
     def end(self) -> float:
         """Displacement at which gross slip starts [m]: max θ μ_i (d - h_i)."""
-        gap = self.ensemble.highest_summit - self.ensemble.summit_height
-        reach = self.ensemble.friction * np.maximum(self.rest.approach - gap, 0.0)
+        reach = self.ensemble.friction * np.maximum(self.rest.approach - self.ensemble.first_touch, 0.0)
         return float(self.ensemble.pair.displacement_ratio * reach.max())
 
     def evaluate(self, displacement: ArrayLike) -> tuple[Floats, Floats]:
@@ -218,7 +217,7 @@ def reduce(
     resolved = resolve_export(source, notify)
     if is_planar(resolved.replay.events):
         raise InputError("sliding springs have one tangential direction; the events have two")
-    ensemble = resolved.replay.ensemble
+    ensemble = resolved.ensemble
     changes = resolved.replay.changes
     if changes.friction or changes.evolve:
         raise InputError(f"{EVOLVES}, which springs with a constant limit cannot represent; {CONSTANT}")
@@ -270,7 +269,7 @@ def _replay_history(job: Replay) -> tuple[Floats, Floats, Floats]:
     return loads, displacement, forces
 
 
-def _tabulate_springs(ensemble: Ensemble, fraction: Floats, largest_load: float) -> Scaling:
+def _tabulate_springs(ensemble: IntegratedBody, fraction: Floats, largest_load: float) -> Scaling:
     """Tabulate springs over the normal load, with nodes at constant fractions of the gross-slip displacement."""
     loads = largest_load * np.geomspace(LEAST_PART, 1.0, ROWS)
     rows = [(np.zeros(fraction.size), np.zeros(fraction.size))]
@@ -283,7 +282,7 @@ def _tabulate_springs(ensemble: Ensemble, fraction: Floats, largest_load: float)
 
 
 def _measure_errors(
-    model: ReducedModel, ensemble: Ensemble, smallest_load: float, history: tuple[Floats, Floats, Floats]
+    model: ReducedModel, ensemble: IntegratedBody, smallest_load: float, history: tuple[Floats, Floats, Floats]
 ) -> dict[str, float]:
     """Return the largest errors on the history of the scenario and on random histories, over the friction limit."""
     loads, displacement, forces = history
@@ -302,13 +301,13 @@ def _measure_errors(
     return errors
 
 
-def _largest_limit(ensemble: Ensemble, load: float) -> float:
+def _largest_limit(ensemble: IntegratedBody, load: float) -> float:
     curve = VirginCurve(ensemble, load)
     return float(curve.evaluate(curve.end)[0])
 
 
 def _random_history(
-    model: ReducedModel, ensemble: Ensemble, smallest_load: float, rng: np.random.Generator
+    model: ReducedModel, ensemble: IntegratedBody, smallest_load: float, rng: np.random.Generator
 ) -> tuple[Floats, Floats, Floats]:
     """Return normal loads ≥ `smallest_load`, displacements and exact tangential loads of a random history."""
     curve = VirginCurve(ensemble, model.normal_load)

@@ -95,8 +95,8 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
     job = ask_origin(history, lambda origin: origin.job)
     if job is None:
         return _from_steps(history)
-    ensemble: Ensemble = job.ensemble
-    if type(ensemble) is not Ensemble:
+    ensemble = job.ensemble
+    if not isinstance(ensemble, Ensemble):
         raise InputError(f"pages cannot compute {ensemble.nouns[1]} of this type; its pictures show what was recorded")
     if ensemble.evolves:
         raise InputError("pages cannot compute asperities that evolve; its pictures show what was recorded")
@@ -147,7 +147,7 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
     approach = ensemble.highest_summit - history["separation"].values
     paths = paths_to(Goals(DISPLACED, approach), Goals(DISPLACED, history["tangential_displacement"].values))
     rows = blank_rows(paths.size, None)
-    ensemble.walk(ensemble.initial_state(), paths, rows=rows)
+    ensemble.advance_along(ensemble.initial_state(), paths, rows=rows)
     for name in ("normal_load", "tangential_load"):
         recorded = history[f"total_{name}"].values
         if np.abs(rows.totals[name] - recorded).max() > AGREEMENT * np.abs(recorded).max():

@@ -215,7 +215,7 @@ def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count,
     """It needs the script's `Model` alone, no page."""
     ensemble, paths = random_setup(np.random.default_rng(5), count, planar=planar)
     rows = blank_rows(count, None, planar=planar)
-    ensemble.walk(ensemble.initial_state(), paths, rows=rows, saturate=True)
+    ensemble.advance_along(ensemble.initial_state(), paths, rows=rows, saturate=True)
     rings = ensemble.rings
     setup = {
         "modulus": PAIR.contact_modulus,

@@ -1,0 +1,263 @@
+"""`Body`: base class of the contacts that are replayed, and the features that a type of body does not support."""
+
+import abc
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import attrs
+import numpy as np
+
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.law import Law
+from historysim.asperities.stepper import Totals, make_paths
+from historysim.basics.arguments import ArrayLike, Booleans, Floats
+from historysim.basics.units import quantity_text, range_text
+from historysim.basics.wording import brief, counted, html_table
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.memory.paths import Paths, Rows, blank_rows
+
+#: Features that some types of body do not support: keys of scenarios, events, and uses of a body.
+Feature = Literal[
+    "wear",
+    "yielding",
+    "sliding",
+    "friction law",
+    "friction change",
+    "friction change of some",
+    "friction ramp",
+    "geometry change",
+    "asperities",
+    "step in place",
+    "fit",
+]
+
+
+def check_pair(pair: MaterialPair) -> MaterialPair:
+    """Return the argument if it is a pair of materials, else raise InputError."""
+    if not isinstance(pair, MaterialPair):
+        raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+    return pair
+
+
+class Body(abc.ABC):
+    """A contact of asperities or patches with one approach and one tangential displacement, as a replay needs it.
+
+    Its types are `Ensemble`, `Patches` and `InclinedEnsemble`. A body does not change: states, which know the body that
+    they belong to, are passed in and returned.
+    """
+
+    pair: MaterialPair
+    friction: Floats  #: coefficients at the start (asperity)
+    tolerance: float  #: relative change below which the refinement of a path has converged
+
+    nouns: ClassVar[tuple[str, str]] = "asperity", "asperities"  #: singular and plural name of its parts
+    summary_units: ClassVar[Mapping[str, str]] = {"summit_height": "m", "summit_radius": "m", "friction": ""}
+    #: Message for each feature that this type does not support.
+    unsupported: ClassVar[Mapping[Feature, str]] = {}
+    #: True if asperities are independent paraboloids; False for patches, which share one coefficient of friction.
+    has_radii: ClassVar[bool] = True
+
+    @abc.abstractmethod
+    def __len__(self) -> int:
+        """Return the number of asperities, or of patches."""
+
+    @property
+    @abc.abstractmethod
+    def highest_summit(self) -> float:
+        """Height of the highest summit [m]: the separation at first touch."""
+
+    @property
+    @abc.abstractmethod
+    def first_touch(self) -> Floats:
+        """Approach at which each asperity or patch first touches [m]."""
+
+    @property
+    @abc.abstractmethod
+    def coordinates(self) -> dict[str, Floats]:
+        """Properties of each asperity or patch: heights, friction at the start; if known radii, positions, slopes."""
+
+    @property
+    def arrays(self) -> dict[str, Floats]:
+        """Arrays that define it, by the names under which a log stores them."""
+        return self.coordinates
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Numbers that define it in addition to its arrays and laws, as a log stores them."""
+        return {"tolerance": self.tolerance}
+
+    @property
+    def direction_limit(self) -> str:
+        """Feature that restricts it to one tangential direction, such as "wear"; empty if it may move in two."""
+        return ""
+
+    @property
+    def evolves(self) -> bool:
+        """True if friction depends on loads, summits wear or yield, or slid distances are tracked."""
+        return False
+
+    @property
+    def slides(self) -> bool:
+        """True if the distance that each asperity slides is tracked."""
+        return False
+
+    @property
+    def has_areas(self) -> bool:
+        """True if contact areas are known."""
+        return True
+
+    @property
+    def laws(self) -> dict[str, Law]:
+        """Laws of ``friction``, ``wear`` and ``yielding`` that it has, by these names."""
+        return {}
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Third-party packages that provide its laws, each with its version."""
+        origins = [law.registry.provider(type(law)) for law in self.laws.values()]
+        return tuple(dict.fromkeys(str(origin) for origin in origins if origin is not None))
+
+    @abc.abstractmethod
+    def initial_state(self) -> Any:
+        """Return the unloaded virgin state."""
+
+    @abc.abstractmethod
+    def check_state(self, state: Any) -> None:
+        """Raise an InputError if a state does not belong to this body."""
+
+    @abc.abstractmethod
+    def controls_of(self, state: Any) -> tuple[int, int]:
+        """Return how the normal and tangential channels were controlled last; InputError in two directions."""
+
+    @abc.abstractmethod
+    def advance(
+        self,
+        state: Any,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: float | tuple[float | None, float | None] | None = None,
+        tangential_displacement: float | tuple[float | None, float | None] | None = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> Any:
+        """Return the state after one joint straight path; ``state`` itself is not changed."""
+
+    @abc.abstractmethod
+    def advance_along(
+        self,
+        state: Any,
+        paths: Paths,
+        *,
+        rows: Rows | None = None,
+        asperities: ArrayLike = (),
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+        until: float = 1.0,
+        threads: int = 1,
+    ) -> Any:
+        """Advance a state along load paths and record rows; see `Ensemble.advance_along`."""
+
+    @abc.abstractmethod
+    def slide_time(self, state: Any) -> Floats:
+        """Return the time at which each asperity or patch first slid as a whole in a replay [s]; NaN if never."""
+
+    @abc.abstractmethod
+    def approach_at(self, normal_load: float) -> float:
+        """Solve for the approach [m] at which the virgin contact first carries a normal load ≥ 0 [N], at U = 0."""
+
+    def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
+        """Select parts that may touch up to a normal load [N], an approach [m] and a displacement either way [m]."""
+        del displacement
+        touching: Booleans = self.first_touch < max(approach, self.approach_at(normal_load))
+        return touching
+
+    def advance_many(
+        self,
+        state: Any,
+        *,
+        normal_load: ArrayLike | None = None,
+        normal_displacement: ArrayLike | None = None,
+        tangential_load: ArrayLike | None = None,
+        tangential_displacement: ArrayLike | None = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> tuple[Any, Totals]:
+        """Advance a state along straight paths in sequence; return it with the totals at the end of each path.
+
+        The result is bit-identical to as many calls of `advance`. Arguments and errors are those of `advance`, with one
+        value for each path, or one number for all paths; an error has the index of its path.
+        """
+        paths = make_paths(
+            self.controls_of(state),
+            normal=(normal_load, normal_displacement),
+            tangential=(tangential_load, tangential_displacement),
+        )
+        rows = blank_rows(paths.size, None)
+        state = self.advance_along(state, paths, rows=rows, saturate=saturate, instrument=instrument)
+        return state, Totals.of(rows.totals)
+
+    def load_state(self, path: str | Path) -> Any:
+        """Read a state of this body from a file of `save`; InputError for a state of another one."""
+        try:
+            return self.state_from_bytes(Path(path).read_bytes())
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+
+    def state_from_bytes(self, content: bytes) -> Any:
+        """Read a state from its bytes; InputError for a state of another body."""
+        start = self.initial_state()
+        state = type(start).from_bytes(content, start)
+        self.check_state(state)
+        return state
+
+    def __repr__(self) -> str:
+        texts = [" ".join(line) for line in self._summary_lines]
+        return f"<{type(self).__name__}: {', '.join([counted(len(self), *self.nouns), *texts])}>"
+
+    def _repr_html_(self) -> str:
+        moduli = ("contact modulus E*", self.pair.contact_modulus), ("shear modulus G*", self.pair.shear_modulus)
+        texts = [(name, quantity_text(value, "Pa")) for name, value in moduli]
+        return html_table([(self.nouns[1], f"{len(self):,}"), *self._summary_lines, *texts])
+
+    @property
+    def _summary_lines(self) -> list[tuple[str, str]]:
+        """Labelled lines on its summits, friction, wear and yielding."""
+        texts = {
+            name.replace("_", " "): _range_line(getattr(self, name), unit) for name, unit in self.summary_units.items()
+        }
+        return list((texts | {name: law.text for name, law in self.laws.items()}).items())
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields without cached values, such as structures of the library."""
+        body: Any = type(self)
+        return {field.name: getattr(self, field.name) for field in attrs.fields(body)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        self.__dict__.update(state)
+
+
+def require(body: Body | type[Body], *features: Feature) -> None:
+    """Raise an InputError, with the fix, for the first feature that a body or type of body does not support."""
+    for feature in features:
+        if feature in body.unsupported:
+            raise InputError(body.unsupported[feature])
+
+
+def check_body(_: object, __: object, value: Any) -> None:
+    """Raise an InputError if the value of a field is not a `Body`."""
+    if not isinstance(value, Body):
+        run = f"; a scenario is run by hs.run({value!r})" if isinstance(value, str | Path) else ""
+        raise InputError(f"ensemble is {brief(value)}; expected an Ensemble{run}")
+
+
+def _range_line(values: Floats, unit: str) -> str:
+    low, high = values.min(), values.max()
+    if unit:
+        return range_text(low, high, unit)
+    return f"{low:.4g}" + (f" to {high:.4g}" if high > low else "")
