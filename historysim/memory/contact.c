@@ -99,7 +99,39 @@ static hs_contact *blank(int64_t count, int64_t groups, int knots, const hs_unit
     contact->query_count = 0;
     contact->query_label = NULL;
     contact->clusters = contact->sorted_clusters = NULL;
+    contact->columns = NULL;
     return contact;
+}
+
+void hs_contact_changed(hs_contact *contact) {
+    hs_fill_clusters(contact->clusters);
+    if (contact->sorted_clusters != contact->clusters) hs_fill_clusters(contact->sorted_clusters);
+    free(contact->columns);
+    contact->columns = NULL;
+}
+
+const hs_columns *hs_contact_columns(hs_contact *contact) {
+    hs_columns *made = __atomic_load_n(&contact->columns, __ATOMIC_ACQUIRE), *present = NULL;
+    if (made) return made;
+    size_t count = (size_t)contact->count;
+    made = (hs_columns *)malloc(sizeof *made + 4 * count * sizeof(double));
+    if (!made) return NULL;
+    made->gap = (double *)(made + 1);
+    made->weight = made->gap + count;
+    made->place = (int64_t *)(made->weight + count);
+    made->group = made->place + count;
+    for (int64_t index = 0; index < contact->groups; ++index)
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
+            int64_t asperity = contact->order[i];
+            made->gap[asperity] = contact->gap[i];
+            made->weight[asperity] = contact->weight[i];
+            made->place[asperity] = i;
+            made->group[asperity] = index;
+        }
+    /* another thread may have made them meanwhile */
+    if (__atomic_compare_exchange_n(&contact->columns, &present, made, 0, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return made;
+    free(made);
+    return present;
 }
 
 /* Make clusters for the groups that have many asperities, and for all asperities if they are many. */
@@ -116,7 +148,7 @@ static int make_clusters(hs_contact *contact) {
                                    ? contact->clusters
                                    : hs_clusters_new(contact->sorted_gap, contact->sorted_weight, contact->count);
     if (!contact->sorted_clusters) return HS_OUT_OF_MEMORY;
-    hs_contact_refresh_clusters(contact);
+    hs_contact_changed(contact);
     return HS_OK;
 }
 
@@ -132,7 +164,7 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
 /* Copy all arrays from a contact of as many asperities and groups. */
 void hs_contact_assign(hs_contact *contact, const hs_contact *from) {
     memcpy((double *)contact->gap, from->gap, size_of_arrays(from->count, from->groups, from->load != NULL));
-    hs_contact_refresh_clusters(contact);
+    hs_contact_changed(contact);
 }
 
 hs_contact *hs_contact_copy(const hs_contact *contact) {
@@ -189,6 +221,7 @@ void hs_contact_free(hs_contact *contact) {
     free(contact->query_label);
     if (contact->sorted_clusters != contact->clusters) free(contact->sorted_clusters);
     free(contact->clusters);
+    free(contact->columns);
     free(contact);
 }
 

@@ -11,11 +11,15 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
                           int knots, const hs_units *units, double datum);
 /* Count one more reference. */
 hs_contact *hs_contact_retain(hs_contact *contact);
-/* Recompute clusters after gaps or weights have changed in place. */
-static inline void hs_contact_refresh_clusters(hs_contact *contact) {
-    hs_fill_clusters(contact->clusters);
-    if (contact->sorted_clusters != contact->clusters) hs_fill_clusters(contact->sorted_clusters);
-}
+/* All asperities in the order of columns, which is the caller's numbering. */
+typedef struct hs_columns {
+    double *gap, *weight;
+    int64_t *place, *group; /* position, and group there */
+} hs_columns;
+/* Return them, made when they are first needed; NULL if out of memory. */
+const hs_columns *hs_contact_columns(hs_contact *contact);
+/* Have what is derived from gaps and weights follow their change in place. */
+void hs_contact_changed(hs_contact *contact);
 void hs_contact_assign(hs_contact *contact, const hs_contact *from);
 hs_contact *hs_contact_copy(const hs_contact *contact);
 int hs_contact_alike(const hs_contact *one, const hs_contact *other);

@@ -85,6 +85,7 @@ typedef struct hs_contact {
     const double *sorted_weight; /* (count) */
     struct hs_clusters *clusters;        /* proxies of many asperities at a time, for their sums; NULL if no group has many */
     struct hs_clusters *sorted_clusters; /* those of all asperities by ascending gap; NULL of few, or of a normal curve */
+    struct hs_columns *columns; /* the above by asperity, in the caller's numbering; NULL until a row is recorded */
     hs_units units;
     int64_t query_count;         /* labels in `query_label`, or 0 */
     double *query_label;         /* ascending labels that are queried for sliding in place of asperities */

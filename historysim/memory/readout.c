@@ -257,26 +257,27 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
     if (hs_evolves(memory) > 1) record_yielded(memory, totals);
 }
 
-/* Add the share of their tangential loads that the vertices from `first` up to `last` of their group give asperities: what the
+/* Add the contributions of the vertices from `first` up to `last` of a group to the tangential loads of asperities: what the
  * label and the jump of slope of each say. */
-HS_WIDE static void add_inner_forces(const hs_group *group, int64_t first, int64_t last, double *restrict force) {
-    const hs_vertex *stack = group->stack;
-    const double *restrict gap = group->curve.gap, *restrict weight = group->curve.weight;
+HS_WIDE static void add_inner_forces(const hs_vertex *stack, int64_t first, int64_t last, const double *restrict gap,
+                                     const double *restrict weight, int64_t count, int ascending, double *restrict force) {
     for (int64_t j = first; j <= last; ++j) {
         double label = stack[j].label, jump = stack[j].slope - stack[j + 1].slope;
-        int64_t touching = hs_count_touching(gap, group->curve.count, label);
+        int64_t touching = ascending ? hs_count_touching(gap, count, label) : count;
         for (int64_t i = 0; i < touching; ++i) {
-            double depth_there = label - gap[i];
+            double depth_there = label - gap[i] > 0.0 ? label - gap[i] : 0.0;
             force[i] += jump * weight[i] * depth_there * sqrt(depth_there);
         }
     }
 }
 
-/* The same of all inner vertices of a single group. Deep ones stay from row to row: their sum is kept, so that a row costs what
- * has changed. The order of the sum is that of the vertices, and so are its bits. */
-static int single_inner_forces(hs_recorder *recorder, const hs_group *group, int64_t depth) {
-    const hs_vertex *stack = group->stack, *before = recorder->stack;
-    const size_t size = (size_t)group->curve.count * sizeof(double);
+/* The same of all inner vertices of a single group, in the order of columns. Deep ones stay from row to row: their sum is kept, so
+ * that a row costs what has changed. The order of the sum is that of the vertices, and so are its bits. */
+static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, int64_t depth, const double **inner) {
+    const hs_vertex *before = recorder->stack;
+    const hs_columns *columns = &recorder->columns;
+    const int64_t count = recorder->rows->columns;
+    const size_t size = (size_t)count * sizeof(double);
     int64_t same = 0;
     while (same < recorder->depth && same < depth && before[same].label == stack[same].label &&
            before[same].slope == stack[same].slope)
@@ -287,10 +288,14 @@ static int single_inner_forces(hs_recorder *recorder, const hs_group *group, int
         recorder->summed = 0;
         memset(recorder->kept, 0, size);
     }
-    add_inner_forces(group, recorder->summed + 1, stays, recorder->kept);
+    add_inner_forces(stack, recorder->summed + 1, stays, columns->gap, columns->weight, count, 0, recorder->kept);
     recorder->summed = stays;
-    memcpy(recorder->inner, recorder->kept, size);
-    add_inner_forces(group, stays + 1, depth - 2, recorder->inner);
+    *inner = recorder->kept;
+    if (stays < depth - 2) {
+        memcpy(recorder->inner, recorder->kept, size);
+        add_inner_forces(stack, stays + 1, depth - 2, columns->gap, columns->weight, count, 0, recorder->inner);
+        *inner = recorder->inner;
+    }
     hs_vertex *more = (hs_vertex *)realloc(recorder->stack, (size_t)depth * sizeof *more);
     if (!more) return HS_OUT_OF_MEMORY;
     recorder->stack = more;
@@ -343,7 +348,7 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
     int64_t depth = memory->depth[0], columns = rows->columns;
     double boundary = recorder->zones[0].boundary, outermost = recorder->zones[0].outermost;
     for (int64_t c = 0; c < columns; ++c) {
-        int64_t i = recorder->place[c], at = row * columns + c, j = 1;
+        int64_t i = recorder->columns.place[c], at = row * columns + c, j = 1;
         double label = curve.gap[i], force[2], load[2];
         for (int side = 0; side < 2; ++side) {
             double end = side == 0 ? label : i + 1 < curve.count ? curve.gap[i + 1] : HUGE_VAL;
@@ -363,97 +368,112 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
     }
 }
 
-/* Fill in tangential loads, which hold the share of inner vertices, stick radii and slip states of the columns. */
-static void record_tangential(const hs_recorder *recorder, const hs_memory *memory, int64_t at) {
+/* Fill in the dissipated energies of the columns. */
+static void record_energies(const hs_recorder *recorder, const hs_memory *memory, int64_t at) {
+    const double unit = memory->contact->units.energy;
+    double *target = recorder->rows->dissipated_energy;
+    for (int64_t c = 0; target && c < recorder->rows->columns; ++c)
+        target[at + c] = memory->dissipated_each[recorder->columns.place[c]] * unit;
+}
+
+/* Fill in loads, radii and slip states of the columns, block by block, so that each is computed where the processor caches it;
+ * `inner` holds the contributions of inner vertices to tangential loads, by column or by position. */
+static void record_columns(const hs_recorder *recorder, const hs_memory *memory, int64_t at, const double *inner, int by_column) {
     const hs_rows *rows = recorder->rows;
-    const hs_units *units = &memory->contact->units;
-    double zone[4][HS_BLOCK], *force = rows->tangential_load + at, *stick = rows->stick_radius + at;
-    int8_t *state = rows->slip_state + at;
+    const hs_contact *contact = memory->contact;
+    const hs_columns *columns = &recorder->columns;
+    double zone[4][HS_BLOCK], load[HS_BLOCK];
     for (int64_t begin = 0; begin < rows->columns; begin += HS_BLOCK) {
         int count = hs_size_of_block(rows->columns - begin);
+        const double *gap = columns->gap + begin, *weight = columns->weight + begin;
+        double *force = rows->tangential_load + at + begin;
+        /* of an asperity that does not touch it may be an old one, which is not used */
+        if (by_column)
+            memcpy(force, inner + begin, (size_t)count * sizeof *force);
+        else
+            for (int i = 0; i < count; ++i) force[i] = inner[columns->place[begin + i]];
         /* of a single group all zones are the same */
-        for (int i = 0; i < count && (begin == 0 || memory->contact->groups > 1); ++i) {
-            const hs_zone *own = recorder->zones + recorder->group[begin + i];
+        for (int i = 0; i < count && (begin == 0 || contact->groups > 1); ++i) {
+            const hs_zone *own = recorder->zones + columns->group[begin + i];
             zone[0][i] = own->boundary;
             zone[1][i] = own->outermost;
             zone[2][i] = own->friction;
             zone[3][i] = own->slope;
         }
-        project_tangential(recorder->gap + begin, recorder->weight + begin, recorder->load + begin, count, memory->approach,
-                           zone, units, force + begin, stick + begin, state + begin);
+        project_normal(gap, weight, count, memory->approach, &contact->units, load, rows->normal_load + at + begin,
+                       rows->contact_radius + at + begin);
+        project_tangential(gap, weight, load, count, memory->approach, zone, &contact->units, force,
+                           rows->stick_radius + at + begin, rows->slip_state + at + begin);
     }
 }
 
 static int record_asperities(hs_recorder *recorder, const hs_memory *memory, int64_t row) {
-    const hs_rows *rows = recorder->rows;
     const hs_contact *contact = memory->contact;
-    int64_t columns = rows->columns, at = row * columns;
-    int status = HS_OK;
+    const double *inner = recorder->inner;
+    int single = contact->groups == 1, status = HS_OK;
     if (contact->load && memory->depth[0] > 0) {
         record_knots(recorder, memory, row);
         return status;
     }
-    project_normal(recorder->gap, recorder->weight, columns, memory->approach, &contact->units, recorder->load,
-                   rows->normal_load + at, rows->contact_radius + at);
-    for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index) {
+    if (single && memory->depth[0] > 0) status = single_inner_forces(recorder, memory->vertices, memory->depth[0], &inner);
+    for (int64_t index = 0; !single && index < contact->groups && memory->depth[index] > 0; ++index) {
         hs_group group = hs_group_of(memory, index);
-        if (group.single) {
-            status = single_inner_forces(recorder, &group, memory->depth[0]);
-        } else {
-            memset(recorder->inner + group.start, 0, (size_t)group.curve.count * sizeof(double));
-            add_inner_forces(&group, 1, memory->depth[index] - 2, recorder->inner + group.start);
-        }
+        memset(recorder->inner + group.start, 0, (size_t)group.curve.count * sizeof(double));
+        add_inner_forces(group.stack, 1, memory->depth[index] - 2, group.curve.gap, group.curve.weight, group.curve.count, 1,
+                         recorder->inner + group.start);
     }
-    /* of what does not touch there stands something old, which is not taken */
-    for (int64_t c = 0; c < columns; ++c) rows->tangential_load[at + c] = recorder->inner[recorder->place[c]];
-    record_tangential(recorder, memory, at);
+    record_columns(recorder, memory, row * recorder->rows->columns, inner, single);
     return status;
 }
 
-/* Find where the recorded asperities stand in the order of a contact. */
-static void place_columns(hs_recorder *recorder, hs_contact *contact) {
+/* Find where the recorded asperities are in the order of a contact. */
+static int place_columns(hs_recorder *recorder, hs_contact *contact) {
+    const hs_columns *all = hs_contact_columns(contact);
     const hs_rows *rows = recorder->rows;
-    int64_t *place_of = (int64_t *)recorder->inner, *group_of = (int64_t *)recorder->zones;
-    for (int64_t index = 0; index < contact->groups; ++index)
-        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
-            place_of[contact->order[i]] = i;
-            group_of[contact->order[i]] = index;
-        }
-    for (int64_t c = 0; c < rows->columns; ++c) {
-        int64_t i = place_of[rows->asperity[c]];
-        recorder->place[c] = i;
-        recorder->group[c] = group_of[rows->asperity[c]];
-        recorder->gap[c] = contact->gap[i];
-        recorder->weight[c] = contact->weight[i];
+    hs_columns *columns = &recorder->columns;
+    if (!all) return HS_OUT_OF_MEMORY;
+    if (recorder->all) *columns = *all;
+    for (int64_t c = 0; !recorder->all && contact != recorder->contact && c < rows->columns; ++c) {
+        int64_t asperity = rows->asperity[c];
+        columns->gap[c] = all->gap[asperity];
+        columns->weight[c] = all->weight[asperity];
+        columns->place[c] = all->place[asperity];
+        columns->group[c] = all->group[asperity];
     }
+    if (contact != recorder->contact) recorder->depth = recorder->summed = 0;
     recorder->contact = contact;
-    recorder->depth = recorder->summed = 0;
+    return HS_OK;
 }
 
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows) {
     memset(recorder, 0, sizeof *recorder);
     recorder->rows = rows;
     if (!rows || rows->columns == 0) return HS_OK;
-    size_t columns = (size_t)rows->columns, count = (size_t)contact->count;
-    for (size_t c = 0; c < columns; ++c)
+    size_t count = (size_t)contact->count, columns = (size_t)rows->columns, most = count > columns ? count : columns;
+    recorder->all = columns == count;
+    for (int64_t c = 0; c < rows->columns; ++c) {
         if (rows->asperity[c] < 0 || rows->asperity[c] >= contact->count) return HS_FOREIGN;
-    recorder->place = (int64_t *)calloc(5 * columns + 2 * count, sizeof(double));
+        recorder->all &= rows->asperity[c] == c;
+    }
+    recorder->inner = (double *)calloc(2 * most, sizeof(double));
     recorder->zones = (hs_zone *)malloc(count * sizeof *recorder->zones);
-    if (!recorder->place || !recorder->zones) {
+    recorder->chosen = recorder->all ? NULL : (double *)malloc(4 * columns * sizeof(double));
+    if (!recorder->inner || !recorder->zones || !(recorder->all || recorder->chosen)) {
         hs_end_recording(recorder);
         return HS_OUT_OF_MEMORY;
     }
-    recorder->group = recorder->place + columns;
-    recorder->gap = (double *)(recorder->group + columns);
-    recorder->weight = recorder->gap + columns;
-    recorder->load = recorder->weight + columns;
-    recorder->inner = recorder->load + columns;
-    recorder->kept = recorder->inner + count;
+    recorder->kept = recorder->inner + most;
+    if (recorder->all) return HS_OK;
+    recorder->columns.gap = recorder->chosen;
+    recorder->columns.weight = recorder->chosen + columns;
+    recorder->columns.place = (int64_t *)(recorder->chosen + 2 * columns);
+    recorder->columns.group = recorder->columns.place + columns;
     return HS_OK;
 }
 
 void hs_end_recording(hs_recorder *recorder) {
-    free(recorder->place);
+    free(recorder->chosen);
+    free(recorder->inner);
     free(recorder->zones);
     free(recorder->stack);
 }
@@ -463,15 +483,13 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
     const hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     int64_t columns = rows->columns, at = row * columns;
-    if (columns && contact != recorder->contact) place_columns(recorder, memory->contact);
+    if (columns && place_columns(recorder, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     record_totals(recorder, memory, rows->totals + row, saturated);
     if (columns == 0) return HS_OK;
     if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK) return HS_OUT_OF_MEMORY;
-    if (rows->dissipated_energy)
-        for (int64_t c = 0; c < columns; ++c)
-            rows->dissipated_energy[at + c] = memory->dissipated_each[recorder->place[c]] * contact->units.energy;
+    record_energies(recorder, memory, at);
     for (int64_t c = 0; c < columns && rows->friction; ++c)
-        rows->friction[at + c] = memory->friction[recorder->group[c]];
+        rows->friction[at + c] = memory->friction[recorder->columns.group[c]];
     if (!evolved) return HS_OK;
     double *target[] = {rows->slid_distance, rows->worn_volume, rows->summit_height, rows->summit_radius};
     const double *source[] = {evolved->slid_distance, evolved->worn_volume, evolved->summit_height,

@@ -2,6 +2,7 @@
 #ifndef HISTORYSIM_READOUT_H
 #define HISTORYSIM_READOUT_H
 
+#include "contact.h"
 #include "polyline.h"
 
 static inline int8_t hs_slip_state_of(int touches, int slides, int sticks_inside) {
@@ -20,14 +21,12 @@ typedef struct hs_zone {
 /* Rows to write, and the buffers for them. */
 typedef struct hs_recorder {
     const hs_rows *rows;
-    hs_contact *contact; /* for whose order the columns were prepared; NULL if that has changed */
-    int64_t *place;      /* (column) position of each recorded asperity */
-    int64_t *group;      /* (column) */
-    double *gap;         /* (column) */
-    double *weight;      /* (column) */
-    double *load;        /* (column) dimensionless normal loads */
-    double *inner;       /* (count) contributions of inner vertices to tangential loads */
-    double *kept;        /* (count) of the `summed` deepest of them, which stay from row to row of a single group */
+    hs_contact *contact; /* of the previous row; NULL if its gaps have changed */
+    int all;             /* whether the columns are all asperities, in their order */
+    hs_columns columns;  /* those of this row's contact */
+    double *chosen;      /* their memory if the columns are some asperities */
+    double *inner;       /* contributions of inner vertices to tangential loads: by column for a single group, else by position */
+    double *kept;        /* of the `summed` deepest of them, which stay from row to row of a single group */
     hs_vertex *stack;    /* (depth) of the previous row */
     int64_t depth, summed;
     hs_zone *zones;      /* (group) of this row, allocated for as many as asperities; NULL if there are no columns */

@@ -69,7 +69,7 @@ void hs_set_shape(hs_memory *memory, const double *height, const double *radius,
         memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
         memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);
     }
-    hs_contact_refresh_clusters(memory->contact);
+    hs_contact_changed(memory->contact);
     memory->normal_load = hs_load_at(hs_all_of(contact), memory->approach).load;
 }
 
@@ -207,7 +207,7 @@ int hs_apply_yielding(walk *w, hs_memory *memory, double d) {
             ((double *)contact->sorted_weight)[i] = weight[w->yield.place[i]];
         }
     }
-    hs_contact_refresh_clusters(memory->contact);
+    hs_contact_changed(memory->contact);
     memory->known_label = NAN;
     return HS_OK;
 }

@@ -42,6 +42,35 @@ def test_a_row_does_not_depend_on_the_rows_before(friction, seed):
     assert rows.slip_state.min() == 0
 
 
+@pytest.mark.parametrize("friction", ["one", "own"])
+def test_rows_do_not_depend_on_the_order_of_asperities(friction):
+    """Of asperities in any order, sorted, or a few of them, some twice: over several calls, as chunks of a file are."""
+    random, count = np.random.default_rng(7), 700
+    height, radius = -np.abs(random.normal(0.0, 20e-9, count)), random.uniform(1e-6, 2e-6, count)
+    coefficient = np.full(count, 0.3) if friction == "one" else random.uniform(0.2, 0.4, count)
+    rank = np.argsort(-height, kind="stable")
+    targets = np.column_stack([random.choice([40e-9, 41e-9], 24), random.uniform(-15e-9, 15e-9, 24)])
+    tables = []
+    for order, columns in (
+        (np.arange(count), np.arange(count)),
+        (rank, np.argsort(rank)),
+        (np.arange(count), np.repeat(random.permutation(count)[:40], 2)),
+    ):
+        ensemble = hs.Ensemble(PAIR, height[order], radius[order], coefficient[order])
+        state, parts = ensemble.initial_state(), []
+        for part in np.split(targets, 3):
+            paths = paths_to(Goals(lib.HS_DISPLACED, part[:, 0]), Goals(lib.HS_DISPLACED, part[:, 1]))
+            rows = blank_rows(paths.size, columns.size)
+            state = ensemble.walk(state, paths, rows=rows, asperities=columns)
+            parts.append(rows.each)
+        tables.append((columns, {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}))
+    (_, every), (_, ranked), (few, chosen) = tables
+    for name, values in every.items():
+        assert values.tobytes() == ranked[name].tobytes(), name
+        assert values[:, few].tobytes() == chosen[name].tobytes(), name
+    assert np.count_nonzero(every["dissipated_energy"]) > 1000
+
+
 def test_traction_ratio_of_deep_stacks_is_the_largest_of_dense_samples():
     # reversals that stay, then friction that falls: slopes beyond the cone at hundreds of vertices
     random = np.random.default_rng(3)
