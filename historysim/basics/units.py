@@ -423,6 +423,17 @@ def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
     return text
 
 
+def uncertain_text(value: float, error: float, unit: str) -> str:
+    """Format a quantity with its standard error, both to the second digit of the error: ``"3.20 ± 0.17 µm"``."""
+    if not math.isfinite(error):
+        return quantity_text(value, unit)
+    if error <= 1e-6 * abs(value):
+        return f"{quantity_text(value, unit)} ± {quantity_text(error, unit, 2)}"
+    factor, symbol = scaled(max(abs(value), error), unit)
+    decimals = max(0, 1 - math.floor(math.log10(error * factor)))
+    return f"{value * factor:.{decimals}f} ± {error * factor:.{decimals}f}{symbol}"
+
+
 def range_text(low: float, high: float, unit: str) -> str:
     """Format the range of a quantity: ``"1 µm to 2.5 mm"``, or one value if both are equal."""
     low_text, high_text = quantity_text(low, unit), quantity_text(high, unit)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage, spatial
 
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
-from historysim.basics.units import quantity_text
+from historysim.basics.units import quantity_text, uncertain_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.reading import read_surface
@@ -62,13 +62,13 @@ class Registration:
 
     def summary(self) -> list[tuple[str, str]]:
         """Summarise the result in a few lines (label, text)."""
-        x, y = (quantity_text(value, "m") for value in self.shift)
+        x, y = (uncertain_text(value, self.shift_error, "m") for value in self.shift)
         flattened = int((self.fate == LOWERED).sum())
         worn_percentage = 100 * float(self.worn.mean())
         volume = f"{self.worn_volume * 1e18:.4g} ± {self.worn_volume_error * 1e18:.2g} µm³"
         doubt = "; not significant" if abs(self.worn_volume) < 2 * self.worn_volume_error else ""
         return [
-            ("shift", f"{x} along x, {y} along y, each ± {quantity_text(self.shift_error, 'm')}"),
+            ("shift", f"{x} along x, {y} along y"),
             ("rotation", f"{math.degrees(self.rotation):.3f}°"),
             ("correlation of slopes", f"{self.correlation:.3f}"),
             ("noise of the difference", quantity_text(self.noise, "m")),

@@ -1,3 +1,4 @@
+import math
 import subprocess
 import sys
 from fractions import Fraction
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from historysim.basics.units import UNIT_OF, conversion_factor, in_si, metres, quantity, quantity_text
+from historysim.basics.units import UNIT_OF, conversion_factor, in_si, metres, quantity, quantity_text, uncertain_text
 from historysim.errors import InputError
 
 
@@ -98,6 +99,20 @@ def test_plain_units_need_no_library():
 )
 def test_quantities_get_a_prefix(value, text):
     assert quantity_text(value, "N") == text
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (3.2001e-6, 1.728e-10, "3.20010 ± 0.00017 µm"),
+        (-1.5e-9, 2.4e-8, "-2 ± 24 nm"),
+        (0.25, 0.031, "250 ± 31 mN"),
+        (20e-9, 1e-22, "20 nm ± 1e-07 fm"),
+        (20e-9, math.nan, "20 nm"),
+    ],
+)
+def test_a_standard_error_shares_prefix_and_digits_with_its_value(value, error, text):
+    assert uncertain_text(value, error, "N" if value == 0.25 else "m") == text
 
 
 def test_texts_and_lists_of_them_become_numbers():

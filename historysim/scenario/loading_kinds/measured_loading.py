@@ -12,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.fields import POSITIVE, Frequency, Time
 from historysim.basics.limits import LARGEST, SIZE
-from historysim.basics.units import quantity_text
+from historysim.basics.units import quantity_text, uncertain_text
 from historysim.basics.wording import Notify, counted, shown, silent
 from historysim.errors import InputError, at, field_error, path_text
 from historysim.loads.event_sequence import Events
@@ -465,14 +465,12 @@ class _Record:
                 self.check_order(rising=True)
                 drift = correction.drift_of_cycles(self.time, values, dead_band=of_cycles)
             values = values - drift.value * (self.time - self.time[0])
-            error = quantity_text(drift.standard_error, unit)
-            self.remark(f"{name}: drift removed", f"{quantity_text(drift.value, unit)}/s ± {error}/s")
+            self.remark(f"{name}: drift removed", f"{uncertain_text(drift.value, drift.standard_error, unit)}/s")
         if channel.centred:
             with at("centred"):
                 offset = correction.offset_of_cycles(values, dead_band=of_cycles)
             values = values - offset.value
-            error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
-            self.remark(f"{name}: offset removed", f"{quantity_text(offset.value, unit)}{error}")
+            self.remark(f"{name}: offset removed", uncertain_text(offset.value, offset.standard_error, unit))
         if isinstance(channel, ForceChannel) and channel.negative_as_zero:
             self.remark(f"{name}: negative, replaced by 0", _samples(int(np.count_nonzero(values < 0))))
             values = np.maximum(values, 0.0)
