@@ -1,4 +1,5 @@
 import pytest
+from browser import opened  # noqa: F401 - a fixture
 from drawn_data import hidden_data
 from hypothesis import settings
 from matplotlib.figure import Figure

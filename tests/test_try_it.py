@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import opened
 
 import historysim as hs
 from historysim.results.report import browser
@@ -68,7 +67,7 @@ def recomputed(shown, folder):
     return hs.run(folder / "scenario.toml")
 
 
-def test_dropped_files_are_computed_as_their_scenario_is(page_file, tmp_path):
+def test_dropped_files_are_computed_as_their_scenario_is(page_file, tmp_path, opened):
     with opened(page_file) as page:
         page.wait_for_function(f"() => {TRIAL}.dataset.ready")
         expected = choose(page, "english.csv", ENGLISH)
@@ -93,7 +92,7 @@ def test_dropped_files_are_computed_as_their_scenario_is(page_file, tmp_path):
             assert history.total_normal_load.values.tolist() == shown["normal"]
 
 
-def test_a_bad_file_has_one_plain_sentence_and_changes_nothing(page_file):
+def test_a_bad_file_has_one_plain_sentence_and_changes_nothing(page_file, opened):
     with opened(page_file) as page:
         page.wait_for_function(f"() => {TRIAL}.dataset.ready")
         before = page.evaluate(COMPUTED)
@@ -108,7 +107,7 @@ def test_a_bad_file_has_one_plain_sentence_and_changes_nothing(page_file):
         assert len(beyond["load"]) == 1
 
 
-def test_a_path_is_drawn_by_mouse_and_by_keyboard_and_downloaded(page_file, tmp_path):
+def test_a_path_is_drawn_by_mouse_and_by_keyboard_and_downloaded(page_file, tmp_path, opened):
     with opened(page_file, width=420) as page:
         page.wait_for_function(f"() => {TRIAL}.dataset.ready")
         root = "document.documentElement"

@@ -40,7 +40,7 @@ KEYS = [
     if place and isinstance(place[-1], str) and not {"over", "groups", "metadata"} & set(place)
 ]
 WRONG_VALUES = (True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg", "1e999 m")
-every = settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+every = settings(deadline=None, max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

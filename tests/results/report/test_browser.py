@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from browser import opened
 
 import historysim as hs
 from historysim.errors import InputError
@@ -101,7 +100,7 @@ def check(shown, history, row, label, axis=None):
 
 
 @needs_library
-def test_the_slider_moves_loop_and_map_and_a_click_chooses_an_asperity(history, explored):
+def test_the_slider_moves_loop_and_map_and_a_click_chooses_an_asperity(history, explored, opened):
     with opened(explored) as page:
         page.wait_for_function(READY)
         first = page.evaluate(SHOWN)
@@ -135,7 +134,7 @@ def test_the_slider_moves_loop_and_map_and_a_click_chooses_an_asperity(history, 
 
 
 @needs_library
-def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explored):
+def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explored, opened):
     factor = 2**-0.5
     friction = ENSEMBLE.friction * factor
     other = hs.Ensemble(PAIR, HEIGHTS, ENSEMBLE.summit_radius, friction)
@@ -164,7 +163,7 @@ def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explore
 
 
 @needs_library
-def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_where(tmp_path):
+def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_where(tmp_path, opened):
     events = [hs.NormalLoad(0.0, 4e-3), hs.TangentialLoad(1.0, 5e-4), hs.TangentialLoad(2.0, 0.0)]
     path = tmp_path / "t.html"
     path.write_text(hs.explore(hs.replay(ENSEMBLE, events, substeps=10)).page, encoding="utf-8")
@@ -181,7 +180,7 @@ def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_w
 
 
 @needs_library
-def test_both_directions_are_shown(tmp_path):
+def test_both_directions_are_shown(tmp_path, opened):
     history = hs.replay(ENSEMBLE, IN_PLANE, substeps=3, record="all")
     path = tmp_path / "p.html"
     path.write_text(hs.explore(history).page, encoding="utf-8")
@@ -211,7 +210,7 @@ def random_setup(rng, count, *, planar):
 
 @needs_library
 @pytest.mark.parametrize(("count", "planar"), [(3000, False), (40, True)])
-def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count, planar):
+def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count, planar, opened):
     """It needs the script's `Model` alone, no page."""
     ensemble, paths = random_setup(np.random.default_rng(5), count, planar=planar)
     rows = blank_rows(count, None, planar=planar)
@@ -248,7 +247,7 @@ def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count,
 
 
 @needs_library
-def test_the_page_fits_a_small_dark_screen(report):
+def test_the_page_fits_a_small_dark_screen(report, opened):
     with opened(report, width=420, dark=True) as page:
         page.wait_for_function(READY)
         root = "document.documentElement"
