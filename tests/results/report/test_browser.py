@@ -209,7 +209,7 @@ def random_setup(rng, count, *, planar):
 
 
 @needs_library
-@pytest.mark.parametrize(("count", "planar"), [(3000, False), (40, True)])
+@pytest.mark.parametrize(("count", "planar"), [(3000, False), (12, True)])
 def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count, planar, opened):
     """It needs the script's `Model` alone, no page."""
     ensemble, paths = random_setup(np.random.default_rng(5), count, planar=planar)
