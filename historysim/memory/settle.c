@@ -26,13 +26,17 @@ static const hs_adaptive chord_settings = {
     2 * MOST_CHORDS, /* one step may have all of its chords */
     16.0, 16.0, /* a quarter of the chords suffices then */
 };
-/* chords of a whole path in which the instants are found at which asperities first slide */
+/* chords of a whole path on which instants of first sliding are searched, and on which chords that contain one are cut: so many
+ * in all, so many times asperities */
 #define CHORDS_OF_PATH 32
-/* how those on which they do are cut: into so many, up to so short ones, so many in all, and so many times asperities */
-#define CUTS_OF_CHORD 8
-#define SHORTEST_TIMED 1e-7
 #define MOST_CHORDS_TIMED 1024
 #define MOST_TIMED 200000
+/* parts into which a chord that contains instants is cut, beside the cuts next to its estimates of them: at its squared length,
+ * with which the errors of most estimates fall, for friction and displacement are linear on a chord */
+#define PARTS_OF_CHORD 4
+/* shares of the path up to which a chord is not cut any more: between two such cuts, and elsewhere, as where estimates are bad */
+#define SHORTEST_ESTIMATED 1e-5
+#define SHORTEST_TIMED 1e-7
 /* tolerances over that of ramps of both loads: of loads and displacements; and of what is dissipated, slid and worn,
  * and of changes of shape, as a part of itself */
 #define COARSER 100.0
@@ -200,26 +204,67 @@ static int64_t have_slid(const hs_memory *memory) {
     return number;
 }
 
-/* Carry a memory from one share of the path to another in chords, of which those are cut once more on which asperities first slide:
- * within one, nothing is known of how its end is reached. */
-static int time_slides(walk *w, hs_memory *memory, double before, double share, int chords, int64_t *left) {
+static int compare_shares(const void *one, const void *other) {
+    double a = *(const double *)one, b = *(const double *)other;
+    return (a > b) - (a < b);
+}
+
+/* Fill in the shares at which to cut a chord on which asperities first slide, and its end. Returns how many there are. */
+static int64_t cuts_around_slides(const walk *w, const hs_memory *start, const hs_memory *memory, double before, double end,
+                                  double margin, double *cut) {
+    const double *times = w->course.times, apart = 0.25 * SHORTEST_TIMED;
+    int64_t count = 0, kept = 0;
+    for (int part = 1; part < PARTS_OF_CHORD; ++part) cut[count++] = hs_toward(before, end, (double)part / PARTS_OF_CHORD);
+    for (int64_t i = 0; i < memory->contact->count; ++i) {
+        if (!hs_has_slid(memory, i) || hs_has_slid(start, i)) continue;
+        double instant = (memory->slides->time[i] - times[0]) / (times[1] - times[0]);
+        cut[count++] = instant - margin;
+        cut[count++] = instant + margin;
+    }
+    qsort(cut, (size_t)count, sizeof *cut, compare_shares);
+    for (int64_t k = 0; k < count; ++k)
+        if (cut[k] > (kept ? cut[kept - 1] : before) + apart && cut[k] < end - apart) cut[kept++] = cut[k];
+    cut[kept++] = end;
+    return kept;
+}
+
+/* Carry a memory along the path in chords that end at shares of it. Those on which asperities first slide, and that are longer
+ * than the `shortest`, are cut and carried again. */
+static int time_slides(walk *w, hs_memory *memory, double before, const double *end, int64_t chords, double shortest, int64_t *left) {
+    int status = HS_OK;
+    for (int64_t k = 0; k < chords && status == HS_OK; before = end[k++]) {
+        double length = end[k] - before;
+        hs_memory *start = hs_copy_to_change(w, memory);
+        if (!start) return HS_OUT_OF_MEMORY;
+        status = hs_chord(w, memory, before, end[k]);
+        if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
+        int64_t fresh = status == HS_OK ? have_slid(memory) - have_slid(start) : 0;
+        if (fresh > 0 && *left > 0 && length > shortest) {
+            double margin = hs_most(length * length, 0.25 * SHORTEST_TIMED), apart = 2.0 * margin + HS_TIE;
+            double *cut = (double *)malloc((size_t)(2 * fresh + PARTS_OF_CHORD) * sizeof *cut);
+            if (!cut) status = HS_OUT_OF_MEMORY;
+            int64_t cuts = cut ? cuts_around_slides(w, start, memory, before, end[k], margin, cut) : 0;
+            *left -= cuts;
+            if (cut) status = time_slides(w, start, before, cut, cuts, apart <= SHORTEST_ESTIMATED ? apart : SHORTEST_TIMED, left);
+            free(cut);
+            hs_memory_swap(memory, start);
+        }
+        hs_memory_free(start);
+    }
+    return status;
+}
+
+/* Record the instants at which asperities first slide on a part of the path. */
+static int time_part(walk *w, hs_memory *memory, double before, double share) {
+    const int64_t count = memory->contact->count;
+    int64_t left = MOST_TIMED / count < MOST_CHORDS_TIMED ? MOST_TIMED / count : MOST_CHORDS_TIMED;
+    const int chords = (int)(CHORDS_OF_PATH * (share - before)) + 1;
+    double end[CHORDS_OF_PATH + 1];
     int status = HS_OK;
     for (double here = before; here < share && status == HS_OK;) {
-        double piece = here, next = next_cut(w, here, share);
-        for (int k = 1; k <= chords && status == HS_OK; ++k) {
-            double end = k == chords ? next : piece + (next - piece) * ((double)k / chords);
-            hs_memory *start = hs_copy_to_change(w, memory);
-            if (!start) return HS_OUT_OF_MEMORY;
-            status = hs_chord(w, memory, here, end);
-            if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
-            if (status == HS_OK && have_slid(memory) > have_slid(start) && *left > 0 && end - here > SHORTEST_TIMED) {
-                *left -= CUTS_OF_CHORD;
-                status = time_slides(w, start, here, end, CUTS_OF_CHORD, left);
-                hs_memory_swap(memory, start);
-            }
-            hs_memory_free(start);
-            here = end;
-        }
+        double next = next_cut(w, here, share);
+        for (int k = 1; k <= chords; ++k) end[k - 1] = k == chords ? next : here + (next - here) * ((double)k / chords);
+        status = time_slides(w, memory, here, end, chords, SHORTEST_TIMED, &left);
         here = next;
     }
     return status;
@@ -243,19 +288,18 @@ static int time_unworn(const walk *w, hs_memory *known, const hs_memory *memory,
 
 int hs_settle_timed(walk *w, hs_memory *memory, double before, double share) {
     int64_t slid = have_slid(memory), count = memory->contact->count;
-    int timed = hs_is_timed(memory) && slid < count, chords = (int)(CHORDS_OF_PATH * (share - before)) + 1;
+    int timed = hs_is_timed(memory) && slid < count;
     hs_memory *start = timed ? hs_copy_to_change(w, memory) : NULL, *known = NULL;
     if (timed && !start) return HS_OUT_OF_MEMORY;
     int status = hs_settle_in_chords(w, memory, w->spare[0], w->spare[1], before, share);
     if (status == HS_OK && start && have_slid(memory) > slid) {
-        int64_t left = MOST_TIMED / count < MOST_CHORDS_TIMED ? MOST_TIMED / count : MOST_CHORDS_TIMED;
         known = hs_copy_to_change(w, start);
         if (!known)
             status = HS_OUT_OF_MEMORY;
         else if (slides_as_unworn(w))
             status = time_unworn(w, known, memory, share);
         else
-            status = time_slides(w, known, before, share, chords, &left);
+            status = time_part(w, known, before, share);
         if (status == HS_OK) status = hs_slides_replace(memory, start, known);
     }
     hs_memory_free(known);
