@@ -128,7 +128,7 @@ class Body(abc.ABC):
         """Raise an InputError if a state does not belong to this body."""
 
     @abc.abstractmethod
-    def controls_of(self, state: Any) -> tuple[int, int]:
+    def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last; InputError in two directions."""
 
     @abc.abstractmethod
@@ -191,7 +191,7 @@ class Body(abc.ABC):
         value for each path, or one number for all paths; an error has the index of its path.
         """
         paths = make_paths(
-            self.controls_of(state),
+            self.read_controls(state),
             normal=(normal_load, normal_displacement),
             tangential=(tangential_load, tangential_displacement),
         )

@@ -14,7 +14,7 @@ from historysim.asperities.body import check_pair
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
 from historysim.asperities.integration import IntegratedBody, return_path
-from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, evolution_of
+from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, make_evolution
 from historysim.asperities.patches import Patches
 from historysim.asperities.state import State
 from historysim.asperities.wear import WearLaw, check_wear
@@ -321,7 +321,7 @@ class Ensemble(AsperitySet, IntegratedBody):
         if not fresh.any():
             return state
         virgin = np.where(fresh, radius, self._virgin_radius(memory))
-        with self._evolution_from(virgin) as evolution:
+        with self._make_evolution(virgin) as evolution:
             check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
         back = return_path(state.memory, as_instrument(instrument))
         return self.advance_along(self.wrap_memory(memory), back, saturate=saturate, instrument=instrument)
@@ -415,11 +415,11 @@ class Ensemble(AsperitySet, IntegratedBody):
             return super()._evolution(memory, goal)
         if goal is not None:
             view(evolved.friction_overridden, self.elements)[:] = 1
-        return self._evolution_from(self._virgin_radius(memory), goal)
+        return self._make_evolution(self._virgin_radius(memory), goal)
 
-    def _evolution_from(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> AbstractContextManager[Any]:
+    def _make_evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> AbstractContextManager[Any]:
         laws, follow = tuple(self.laws.values()), self.follow_sliding
-        return evolution_of(self.pair, laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
+        return make_evolution(self.pair, laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
 
     def _selected_indices(self, asperities: ArrayLike | None) -> Integers:
         if asperities is None:

@@ -16,18 +16,18 @@ from historysim.basics.library import lib
 from historysim.memory.binding import DISPLACED, Memory, advanced
 from historysim.memory.paths import Rows
 
-SETTLED = 1e-13  # relative difference of a load from the one that is asked for
-# Trials of an approach, of which so many may be Newton's, and how often a path is halved.
+SETTLED = 1e-13  # relative error of a load that counts as met
+# Largest number of trials of an approach, of Newton steps among them, and of halvings of a path.
 MOST_TRIALS, MOST_NEWTON, MOST_HALVINGS = 200, 30, 20
-FIRST_DEPTH = 1e-6  # first trial of an approach from first touch, over the smallest radius
-LEAST_LOSS = 1e-3  # energy of a chord that has to settle, over that of sliding
-LOSSES = 10  # tolerance of energies over that of loads and approaches
+FIRST_DEPTH = 1e-6  # first trial of an approach from first touch, relative to the smallest radius
+LEAST_LOSS = 1e-3  # energy loss of a chord that has to converge, relative to the loss in gross slip
+LOSSES = 10  # tolerance of energies relative to the tolerance of loads and approaches
 _SUMMED = ("contact_count", "real_contact_area", "dissipated_energy")
 
 
-def towards(start: Any, end: Any, share: Any) -> Any:
+def interpolate(start: Any, stop: Any, fraction: Any) -> Any:
     """Interpolate linearly from start to stop; exact to the bit at fraction 1."""
-    return np.where(share == 1.0, end, start + (end - start) * share)[()]
+    return np.where(fraction == 1.0, stop, start + (stop - start) * fraction)[()]
 
 
 class Facet(Ensemble):
@@ -42,13 +42,13 @@ class Facet(Ensemble):
     sine: float
     gap: float  #: approach at which its highest asperity touches where U = 0 [m]
 
-    def __init__(self, whole: AsperitySet, slope: float, members: Integers) -> None:
+    def __init__(self, ensemble: AsperitySet, slope: float, members: Integers) -> None:
         cosine = 1.0 / math.sqrt(1.0 + slope * slope)
         height, radius, friction = (
-            values[members] for values in (whole.summit_height, whole.summit_radius, whole.friction)
+            values[members] for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
         )
-        super().__init__(whole.pair, height * cosine, radius, friction, tolerance=whole.tolerance)
-        gap = whole.highest_summit - float(height.max())
+        super().__init__(ensemble.pair, height * cosine, radius, friction, tolerance=ensemble.tolerance)
+        gap = ensemble.highest_summit - float(height.max())
         self.__dict__.update(members=members, slope=slope, cosine=cosine, sine=slope * cosine, gap=gap)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -58,26 +58,26 @@ class Facet(Ensemble):
 
     @property
     def _identity_bytes(self) -> bytes:
-        # heights know the slope, but not its sign
+        # heights depend on the magnitude of the slope, but not on its sign
         return struct.pack("<d", self.slope) if self.slope else b""
 
-    def turned(self, approach: Any, displacement: Any) -> tuple[Any, Any]:
+    def to_facet_axes(self, approach: Any, displacement: Any) -> tuple[Any, Any]:
         """Transform approach and displacement of the body to the axes of the facet [m], from touch at U = 0."""
         depth = approach - self.gap
         return depth * self.cosine + displacement * self.sine, displacement * self.cosine - depth * self.sine
 
-    def carried(self, memory: Memory, approach: float, displacement: float) -> Memory:
+    def advance_memory(self, memory: Memory, approach: float, displacement: float) -> Memory:
         """Advance a memory along a straight path of the body."""
-        normal, tangential = self.turned(approach, displacement)
+        normal, tangential = self.to_facet_axes(approach, displacement)
         advanced_memory: Memory = advanced(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
         return advanced_memory
 
-    def beginning(self) -> State:
+    def unloaded_state(self) -> State:
         """Return the unloaded state at d = U = 0 of the body."""
         start = self.initial_state()
-        return State(self.carried(start.memory, 0.0, 0.0), start.memory) if self.gap else start
+        return State(self.advance_memory(start.memory, 0.0, 0.0), start.memory) if self.gap else start
 
-    def add_to(self, totals: Array, rows: Rows) -> None:
+    def accumulate_rows(self, totals: Array, rows: Rows) -> None:
         """Add the facet's rows to the totals of the body."""
         facet_totals, c, s = rows.totals, self.cosine, self.sine
         for name in _SUMMED:
@@ -102,19 +102,21 @@ class BodyPosition:
     approach: float
     displacement: float
 
-    def _each(self) -> Iterator[tuple[Facet, Memory]]:
+    def _facet_memories(self) -> Iterator[tuple[Facet, Memory]]:
         return zip(self.facets, self.memories, strict=True)
 
-    def moved(self, approach: float, displacement: float) -> "BodyPosition":
+    def move_to(self, approach: float, displacement: float) -> "BodyPosition":
         """Move the body along a straight path."""
-        memories = tuple(facet.carried(memory, approach, displacement) for facet, memory in self._each())
+        memories = tuple(
+            facet.advance_memory(memory, approach, displacement) for facet, memory in self._facet_memories()
+        )
         return BodyPosition(self.facets, memories, approach, displacement)
 
     @property
     def loads(self) -> tuple[float, float]:
         """Normal and tangential load of the body [N]."""
         normal = tangential = 0.0
-        for facet, memory in self._each():
+        for facet, memory in self._facet_memories():
             line, unit = memory.line, memory.line.contact.units.load
             pressed, held = line.normal_load * unit, line.tangential_load * unit
             normal += facet.cosine * pressed - facet.sine * held
@@ -122,7 +124,7 @@ class BodyPosition:
         return normal, tangential
 
     @property
-    def dissipated(self) -> float:
+    def dissipated_energy(self) -> float:
         """Energy dissipated by friction since the start [J]."""
         return math.fsum(memory.line.dissipated * memory.line.contact.units.energy for memory in self.memories)
 
@@ -130,7 +132,7 @@ class BodyPosition:
         """Return the approach of first touch at a displacement [m]."""
         return min(facet.gap - displacement * facet.slope for facet in self.facets)
 
-    def under(self, load: float, displacement: float) -> "BodyPosition":
+    def solve_at_load(self, load: float, displacement: float) -> "BodyPosition":
         """Solve for the body at a displacement under a normal load, at the end of a straight path.
 
         The load rises with the approach, since friction times slope is below 1. Newton's trials stay in a bracket.
@@ -138,12 +140,12 @@ class BodyPosition:
         touch = low = self.touch(displacement)
         high = math.inf
         if load <= 0.0:
-            return self.moved(touch, displacement)
+            return self.move_to(touch, displacement)
         trial = self.approach
         if trial <= touch:
             trial = touch + FIRST_DEPTH * min(float(facet.summit_radius.min()) for facet in self.facets)
         for count in range(MOST_TRIALS):
-            body = self.moved(trial, displacement)
+            body = self.move_to(trial, displacement)
             excess = body.loads[0] - load
             low, high = (trial, high) if excess < 0.0 else (low, trial)
             middle = 0.5 * (low + high) if high < math.inf else trial + 2.0 * (trial - touch)
@@ -158,46 +160,49 @@ class BodyPosition:
     def normal_stiffness(self, start: "BodyPosition") -> float:
         """Return ∂N/∂d at the end of a straight path from ``start`` [N/m]."""
         stiffness = 0.0
-        for facet, memory in self._each():
-            slopes = lib.hs_slopes_of(memory, facet.turned(start.approach, start.displacement)[0])
+        for facet, memory in self._facet_memories():
+            slopes = lib.hs_slopes_of(memory, facet.to_facet_axes(start.approach, start.displacement)[0])
             c, s = facet.cosine, facet.sine
             stiffness += c * c * slopes.normal - c * s * slopes.coupling + s * s * slopes.tangential
         return stiffness
 
-    def chords(self, at: At, low: float, high: float, tolerance: float) -> "list[tuple[float, BodyPosition]]":
+    def chords(self, targets_at: At, low: float, high: float, tolerance: float) -> "list[tuple[float, BodyPosition]]":
         """Split a part of a path into chords; return the path fraction and the body at the end of each.
 
         Chords end where the body carries the load there. They are halved until approach, tangential load and energy
-        are settled.
+        have converged.
         """
-        (first_load, first_displacement), (last_load, last_displacement) = at(0.0), at(1.0)
+        (first_load, first_displacement), (last_load, last_displacement) = targets_at(0.0), targets_at(1.0)
         if first_load == last_load and first_displacement == last_displacement:
             return [(high, self)]
-        single_chord = self.under(*at(high))
+        single_chord = self.solve_at_load(*targets_at(high))
         depth = max(body.approach - body.touch(body.displacement) for body in (self, single_chord))
         steepest = max(abs(facet.slope) + float(facet.friction.max()) for facet in self.facets)
         load = max(first_load, last_load) * steepest
         ratio = self.facets[0].pair.displacement_ratio
         loss = LEAST_LOSS * load * (ratio * depth + abs(last_displacement - first_displacement))
 
-        def settled(start: BodyPosition, one: BodyPosition, other: BodyPosition) -> bool:
-            losses = one.dissipated - start.dissipated, other.dissipated - start.dissipated
+        def has_converged(start: BodyPosition, coarse: BodyPosition, fine: BodyPosition) -> bool:
+            losses = (
+                coarse.dissipated_energy - start.dissipated_energy,
+                fine.dissipated_energy - start.dissipated_energy,
+            )
             return (
-                abs(one.approach - other.approach) <= tolerance * depth
-                and abs(one.loads[1] - other.loads[1]) <= tolerance * load
+                abs(coarse.approach - fine.approach) <= tolerance * depth
+                and abs(coarse.loads[1] - fine.loads[1]) <= tolerance * load
                 and abs(losses[0] - losses[1]) <= LOSSES * tolerance * max(*losses, loss)
             )
 
-        def halved(
-            start: BodyPosition, low: float, high: float, single_chord: BodyPosition, left: int
+        def halve(
+            start: BodyPosition, low: float, high: float, single_chord: BodyPosition, halvings: int
         ) -> list[tuple[float, BodyPosition]]:
             middle = 0.5 * (low + high)
-            middle_body = start.under(*at(middle))
-            fine_end = middle_body.under(*at(high))
-            if left == 0 or settled(start, single_chord, fine_end):
+            middle_body = start.solve_at_load(*targets_at(middle))
+            fine_end = middle_body.solve_at_load(*targets_at(high))
+            if halvings == 0 or has_converged(start, single_chord, fine_end):
                 return [(middle, middle_body), (high, fine_end)]
-            lower_chords = halved(start, low, middle, middle_body, left - 1)
+            lower_chords = halve(start, low, middle, middle_body, halvings - 1)
             reached = lower_chords[-1][1]
-            return lower_chords + halved(reached, middle, high, reached.under(*at(high)), left - 1)
+            return lower_chords + halve(reached, middle, high, reached.solve_at_load(*targets_at(high)), halvings - 1)
 
-        return halved(self, low, high, single_chord, MOST_HALVINGS)
+        return halve(self, low, high, single_chord, MOST_HALVINGS)

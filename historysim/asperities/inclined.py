@@ -13,7 +13,7 @@ import numpy.typing as npt
 from historysim.asperities.asperity import Asperities, Asperity, Readout
 from historysim.asperities.asperity_set import AsperitySet, per_asperity, summit_fields
 from historysim.asperities.body import Feature
-from historysim.asperities.facets import BodyPosition, Facet, towards
+from historysim.asperities.facets import BodyPosition, Facet, interpolate
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.asperities.state import SavedState, State
@@ -32,13 +32,13 @@ _MARK = b"hsinclin"
 UNIT_ROUNDING = 1e-12  # of the length of the axes of a slope
 
 
-def _over_facets(part: Callable[[State, float, float], float], text: str) -> float:
+def _facet_sum(quantity: Callable[[State, float, float], float], text: str) -> float:
     """Return a property that sums a quantity over facet states, given their cosine and sine."""
 
     def total(state: Any) -> float:
-        return math.fsum(part(facet, *axis) for axis, facet in zip(state.axes.tolist(), state.facets, strict=True))
+        return math.fsum(quantity(facet, *axis) for axis, facet in zip(state.axes.tolist(), state.facets, strict=True))
 
-    return property(total, doc=text)  # type: ignore[return-value] # what it gives is a float
+    return property(total, doc=text)  # type: ignore[return-value] # its value is a float
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -52,26 +52,26 @@ class InclinedState(SavedState):
     normal_control: int = LOAD
     tangential_control: int = LOAD
 
-    normal_load = _over_facets(
-        lambda each, c, s: each.normal_load * c - each.tangential_load * s,
+    normal_load = _facet_sum(
+        lambda facet, c, s: facet.normal_load * c - facet.tangential_load * s,
         "Total normal load Σ (N cos α - T sin α) [N].",
     )
-    tangential_load = _over_facets(
-        lambda each, c, s: each.tangential_load * c + each.normal_load * s,
+    tangential_load = _facet_sum(
+        lambda facet, c, s: facet.tangential_load * c + facet.normal_load * s,
         "Total tangential load Σ (T cos α + N sin α) [N].",
     )
-    slope_load = _over_facets(
-        lambda each, _, s: each.normal_load * s, "Part of the tangential load that needs no friction, Σ N sin α [N]."
+    slope_load = _facet_sum(
+        lambda facet, _, s: facet.normal_load * s, "Part of the tangential load that needs no friction, Σ N sin α [N]."
     )
-    tangential_stiffness = _over_facets(
-        lambda each, c, s: each.tangential_stiffness * (c * c) + each.normal_stiffness * (s * s),
+    tangential_stiffness = _facet_sum(
+        lambda facet, c, s: facet.tangential_stiffness * (c * c) + facet.normal_stiffness * (s * s),
         "∂T/∂U at a held approach, of the springs that stick now [N/m].",
     )
-    dissipated_energy = _over_facets(
-        lambda each, _c, _s: each.dissipated_energy, "Energy that friction has taken since the start [J]."
+    dissipated_energy = _facet_sum(
+        lambda facet, _c, _s: facet.dissipated_energy, "Energy that friction has taken since the start [J]."
     )
-    stored_energy = _over_facets(
-        lambda each, _c, _s: each.stored_energy, "Elastic energy of all asperities along their slopes [J]."
+    stored_energy = _facet_sum(
+        lambda facet, _c, _s: facet.stored_energy, "Elastic energy of all asperities along their slopes [J]."
     )
 
     @property
@@ -120,7 +120,7 @@ class InclinedState(SavedState):
         return cls(tuple(facets), axes, approach, displacement, *controls)
 
 
-def _unsupported(feature: str) -> str:
+def _unsupported_text(feature: str) -> str:
     return f"inclined asperities have no {feature}; expected constant coefficients, and displacements along x"
 
 
@@ -134,9 +134,9 @@ class InclinedEnsemble(AsperitySet):
     by U cos α - d sin α, and remembers that path exactly (theory page, `contact/README.md`, "Inclined asperities").
     A slope of 0 everywhere gives the bits of `Ensemble`.
 
-    Slopes do not change with U and asperities keep their partners: U has to be small beside the radii. Paths are
-    exact where displacements are given. Under a normal load they are followed in chords, until approach and loads are
-    settled to ``tolerance``. The tangential channel is held until a displacement moves it.
+    Slopes do not change with U and asperities keep their partners: U has to be small compared with the radii. Paths are
+    exact where displacements are given. Under a normal load they are followed in chords, until approach and loads have
+    converged to ``tolerance``. The tangential channel is held until a displacement moves it.
 
     Parameters
     ----------
@@ -164,15 +164,15 @@ class InclinedEnsemble(AsperitySet):
 
     summary_units: ClassVar[Mapping[str, str]] = {**AsperitySet.summary_units, "slope": ""}
     unsupported: ClassVar[Mapping[Feature, str]] = {
-        "wear": _unsupported("wear"),
-        "yielding": _unsupported("yielding"),
-        "sliding": _unsupported("record of sliding"),
-        "friction law": _unsupported("law of friction"),
-        "friction change": _unsupported("change of friction"),
-        "friction change of some": _unsupported("change of friction"),
-        "friction ramp": _unsupported("change of friction"),
-        "geometry change": _unsupported("change of geometry"),
-        "step in place": _unsupported("stepper"),
+        "wear": _unsupported_text("wear"),
+        "yielding": _unsupported_text("yielding"),
+        "sliding": _unsupported_text("record of sliding"),
+        "friction law": _unsupported_text("law of friction"),
+        "friction change": _unsupported_text("change of friction"),
+        "friction change of some": _unsupported_text("change of friction"),
+        "friction ramp": _unsupported_text("change of friction"),
+        "geometry change": _unsupported_text("change of geometry"),
+        "step in place": _unsupported_text("stepper"),
         "fit": "the asperities are inclined; expected level ones for a fit",
     }
 
@@ -225,14 +225,14 @@ class InclinedEnsemble(AsperitySet):
 
     def initial_state(self) -> InclinedState:
         """Return the unloaded virgin state, with the body at d = U = 0."""
-        return InclinedState(tuple(facet.beginning() for facet in self.facets), self._axes, 0.0, 0.0)
+        return InclinedState(tuple(facet.unloaded_state() for facet in self.facets), self._axes, 0.0, 0.0)
 
     def check_state(self, state: Any) -> None:
         """Raise an InputError if a state does not belong to this ensemble."""
         if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
             raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")
 
-    def controls_of(self, state: Any) -> tuple[int, int]:
+    def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last."""
         self.check_state(state)
         return state.normal_control, state.tangential_control
@@ -252,7 +252,7 @@ class InclinedEnsemble(AsperitySet):
 
         A tangential load, an instrument or a pair of targets is an InputError, unless all slopes are 0.
         """
-        normal_control, tangential_control = self.controls_of(state)
+        normal_control, tangential_control = self.read_controls(state)
         normal = channel("normal", normal_load, normal_displacement, normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, tangential_control)
         return self.advance_along(state, make_path(normal, tangential), saturate=saturate, instrument=instrument)
@@ -277,7 +277,7 @@ class InclinedEnsemble(AsperitySet):
         """Advance a state along load paths and record rows; see `Ensemble.advance_along`, `advance`."""
         self.check_state(state)
         if are_in_plane(paths):
-            raise InputError(_unsupported("second tangential direction"))
+            raise InputError(_unsupported_text("second tangential direction"))
         if not self.slope.any():
             options: dict[str, Any] = {"saturate": saturate, "instrument": instrument, "threads": threads}
             level = self.facets[0].advance_along(
@@ -286,15 +286,15 @@ class InclinedEnsemble(AsperitySet):
             controls = level.memory.line.normal_control, level.memory.line.tangential_control
             return InclinedState((level,), self._axes, level.approach, level.tangential_displacement, *controls)
         if not as_instrument(instrument).rigid or instrument.parallel_stiffness:
-            raise InputError(_unsupported("instrument in series or in parallel"))
+            raise InputError(_unsupported_text("instrument in series or in parallel"))
         load_driven = np.flatnonzero(
             (paths["tangential_control"][:, 0] == LOAD) & (paths["tangential_fraction"][:, 0] > 0)
         )
         if load_driven.size:
-            error = InputError(_unsupported("given tangential load"))
+            error = InputError(_unsupported_text("given tangential load"))
             error.path = int(load_driven[0])
             raise error
-        legs = self._legs(state, paths, until)
+        legs = self._body_legs(state, paths, until)
         if rows is None:
             rows, legs = blank_rows(0, None), unrecorded(legs)
         ends = np.stack([legs["normal_target"], legs["tangential_target"][:, 0]])
@@ -307,16 +307,16 @@ class InclinedEnsemble(AsperitySet):
                 legs.copy(),
                 np.arange(len(facet)),
             )
-            facet_legs["normal_target"], facet_legs["tangential_target"][:, 0] = facet.turned(*ends)
+            facet_legs["normal_target"], facet_legs["tangential_target"][:, 0] = facet.to_facet_axes(*ends)
             facets.append(facet.advance_along(start, facet_legs, rows=facet_rows, asperities=members, threads=threads))
-            facet.add_to(rows.totals, facet_rows)
+            facet.accumulate_rows(rows.totals, facet_rows)
             along += facet.sine * facet_rows.totals["normal_load"]
             _, facet_columns, row_columns = np.intersect1d(facet.members, columns, return_indices=True)
             for name, values in rows.each.items():
                 values[:, row_columns] = facet_rows.each[name][:, facet_columns]
         rows.totals["friction_limit"] += np.abs(along)
         positions = np.column_stack([(state.approach, state.tangential_displacement), ends])
-        rows.totals["approach"], rows.totals["displacement"] = _of_rows(positions, legs)
+        rows.totals["approach"], rows.totals["displacement"] = _interpolate_rows(positions, legs)
         controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"][0])
         return InclinedState(tuple(facets), self._axes, float(positions[0, -1]), float(positions[1, -1]), *controls)
 
@@ -356,7 +356,7 @@ class InclinedEnsemble(AsperitySet):
             columns |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
         return Asperities(lambda index: Asperity.from_readout(*columns[index], index), range(len(self)))
 
-    def _legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
+    def _body_legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
         """Convert paths to straight legs in d and U; a path under normal load becomes chords."""
         position = state.approach, state.tangential_displacement
         body = BodyPosition(self.facets, tuple(facet.memory for facet in state.facets), *position)
@@ -365,24 +365,25 @@ class InclinedEnsemble(AsperitySet):
         for path in paths:
             fields = dict(zip(PATH.names or (), path.item(), strict=True))
             start_time, substeps, duration = fields["begin"], fields["parts"], fields["end"] - fields["begin"]
-            share, normal_target = until * fields["normal_fraction"], fields["normal_target"]
+            fraction_end, normal_target = until * fields["normal_fraction"], fields["normal_target"]
             (goal, _), (fraction, _) = fields["tangential_target"], fields["tangential_fraction"]
-            displacement = float(towards(body.displacement, goal, until * fraction))
+            displacement = float(interpolate(body.displacement, goal, until * fraction))
             if fields["normal_control"] == DISPLACED:
-                approach = float(towards(body.approach, normal_target, share))
+                approach = float(interpolate(body.approach, normal_target, fraction_end))
                 legs.append((approach, displacement, substeps, fields["recorded"], start_time, fields["end"]))
-                # loads alone ask what is remembered on the way
-                body = body.moved(approach, displacement) if loaded else BodyPosition((), (), approach, displacement)
+                # the memory is needed only for later paths under load control
+                body = body.move_to(approach, displacement) if loaded else BodyPosition((), (), approach, displacement)
                 continue
-            first = body.loads[0], body.displacement
-            last = float(towards(first[0], normal_target, share)), displacement
+            origin = np.array([body.loads[0], body.displacement])
+            target = np.array([interpolate(origin[0], normal_target, fraction_end), displacement])
 
-            def at(substep: float, first: Any = first, last: Any = last) -> tuple[float, float]:
-                return float(towards(first[0], last[0], substep)), float(towards(first[1], last[1], substep))
+            def targets_at(substep: float, origin: Any = origin, target: Any = target) -> tuple[float, float]:
+                load, displacement = interpolate(origin, target, substep).tolist()
+                return load, displacement
 
             low = 0.0
             for substep in range(1, substeps + 1):
-                for high, body in body.chords(at, low, substep / substeps, self.tolerance):  # noqa: B020
+                for high, body in body.chords(targets_at, low, substep / substeps, self.tolerance):  # noqa: B020
                     recorded = high == substep / substeps and (substep < substeps or fields["recorded"])
                     times = start_time + duration * low, start_time + duration * high
                     legs.append((body.approach, body.displacement, 1, recorded, *times))
@@ -392,9 +393,9 @@ class InclinedEnsemble(AsperitySet):
         return paths_to(*goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5]))
 
 
-def _of_rows(ways: Floats, legs: Paths) -> Floats:
+def _interpolate_rows(positions: Floats, legs: Paths) -> Floats:
     """Interpolate d and U at each recorded row (2, row) between the ends of each leg (2, leg + 1)."""
     leg = np.repeat(np.arange(legs.size), legs["parts"] - 1 + legs["recorded"])
     share = (np.arange(leg.size) - legs["first_row"][leg] + 1) / legs["parts"][leg]
-    values: Floats = towards(ways[:, leg], ways[:, leg + 1], share)
+    values: Floats = interpolate(positions[:, leg], positions[:, leg + 1], share)
     return values

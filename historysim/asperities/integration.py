@@ -89,7 +89,7 @@ class IntegratedBody(Body):
         """Raise an InputError if a state does not belong to this body."""
         self._checked_memory(state)
 
-    def controls_of(self, state: Any) -> tuple[int, int]:
+    def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last; InputError in two directions."""
         memory = self._checked_memory(state)
         binding.check_one_direction(memory)

@@ -165,11 +165,11 @@ class FrictionLaw(Law):
         """Answer ``hs_law_function``."""
         arguments, friction = numbers
         arrays = {
-            name: given_to(getattr(arguments, name), arguments.count)
+            name: copy_array(getattr(arguments, name), arguments.count)
             for name in ("normal_load", "summit_radius", "slid_distance")
         }
         loaded = Loaded(pair=pair, total_normal_load=arguments.total_normal_load, **arrays)
-        put(friction, arguments.count, self.coefficients(loaded), "coefficients", least=0.0)
+        put(friction, arguments.count, self.coefficients(loaded), "coefficients", minimum=0.0)
 
     def at_start(self, count: int) -> Floats:
         """Return the coefficient of each asperity at the start (asperity), 0 if it depends on a load."""
@@ -205,32 +205,32 @@ class FrictionGoal:
     fraction: float = 1.0
 
 
-def given_to(numbers: Any, count: int) -> Floats:
+def copy_array(numbers: Any, count: int) -> Floats:
     """Copy an array of the library, whose memory ends with the call, for a law that may keep it."""
     return view(numbers, count).copy()
 
 
-def put(place: Any, count: int, values: Any, what: str, least: float = -np.inf) -> None:
+def put(target: Any, count: int, values: Any, quantity: str, minimum: float = -np.inf) -> None:
     """Check the results of a law and write them to an array of the library."""
-    view(place, count)[:] = _numbers(values, count, what, least)
+    view(target, count)[:] = _numbers(values, count, quantity, minimum)
 
 
-def _numbers(values: Any, count: int, what: str, least: float = -np.inf) -> Floats:
+def _numbers(values: Any, count: int, quantity: str, minimum: float = -np.inf) -> Floats:
     """Check the results of a law for its asperities and return them as an array."""
     try:
         array = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
     except (TypeError, ValueError):
         shape = f"an array {np.shape(values)}" if isinstance(values, np.ndarray) else repr(values)
-        raise InputError(f"the {what} are {shape}; expected a number for each of {count} asperities") from None
-    wrong = ~(np.isfinite(array) & (array >= least))
+        raise InputError(f"the {quantity} are {shape}; expected a number for each of {count} asperities") from None
+    wrong = ~(np.isfinite(array) & (array >= minimum))
     if wrong.any():
-        bound = f" of {least:g} or more" if least > -np.inf else ""
-        raise InputError(f"one of the {what} is {array[wrong][0]:g}; expected a finite number{bound}")
+        bound = f" of {minimum:g} or more" if minimum > -np.inf else ""
+        raise InputError(f"one of the {quantity} is {array[wrong][0]:g}; expected a finite number{bound}")
     return np.ascontiguousarray(array)
 
 
 @contextlib.contextmanager
-def evolution_of(
+def make_evolution(
     pair: MaterialPair,
     laws: tuple[Law, ...],
     *,
@@ -270,17 +270,17 @@ def evolution_of(
 
 
 def _callback(law: Law, pair: MaterialPair, raised: list[BaseException]) -> Any:
-    def asked(_user: Any, *numbers: Any) -> int:
+    def answer_call(_user: Any, *numbers: Any) -> int:
         law.answer(pair, *numbers)
         return 0
 
-    def failed(_kind: Any, error: BaseException, trace: TracebackType) -> None:
-        raised.append(_of_law(law, error, trace) if isinstance(error, Exception) else error)
+    def record_error(_kind: Any, error: BaseException, trace: TracebackType) -> None:
+        raised.append(_name_law(law, error, trace) if isinstance(error, Exception) else error)
 
-    return ffi.callback(f"hs_{law.struct}_function", asked, error=1, onerror=failed)
+    return ffi.callback(f"hs_{law.struct}_function", answer_call, error=1, onerror=record_error)
 
 
-def _of_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
+def _name_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
     """Return the error of a user-defined law as one that names the law and the line."""
     if isinstance(error, HistorySimError):
         return InputError(f"the law '{law.kind}': {error}").with_traceback(trace)

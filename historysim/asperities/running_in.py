@@ -80,8 +80,8 @@ def run_in(
         depth = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
         worn = height
         if wear is not None and step.sliding_distance > 0:
-            worn = _worn(ensemble, height, radius, wear, step)
-        heights = _flattened(surface, summits, height, radius=radius, own=depth, worn=worn)
+            worn = _wear_heights(ensemble, height, radius, wear, step)
+        heights = _flatten_heights(surface, summits, height, radius=radius, contact_depth=depth, worn=worn)
         cut = heights < surface.heights
         pixel = surface.pixel_size[0] * surface.pixel_size[1]
         removed = float((surface.heights[cut] - heights[cut]).sum() * pixel)
@@ -105,14 +105,14 @@ def run_in(
     return surface, records
 
 
-def _flattened(
-    surface: Surface, summits: Summits, height: Floats, *, radius: Floats, own: Floats, worn: Floats
+def _flatten_heights(
+    surface: Surface, summits: Summits, height: Floats, *, radius: Floats, contact_depth: Floats, worn: Floats
 ) -> Floats:
     """Return the map heights after summits have yielded, to contact depths ``own``, and worn."""
     heights = surface.heights.copy()
     positions = list(zip(summits.x, summits.y, strict=True))  # type: ignore[arg-type] # those of a map have both
     for i in np.flatnonzero(height < summits.height):
-        reach = np.sqrt(radius[i] * own[i])
+        reach = np.sqrt(radius[i] * contact_depth[i])
         _cut(heights, surface, positions[i], height=height[i], radius=radius[i], reach=reach)
     for i in np.flatnonzero(worn < height):
         reach = np.sqrt(2 * radius[i] * (height[i] - worn[i]))
@@ -121,28 +121,28 @@ def _flattened(
 
 
 def _cut(
-    heights: Floats, surface: Surface, place: tuple[float, float], *, height: float, radius: float, reach: float
+    heights: Floats, surface: Surface, position: tuple[float, float], *, height: float, radius: float, reach: float
 ) -> None:
     """Cut heights down to a paraboloid within a distance of its top, at least at the point of the top."""
     index, offset = [], []
     for axis in (0, 1):
         pixel, count = surface.pixel_size[axis], surface.shape[axis]
-        middle, far = round(place[axis] / pixel), int(reach / pixel) + 1
+        middle, far = round(position[axis] / pixel), int(reach / pixel) + 1
         points = np.arange(middle - far, middle + far + 1)
         points = points[:count] if surface.periodic else points[(points >= 0) & (points < count)]
         index.append(points % count)
-        offset.append(points * pixel - place[axis])
+        offset.append(points * pixel - position[axis])
     square = offset[0][:, None] ** 2 + offset[1][None, :] ** 2
     inside = square <= max(reach, 0.75 * min(surface.pixel_size)) ** 2
     window = np.ix_(*index)
     heights[window] = np.where(inside, np.minimum(heights[window], height - square / (2 * radius)), heights[window])
 
 
-def _worn(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, one: Pass) -> Floats:
+def _wear_heights(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, step: Pass) -> Floats:
     """Return the heights of summits after sliding under a load [m]."""
     friction = float(ensemble.friction[0])
     sliding = Ensemble(ensemble.pair, height, radius, friction, wear=wear)
-    state = sliding.advance(sliding.initial_state(), normal_load=one.normal_load)
-    state = sliding.advance(state, tangential_displacement=one.sliding_distance)
+    state = sliding.advance(sliding.initial_state(), normal_load=step.normal_load)
+    state = sliding.advance(state, tangential_displacement=step.sliding_distance)
     evolved = state.evolved
     return height if evolved is None else evolved.summit_height

@@ -62,10 +62,6 @@ class SavedState:
             unfinished.write_bytes(self.to_bytes())
 
 
-# fields that have another name in `hs_evolved`
-IN_C = {"given": "friction_overridden"}
-
-
 class Evolved(NamedTuple):
     """Evolution of asperities since the start, in addition to their traction memory; arrays are (asperity)."""
 
@@ -75,7 +71,7 @@ class Evolved(NamedTuple):
     worn_volume: Floats  #: volume lost since the start [m³]
     waiting_volume: Floats  #: part of it that has not yet shaped the summit [m³]
     shaped_volume: Floats  #: part of it that has, since the summit was last a whole paraboloid [m³]
-    given: Booleans  #: where an event has set the friction, in place of the law
+    friction_overridden: Booleans  #: True where an event has set the friction, in place of the law
     slid_together: float  #: ∫|dU| while all asperities in contact slid [m]
     erased_memories: float  #: number of contacts that a change of geometry has replaced, with their memory
     erased_energy: float  #: tangential elastic energy lost with them, or with what was worn [J]
@@ -98,7 +94,7 @@ class Yielded(NamedTuple):
         return self.virgin_height - self.summit_height
 
 
-def _in_si(field: str, unit: str, text: str) -> float:
+def _si_property(field: str, unit: str, text: str) -> float:
     """Return a property that converts a dimensionless field of the line of ``hs_state`` to SI."""
 
     def read(holder: Any) -> float:
@@ -120,13 +116,13 @@ class WholeContact:
     __slots__ = ()
     memory: Memory
 
-    normal_load = _in_si("normal_load", "load", "Total normal load [N].")
+    normal_load = _si_property("normal_load", "load", "Total normal load [N].")
     tangential_load = _tangential("tangential_load", "load", "Total tangential load [N].")
-    approach = _in_si(
+    approach = _si_property(
         "approach", "length", "Approach of the highest summit from first touch [m]; negative where nothing touches."
     )
     tangential_displacement = _tangential("displacement", "displacement", "Rigid tangential displacement U [m].")
-    dissipated_energy = _in_si("dissipated", "energy", "Energy that friction has taken since the start [J].")
+    dissipated_energy = _si_property("dissipated", "energy", "Energy that friction has taken since the start [J].")
     _excess = _tangential("excess", "load", "Request beyond the tangential load [N].")
 
     @property
@@ -214,7 +210,7 @@ class State(WholeContact, SavedState):
 
         Springs that slide in that direction take no part; those that slide the other way stick again. The direction is
         1 for a growing displacement, -1 for a falling one. In two directions it is a pair of any length, by default
-        (0, 0), which stands for the springs that stick now; the result is a matrix (direction, direction). Another
+        (0, 0), for the springs that stick now; the result is a matrix (direction, direction). Another
         direction raises InputError.
         """
         return binding.stiffness(self.memory, direction)
@@ -227,21 +223,21 @@ class State(WholeContact, SavedState):
     @property
     def evolved(self) -> Evolved | None:
         """Evolution of the asperities; None if they do not evolve."""
-        return Evolved(**self._of_each(Evolved)) if self.memory.line.evolved else None
+        return Evolved(**self._evolved_fields(Evolved)) if self.memory.line.evolved else None
 
     @property
     def yielded(self) -> Yielded | None:
         """Yielding of the asperities; None if they do not yield."""
         evolved = self.memory.line.evolved
-        return Yielded(**self._of_each(Yielded)) if evolved and evolved.virgin_height else None
+        return Yielded(**self._evolved_fields(Yielded)) if evolved and evolved.virgin_height else None
 
-    def _of_each(self, kind: type[NamedTuple]) -> dict[str, Any]:
+    def _evolved_fields(self, kind: type[NamedTuple]) -> dict[str, Any]:
         """Read the fields of ``hs_evolved`` that a tuple declares, arrays as copies."""
         evolved, count = self.memory.line.evolved, self.memory.line.contact.count
-        values: dict[str, Any] = {name: getattr(evolved, IN_C.get(name, name)) for name in kind._fields}
+        values: dict[str, Any] = {name: getattr(evolved, name) for name in kind._fields}
         for name, value in values.items():
             if not isinstance(value, float):
-                values[name] = binding.view(value, count).astype(bool if name == "given" else float)
+                values[name] = binding.view(value, count).astype(bool if name == "friction_overridden" else float)
         return values
 
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:

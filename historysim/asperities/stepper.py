@@ -26,9 +26,9 @@ Control = int | tuple[int, int]
 
 
 def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and returns early
-    name: str, load: Any, displacement: Any, control: Control, least: float = -math.inf, several: bool = False
+    name: str, load: Any, displacement: Any, control: Control, minimum: float = -math.inf, is_sequence: bool = False
 ) -> tuple[Any, Any]:
-    """Return the control of one channel of a path, and its target in N or m; a load is at least `least`.
+    """Return the control of one channel of a path, and its target in N or m; a load is at least `minimum`.
 
     The target of the tangential channel may be a pair, in x and y, and the control is one for both components or one
     for each; that of several paths is an array, or one number.
@@ -36,29 +36,31 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
     if load is None:
         if displacement is None:
             return control, HELD
-        kind, value, least = DISPLACED, displacement, -math.inf
+        kind, value, minimum = DISPLACED, displacement, -math.inf
     elif displacement is None:
         kind, value = LOAD, load
-    elif name == "tangential" and not several:
+    elif name == "tangential" and not is_sequence:
         return _each_component(control, load, displacement)
     else:
         raise InputError(f"both {name}_load and {name}_displacement are given; expected one of them")
     # of NaN each comparison is false, and `workable` names what is wrong
-    if isinstance(value, float) and least <= value <= LARGEST and value >= -LARGEST:
+    if isinstance(value, float) and minimum <= value <= LARGEST and value >= -LARGEST:
         return kind, value
     label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
-    if name == "tangential" and not several and isinstance(value, tuple | list) and len(value) == 2:
+    if name == "tangential" and not is_sequence and isinstance(value, tuple | list) and len(value) == 2:
         x, y = value
         if x is None or y is None:
             return _each_component(control, load, displacement)
         if isinstance(x, float) and isinstance(y, float) and abs(x) <= LARGEST and abs(y) <= LARGEST:
             return kind, (x, y)
-    target = workable(label, checked(label, value, least=least))
-    if target.ndim <= several:
-        return kind, target if several else float(target)
+    target = workable(label, checked(label, value, least=minimum))
+    if target.ndim <= is_sequence:
+        return kind, target if is_sequence else float(target)
     if target.shape == (2,) and name == "tangential":
         return kind, (float(target[0]), float(target[1]))
-    expected = "one number, or a list" if several else "one number" + ", or a pair in x and y" * (name == "tangential")
+    expected = (
+        "one number, or a list" if is_sequence else "one number" + ", or a pair in x and y" * (name == "tangential")
+    )
     raise InputError(f"{label} is {value!r}; expected {expected}")
 
 
@@ -94,15 +96,15 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
 
 def make_path(*channels: tuple[Control, Target]) -> Paths:
     """Build the paths to the targets of the normal and the tangential channel, as returned by `channel`."""
-    normal, tangential = (_goal(*target) for target in channels)
+    normal, tangential = (_make_goals(*target) for target in channels)
     return paths_to(normal, tangential)
 
 
 def make_paths(controls: tuple[int, int], *, normal: tuple[Any, Any], tangential: tuple[Any, Any]) -> Paths:
     """Build paths from arrays of loads and displacements of each channel, with the controls that hold a channel."""
     targets = (
-        channel("normal", *normal, controls[0], 0.0, several=True),
-        channel("tangential", *tangential, controls[1], several=True),
+        channel("normal", *normal, controls[0], 0.0, is_sequence=True),
+        channel("tangential", *tangential, controls[1], is_sequence=True),
     )
     counts = {np.size(target) for _, target in targets} - {1}
     if len(counts) > 1 or 0 in counts:
@@ -111,18 +113,18 @@ def make_paths(controls: tuple[int, int], *, normal: tuple[Any, Any], tangential
     return make_path(*targets)
 
 
-def _goal(kind: Control, end: Any) -> Goals:
-    if isinstance(kind, tuple) and not isinstance(end, tuple):
-        end = (end, end)
-    if isinstance(end, tuple):
-        held = [math.isnan(component) for component in end]
+def _make_goals(kind: Control, target: Any) -> Goals:
+    if isinstance(kind, tuple) and not isinstance(target, tuple):
+        target = (target, target)
+    if isinstance(target, tuple):
+        held = [math.isnan(component) for component in target]
         kinds = kind if isinstance(kind, tuple) else (kind, kind)
         return Goals(
             [kinds],
-            [[0.0 if is_held else component for component, is_held in zip(end, held, strict=True)]],
+            [[0.0 if is_held else component for component, is_held in zip(target, held, strict=True)]],
             [~np.array(held)],
         )
-    return Goals(kind, *STILL) if isinstance(end, float) and math.isnan(end) else Goals(kind, end)
+    return Goals(kind, *STILL) if isinstance(target, float) and math.isnan(target) else Goals(kind, target)
 
 
 class Totals(NamedTuple):
@@ -285,17 +287,17 @@ class Stepper(WholeContact):
 
     def _warn_of_trials(self, time: float | None) -> None:
         """Warn if the last step looks like a trial of a solver."""
-        has_moved, what = self._numbers[HAS_MOVED], ""
+        has_moved, problem = self._numbers[HAS_MOVED], ""
         if time is not None:
             if time <= self._time and has_moved:
-                what = f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s"
+                problem = f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s"
             self._time = time
         if self._numbers[TURN_COUNT] == TURNS and has_moved:
-            what = what or f"went back and forth in each of the last {TURNS} steps"
-        if what:
+            problem = problem or f"went back and forth in each of the last {TURNS} steps"
+        if problem:
             warnings.warn(
-                f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or "
-                "they are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter "
+                f"the stepper {problem}: where these are trials of a solver, save before them and restore after each, "
+                "or they are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter "
                 "steps",
                 stacklevel=3,
             )

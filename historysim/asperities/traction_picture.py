@@ -35,16 +35,16 @@ def traction_svg(asperity: Any) -> str:
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img"><title>{title}</title>{"".join(shapes)}</svg>'
 
 
-def _curve(place: Floats, height: Floats, colour: str, more: str = "") -> str:
+def _curve(position: Floats, height: Floats, colour: str, more: str = "") -> str:
     """Return a polyline: positions relative to the contact radius, heights relative to the peak."""
-    x = WIDTH / 2 * (1 + place / EXTENT)
+    x = WIDTH / 2 * (1 + position / EXTENT)
     y = HEIGHT / 2 - (HEIGHT / 2 - MARGIN) * height
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
     return f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.4"{more}/>'
 
 
-def _mark(place: float) -> str:
+def _mark(position: float) -> str:
     """Return a dotted vertical line at the edge of the stick zone."""
-    x = WIDTH / 2 * (1 + place / EXTENT)
+    x = WIDTH / 2 * (1 + position / EXTENT)
     style = 'stroke="#333" stroke-width="0.6" stroke-dasharray="1 3"'
     return f'<line x1="{x:.1f}" y1="0" x2="{x:.1f}" y2="{HEIGHT}" {style}/>'

@@ -1,6 +1,6 @@
 """Validity of the model for a contact: its assumptions, checked at the greatest load.
 
-The asperities are paraboloids (a small beside R), elastic, without adhesion, and independent of each other.
+The asperities are paraboloids (a ≪ R), elastic, without adhesion, and independent of each other.
 """
 
 import math
@@ -21,21 +21,21 @@ from historysim.basics.wording import Finding, counted
 from historysim.contact import hertz
 from historysim.surfaces.summits import detached_summits
 
-STEEPEST = 0.3  # a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains
-MOST_LOAD = 0.1  # share of the normal load that may stand on asperities beyond a limit, and that adhesion may add to it
-MOST_OVERLAP = 0.2  # share of the normal load that may stand on asperities with contact circles that overlap
-MOST_AREA = 0.05  # contact area over nominal area up to which asperities are taken to be independent
-MOST_ON_OUTLIERS = 0.5  # share of the normal load that a handful of outliers may carry
-# Circles of which all pairs are looked at, which takes less time than to import a search for neighbours.
+STEEPEST = 0.3  # a/R up to which a paraboloid approximates a sphere, and strains are small (Hertz)
+MOST_LOAD = 0.1  # fraction of the normal load that asperities beyond a limit may carry, or that adhesion may add
+MOST_OVERLAP = 0.2  # fraction of the normal load that asperities with overlapping contact circles may carry
+MOST_AREA = 0.05  # contact area over nominal area up to which asperities count as independent
+MOST_ON_OUTLIERS = 0.5  # fraction of the normal load that a few outliers may carry
+# Number of circles up to which all pairs are compared, which is faster than importing a neighbour search.
 MOST_PAIRED = 500
 # Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure rises above the
-# hardness, since what is pressed down has nowhere to go (Pullen and Williamson 1972).
+# hardness, since displaced material has no free surface left (Pullen and Williamson 1972).
 MOST_YIELDED_AREA = 0.5
 STRAIN = 0.2  # representative strain of an indentation over a/R (Tabor 1951)
-# That of a Vickers indentation, by which hardness is measured, and the factor either side within which it is taken.
+# Strain of a Vickers indentation, which measures hardness, and the factor within which a strain counts as equal.
 STRAIN_OF_VICKERS, STRAIN_RANGE = 0.08, 2.0
-MOST_BEFORE_ROWS = 0.2  # approach of the first row of a normal curve, over that of the last
-MOST_ERROR = 0.01  # what a normal curve may be off by, over its largest load
+MOST_BEFORE_ROWS = 0.2  # approach of the first row of a normal curve relative to the last row
+MOST_ERROR = 0.01  # largest error of a normal curve, relative to its largest load
 # Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure 0.6 H)
 # and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3).
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
@@ -45,7 +45,7 @@ ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 class _Contact:
     """Asperities in contact (asperity): radii R, approaches δ, contact radii a [m], and normal loads N [N].
 
-    Where they have yielded R and δ are those of the summit that is left, and the radius before is ``virgin_radius``.
+    For yielded asperities R and δ are those of the flattened summit, and ``virgin_radius`` is the radius before.
     """
 
     ensemble: AsperitySet
@@ -77,13 +77,13 @@ class _Contact:
 def findings(ensemble: Body, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
     """Check the assumptions of the model at an approach [m]; return those violated, each with a remedy.
 
-    The approach is that of the highest summit from first touch, the greatest of a history. The page of this room lists
-    all of them. What is not known of an ensemble (hardness, yield stress and surface energies of its materials,
+    The approach is that of the highest summit from first touch, the greatest of a history. The README of the package
+    lists all findings. What is not known of an ensemble (hardness, yield stress and surface energies of its materials,
     positions, nominal area) is not checked; patches of normal curves have `first_row` and `normal_curve` alone.
     """
-    # patches with normal curves may press on one another, and are no spheres
+    # patches with normal curves may interact, and are not spheres
     if isinstance(ensemble, Patches):
-        return tuple(finding for finding in _of_curve(ensemble.curves) if finding is not None)
+        return tuple(finding for finding in _check_curve(ensemble.curves) if finding is not None)
     contact = _contact(require_asperities(ensemble), approach, instrument)
     if contact is None:
         return ()
@@ -102,7 +102,7 @@ def _contact(ensemble: AsperitySet, approach: float, instrument: Instrument) -> 
             radius, yielded = after_yielding.summit_radius[index], after_yielding.yielding_load[index] > 0
             depth = np.where(yielded, depth - after_yielding.yielded_depth[index], depth)
     load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
-    # an approach that is next to nothing underflows
+    # a tiny approach underflows
     return _Contact(ensemble, instrument, index, radius, depth, load, virgin, yielded) if load.sum() > 0 else None
 
 
@@ -110,13 +110,13 @@ def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
     return Finding(name, value, limit, text) if value > limit else None
 
 
-def _of_curve(curves: NormalCurves) -> list[Finding | None]:
+def _check_curve(curves: NormalCurves) -> list[Finding | None]:
     if not (curves.is_extrapolated_to_touch or curves.noise is not None):
-        # of solutions the first row is that of the first touch, and rows are close
+        # solutions have their first row at first touch, and closely spaced rows
         return []
     first_row, error = float(curves.approach[0] / curves.approach[-1]), curves.error()
     extrapolation = (
-        f"the lightest load of the normal curve stands at {_percent(first_row)} of its range of approach: what is "
+        f"the lightest load of the normal curve is at {_percent(first_row)} of its range of approach: the load "
         "carried below it is a guess (a power of the approach); measure lighter loads"
     )
     location = "between its rows" if curves.noise is None else "under its noise"
@@ -135,7 +135,7 @@ def _outliers(contact: _Contact) -> Finding | None:
     share = contact.share(height[contact.index] >= np.sort(height)[-count])
     text = (
         f"{counted(count, 'summit', 'summits')} of {height.size:,} apart above all others, with {_percent(share)} of "
-        "the normal load: see whether they are spikes or dirt; of a map, take them off with spikes or outliers, or "
+        "the normal load: check whether they are spikes or dirt; for a map, remove them with spikes or outliers, or "
         "crop it"
     )
     return _over("outliers", share, MOST_ON_OUTLIERS, text)
@@ -144,7 +144,7 @@ def _outliers(contact: _Contact) -> Finding | None:
 def _steep(contact: _Contact) -> Finding | None:
     share = contact.share(contact.contact_radius > STEEPEST * contact.summit_radius)
     text = (
-        f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEPEST} (mean pressure "
+        f"{_percent(share)} of the normal load is carried by asperities with a/R > {STEEPEST} (mean pressure "
         f"{contact.mean_pressure}), where Hertz' theory does not hold: filter the map (s_filter), or press less"
     )
     return _over("steep", share, MOST_LOAD, text)
@@ -190,7 +190,7 @@ def _cracks(contact: _Contact) -> Finding | None:
         return None
     share = contact.share(contact.normal_load > threshold)
     text = (
-        f"{_percent(share)} of the normal load stands on asperities beyond the threshold of median cracks, "
+        f"{_percent(share)} of the normal load is carried by asperities beyond the threshold of median cracks, "
         f"{quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977), where the model lets the material flow; press less"
     )
     return _over("cracks", share, MOST_LOAD, text)
@@ -217,26 +217,26 @@ def _overlap(contact: _Contact) -> Finding | None:
     for name, which, adjective in (("merging", overlaps & contact.yielded, "yielded "), ("overlap", overlaps, "")):
         share = contact.share(which)
         text = (
-            f"{_percent(share)} of the normal load stands on {int(which.sum()):,} {adjective}asperities with contacts "
-            "that overlap others, which the model takes as independent: filter the map (s_filter), prune its summits "
-            "(prune), or press less"
+            f"{_percent(share)} of the normal load is carried by {int(which.sum()):,} {adjective}asperities with "
+            "contacts that overlap others, which the model treats as independent: filter the map (s_filter), prune its "
+            "summits (prune), or press less"
         )
         if share > MOST_OVERLAP:
             return Finding(name, share, MOST_OVERLAP, text)
     return None
 
 
-def overlapping(place: Floats, radius: Floats) -> Booleans:
+def overlapping(centre: Floats, radius: Floats) -> Booleans:
     """Return True for circles (circle) that overlap another, from their centres (circle, 2) and radii [m]."""
-    i, j = _near(place, radius)
-    distance = np.hypot(*(place[i] - place[j]).T)
+    i, j = _near(centre, radius)
+    distance = np.hypot(*(centre[i] - centre[j]).T)
     both = (i != j) & (distance < radius[i] + radius[j])
     result = np.zeros(radius.size, dtype=bool)
     result[i[both]] = result[j[both]] = True
     return result
 
 
-def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
+def _near(centre: Floats, radius: Floats) -> tuple[Integers, Integers]:
     """Return the index pairs of neighbouring circles, among which are all that overlap."""
     if radius.size <= MOST_PAIRED:
         i, j = np.indices((radius.size, radius.size)).reshape(2, -1)
@@ -244,7 +244,7 @@ def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
     from scipy.spatial import cKDTree
 
     # of two circles that overlap, the smaller one has its centre within twice the radius of the larger one
-    near = cKDTree(place).query_ball_point(place, 2 * radius)
+    near = cKDTree(centre).query_ball_point(centre, 2 * radius)
     i = np.repeat(np.arange(radius.size), [len(neighbours) for neighbours in near])
     return i, np.concatenate([np.asarray(neighbours, dtype=np.int64) for neighbours in near])
 
@@ -284,8 +284,8 @@ def _rising(contact: _Contact) -> Finding | None:
         return None
     text = (
         f"friction rises with the distance slid by {steepest:.3g} /m, faster than 1/(θδ) = {steepest / share:.3g} /m "
-        f"at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again at once, and the loads "
-        "have no unique answer; take a table that rises more slowly, or press less"
+        f"at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again immediately, and the "
+        "loads have no unique answer; take a table that rises more slowly, or press less"
     )
     return Finding("rising", share, 1.0, text)
 

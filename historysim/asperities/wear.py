@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.law import Law, given_to, put
+from historysim.asperities.law import Law, copy_array, put
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import lib, pointer
@@ -68,7 +68,7 @@ class WearLaw(Law):
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
         """Answer ``hs_wear_function``."""
         count, *arguments, volume = numbers
-        put(volume, count, self.volume(*(given_to(values, count) for values in arguments)), "volumes")
+        put(volume, count, self.volume(*(copy_array(values, count) for values in arguments)), "volumes")
 
     @property
     def _shape_text(self) -> str:

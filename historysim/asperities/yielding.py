@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.law import Law, given_to, put
+from historysim.asperities.law import Law, copy_array, put
 from historysim.basics.arguments import Floats
 from historysim.basics.fields import Number, Pressure, at_least
 from historysim.basics.library import lib, pointer
@@ -85,7 +85,7 @@ class YieldingLaw(Law):
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
         """Answer ``hs_yielding_function``."""
         count, approach, radius, load, contact_radius = numbers
-        loads, radii = self.first_loading(given_to(approach, count), given_to(radius, count), pair)
+        loads, radii = self.first_loading(copy_array(approach, count), copy_array(radius, count), pair)
         put(load, count, loads, "loads of first loading")
         put(contact_radius, count, radii, "contact radii of first loading")
 
@@ -127,7 +127,7 @@ class HardnessLaw(YieldingLaw):
         if hardness is None:
             raise InputError(
                 f"yielding by {self.kind!r}: no material has a hardness or a yield stress; expected one, "
-                "or hardness beside the law"
+                "or a hardness of the law"
             )
         ratio = self.poissons_ratio
         if ratio is None:
@@ -148,7 +148,7 @@ class HardnessLaw(YieldingLaw):
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_yielding``."""
-        hardness, _ = self._known
+        hardness, _ = self._parameters
         strain = hardness / HARDNESS_OF_YIELD / pair.contact_modulus
         return {"critical_strain": self.critical_strain(pair), "hardness": hardness, "yield_strain": strain}
 
@@ -158,7 +158,7 @@ class HardnessLaw(YieldingLaw):
         """Peak pressure p0 at which a summit begins to yield [Pa]."""
 
     @property
-    def _known(self) -> tuple[float, float]:
+    def _parameters(self) -> tuple[float, float]:
         if self.hardness is None or self.poissons_ratio is None:
             raise InputError(f"{type(self).__name__} has no hardness yet; expected one, or of(pair)")
         return self.hardness, self.poissons_ratio
@@ -180,7 +180,7 @@ class KogutEtsion(HardnessLaw):
     With x = δ/δ_c and δ_c = (πKH/(2E*))² R, K = 0.454 + 0.41 ν, the load is N_c f(x) and the area πRδ_c g(x), N_c
     and πRδ_c those at x = 1. They print f = 1.03 x^1.425, g = 0.93 x^1.136 for 1 ≤ x < 6; 1.40 x^1.263, 0.94 x^1.146
     for 6 ≤ x < 110; then N = HA, A = 2πRδ. These jump by 3 and 7 % at 1, by 2 and 3 % at 6, and by 7 to 15 % at 110.
-    Here they are continuous: between 1 and 6, and between 100 and 110, stands the power of x through the values at
+    Here they are continuous: between 1 and 6, and between 100 and 110, by the power of x through the values at
     both ends, 1 and those that are printed beyond. From 6 to 100, and from 110 on, they are as printed. Where the mean
     pressure would be more than H, which it is below x = 110 for ν > 0.32, the load is HA.
 
@@ -202,7 +202,7 @@ class KogutEtsion(HardnessLaw):
     @property
     def peak_at_onset(self) -> float:
         """Peak pressure p0 = KH at which a summit begins to yield [Pa]."""
-        hardness, ratio = self._known
+        hardness, ratio = self._parameters
         return (0.454 + 0.41 * ratio) * hardness
 
 
@@ -224,7 +224,7 @@ class Thornton(HardnessLaw):
     @property
     def peak_at_onset(self) -> float:
         """Peak pressure p_y, at which a summit begins to yield [Pa]."""
-        return PEAK_AT_ONSET / HARDNESS_OF_YIELD * self._known[0]
+        return PEAK_AT_ONSET / HARDNESS_OF_YIELD * self._parameters[0]
 
 
 @YIELDING_LAWS.register
@@ -246,17 +246,17 @@ class JacksonGreen(HardnessLaw):
     @property
     def peak_at_onset(self) -> float:
         """Peak pressure p0 = C S_y at which a summit begins to yield [Pa]."""
-        hardness, ratio = self._known
+        hardness, ratio = self._parameters
         return 1.295 * math.exp(0.736 * ratio) * hardness / HARDNESS_OF_YIELD
 
 
-def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
+def law_on_summits(yielding: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
     """Resolve a yielding law, or its name, for summits of a pair of materials; None if there is none."""
-    if given is None:
+    if yielding is None:
         return None
-    law = YieldingLaw.from_settings({"law": given}) if isinstance(given, str) else given
+    law = YieldingLaw.from_settings({"law": yielding}) if isinstance(yielding, str) else yielding
     if not isinstance(law, YieldingLaw):
-        raise InputError(f"yielding is {given!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
+        raise InputError(f"yielding is {yielding!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
     law = law.of(pair)
     _check_law(law, summit_radius, pair)
     return law

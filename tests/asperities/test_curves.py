@@ -191,7 +191,7 @@ def test_what_is_not_known_of_a_curve_is_reported():
 
     assert texts(APPROACH, HERTZ) == texts(APPROACH, APPROACH) == {}
     late = np.linspace(0.05, 0.1, 30)
-    assert "stands at 50 % of its range of approach" in texts(late, pressing(late).sum(axis=1))["first_row"]
+    assert "is at 50 % of its range of approach" in texts(late, pressing(late).sum(axis=1))["first_row"]
     noisy = np.abs(HERTZ + 0.02 * HERTZ[-1] * np.random.default_rng(1).normal(size=41))
     assert "of its largest load under its noise" in texts(APPROACH[1:], noisy[1:])["normal_curve"]
 

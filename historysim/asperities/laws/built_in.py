@@ -14,7 +14,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 
 
-def _seed(law: object, attribute: "attrs.Attribute[int]", value: object) -> None:
+def _check_seed(law: object, attribute: "attrs.Attribute[int]", value: object) -> None:
     is_valid = is_number(value) and value == int(value) and value >= 0  # type: ignore[call-overload, operator]
     if not is_valid:
         raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a whole number of 0 or more")
@@ -47,7 +47,7 @@ class DrawnFriction(FrictionLaw):
 
     mean: Number = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
     deviation: Number = attrs.field(converter=as_float, validator=at_least(0.0))
-    seed: int = attrs.field(validator=_seed)
+    seed: int = attrs.field(validator=_check_seed)
     distribution: str = attrs.field(default="lognormal", validator=one_of("lognormal", "uniform"))
 
     kind, depends_on = "drawn", "nothing"
@@ -142,7 +142,7 @@ class PowerLaw(FrictionLaw):
 class ShearStrength(FrictionLaw):
     """Friction of a constant interfacial shear strength τ0 on the contact area of each asperity: T_max = τ0 A.
 
-    Bowden and Tabor (1950). On a sphere in Hertz contact μ goes with N^(-1/3). The tractions themselves stay those
+    Bowden and Tabor (1950). On a sphere in Hertz contact μ varies as N^(-1/3). The tractions themselves stay those
     of Coulomb's law with that coefficient, μ p: the strength limits the asperity as a whole and not each point.
 
     Parameters
@@ -226,14 +226,14 @@ class ShiftedLoad(FrictionLaw):
         )
 
 
-def _numbers(given: Any, name: str = "coefficient") -> tuple[float, ...]:
-    if not isinstance(given, Iterable) or isinstance(given, str):
-        raise InputError(f"{given!r} is no column of a table; expected a list of numbers")
-    return tuple(checked(name, list(given)).tolist())
+def _numbers(values: Any, name: str = "coefficient") -> tuple[float, ...]:
+    if not isinstance(values, Iterable) or isinstance(values, str):
+        raise InputError(f"{values!r} is not a column of a table; expected a list of numbers")
+    return tuple(checked(name, list(values)).tolist())
 
 
-def _lengths(given: Any) -> tuple[float, ...]:
-    return _numbers(given, "distance")
+def _lengths(values: Any) -> tuple[float, ...]:
+    return _numbers(values, "distance")
 
 
 @LAWS.register
