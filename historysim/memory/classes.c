@@ -41,7 +41,7 @@
 #define SETTLED_LOSS 5.0
 #define SETTLED_WORK 5e-3
 #define MOST_CURVED 0.05
-/* a step of 1/4096 of a path is not halved: a square wave of 4096 turns is an event each */
+/* a step of 2^-12 of a path is not halved, which bounds the time of a path */
 #define MOST_HALVINGS 12
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
@@ -931,12 +931,12 @@ typedef struct travel {
 
 static const hs_adaptive step_settings = {
     0.0, /* the tolerance is the body's */
-    1.0, /* energies have a second estimate: `curved` */
+    1.0, /* accepted at once: `curved` is a second estimate of the energy */
     1, INT_MAX,
-    0.0, /* halved at once: what is amid a path of both loads, or at the friction limit, is known as its middle only */
+    0.0, /* halved at once: the first half step is the whole step of the first half */
     1.0, 1.0 / (1 << MOST_HALVINGS),
     0.0, 0.5, 0.5,
-    INT_MAX, 1.0, 1.0,
+    INT_MAX, 1.0, 1.0, /* halvings bound the number of steps */
 };
 
 static void free_trials(travel *t, int level) {

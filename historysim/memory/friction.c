@@ -73,10 +73,10 @@ typedef struct friction_fall {
 } friction_fall;
 
 static const hs_adaptive fall_settings = {
-    0.0, /* the tolerance is the drive's */
-    1.0, /* the balance of energy is a second estimate */
-    4, 1 << 10, /* 1024 parts leave 1e-6 of the displacement */
-    HUGE_VAL,   /* the parts are of equal size */
+    0.0, /* the tolerance is set from the drive's */
+    1.0, /* accepted at once: the balance of energy is a second estimate */
+    4, 1 << 10, /* bounds the time of a fall */
+    HUGE_VAL,   /* never shortened: the coefficients change in equal parts */
     1.0, 0.0, 0.0, 1.0, 1.0,
     INT_MAX, 1.0, 1.0,
 };

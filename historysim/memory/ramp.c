@@ -185,13 +185,13 @@ typedef struct front_piece {
 } front_piece;
 
 static const hs_adaptive front_settings = {
-    0.0, /* the tolerance is the drive's */
-    1.0, /* the closed form is exact */
+    0.0, /* the tolerance is set from the drive's */
+    1.0, /* accepted at once: the error is the difference from a closed form */
     1, INT_MAX,
-    0.0, /* halved at once */
+    0.0, /* halved at once: nothing else is known of a better quadrature */
     1.0, 1.0 / (1 << MOST_HALVINGS),
-    0.0, 0.5, 0.5, /* a front near the edge or near a summit needs ever shorter pieces there */
-    INT_MAX, 1.0, 1.0,
+    0.0, 0.5, 0.5,
+    INT_MAX, 1.0, 1.0, /* halvings bound the number of pieces */
 };
 
 /* Energies of a piece of a ramp: from its chord, corrected. Their sum is compared with the closed form,
@@ -439,21 +439,21 @@ typedef struct ramp {
 } ramp;
 
 static const hs_adaptive ramp_settings = {
-    0.0,      /* the tolerance is the drive's */
-    1.0,      /* the error of two chords is a third of their difference from one where the ramp is smooth */
+    0.0,      /* the tolerance is set from the drive's */
+    1.0,      /* accepted at once: the error of two chords is a third of their difference from one where the ramp is smooth */
     1, INT_MAX,
-    0.0,      /* steps are shortened at once: energies of chords are of second order, so that a fit length is known */
-    0.125,    /* a ramp whose error is known takes some ten steps */
-    1e-12,    /* below it fractions of a ramp are rounded */
-    0.9,      /* a step in ten or so is rejected */
-    0.1, 4.0, /* errors beside a corner of the ramp predict nothing */
-    1 << 13,  /* 0.2 s for ten groups */
-    4.0, 1e4, /* what was left of the ramp may have been the easy part, or the hard one */
+    0.0,      /* shortened at once: the error of a method of second order predicts a length that fits */
+    0.125,    /* its error predicts the other steps */
+    1e-12,    /* well above the rounding of a fraction of the ramp */
+    0.9,      /* errors of the next step may be somewhat larger */
+    0.1, 4.0, /* at a corner of the ramp an error predicts little */
+    1 << 13,  /* bounds the time of a ramp */
+    4.0, 1e4, /* the rest of the ramp may be easier or harder than the part that was integrated */
 };
 /* fraction of a ramp at a corner of it, as where a group begins to slide, or at the friction limit: there the error of two chords is
  * their difference from one, and so many steps together may have the whole of the tolerance */
 #define CORNER (1.0 / 64.0)
-/* displacements are tolerated to this part of the tolerance of energies: the work of the load is in proportion to both */
+/* tolerance of displacements, over the displacement at which all slides, over the tolerance of energies */
 #define TOLERANCE_OF_DISPLACEMENT 0.1
 
 static int chord(hs_memory *memory, ramp *way, double fraction) {

@@ -8,23 +8,24 @@
 #include "drive.h"
 #include "slides.h"
 
-/* at first, of paths on which the approach changes little, and of others */
+/* chords at first, of paths on which the approach changes by at most LITTLE of the depth of contact, and of others */
 #define FEWEST_CHORDS 1
 #define FEW_CHORDS 4
 #define LITTLE 0.1
+/* chords of a step at most, which bounds the time of a path */
 #define MOST_CHORDS (1 << 12)
 /* tolerance of a half over that of the whole */
 #define PART_OF_HALVES 0.25
 
 static const hs_adaptive chord_settings = {
-    0.0, /* the tolerance is the drive's */
-    0.5, /* agreement by chance is not that much closer than asked for */
+    0.0, /* the tolerance is set from the drive's */
+    0.5, /* agreement by chance is not that much closer than requested */
     FEW_CHORDS, MOST_CHORDS,
-    0.4, /* errors of second order fall to 0.25, and beside a kink to 0.5 */
-    1.0, 1e-12, /* below it shares of a path are rounded */
-    0.0, 0.5, 0.5, /* halved: cuts and instants are found at shares of the whole path */
+    0.4, /* between the factors by which errors of second order fall, 0.25, and of first order, 0.5 */
+    1.0, 1e-12, /* well above the rounding of a fraction of the path */
+    0.0, 0.5, 0.5,
     2 * MOST_CHORDS, /* one step may have all of its chords */
-    16.0, 16.0, /* a quarter of the chords suffices then */
+    16.0, 16.0, /* for errors of second order a quarter of the chords then suffices */
 };
 /* chords of a whole path on which instants of first sliding are searched, and on which chords that contain one are cut: so many
  * in all, so many times asperities */
