@@ -12,21 +12,20 @@ static double load_of(double label) { return label * sqrt(label); }
 static const double *friction_of(const hs_batch *batch, int64_t i) { return batch->friction + (batch->frictions > 1 ? i : 0); }
 static const double *scale_of(const hs_batch *batch, int64_t i) { return batch->scale + (batch->scales > 1 ? i : 0); }
 
-/* Give a contact at least twice its room at the end of the array. */
+/* Move the vertices of a contact to the end of the array, where it has room for at least `least` of them. */
 static int relocate(hs_batch *batch, int64_t i, int64_t least) {
-    int64_t twice = 2 * batch->room[i] > least ? 2 * batch->room[i] : least, filled = batch->depth[i] > 1 ? batch->depth[i] : 1;
-    if (batch->used + twice > batch->capacity) {
-        int64_t capacity = batch->capacity + (batch->capacity / 2 > twice ? batch->capacity / 2 : twice);
-        hs_batch_vertex *grown =
-            (hs_batch_vertex *)realloc(batch->vertices, (size_t)capacity * sizeof *batch->vertices);
+    const int64_t room = 2 * batch->room[i] > least ? 2 * batch->room[i] : least, needed = batch->used + room;
+    if (needed > batch->capacity) {
+        const int64_t capacity = needed + batch->capacity / 2;
+        hs_batch_vertex *grown = (hs_batch_vertex *)realloc(batch->vertices, (size_t)capacity * sizeof *grown);
         if (!grown) return HS_OUT_OF_MEMORY;
         batch->vertices = grown;
         batch->capacity = capacity;
     }
-    memcpy(batch->vertices + batch->used, batch->vertices + batch->place[i], (size_t)filled * sizeof *batch->vertices);
+    memcpy(batch->vertices + batch->used, batch->vertices + batch->place[i], (size_t)batch->room[i] * sizeof *batch->vertices);
     batch->place[i] = batch->used;
-    batch->room[i] = twice;
-    batch->used += twice;
+    batch->room[i] = room;
+    batch->used = needed;
     return HS_OK;
 }
 
@@ -111,59 +110,45 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
     return HS_OK;
 }
 
-/* Vertices that each contact has room for at the beginning: loops have up to five, and a step adds two. Contacts that need
- * more move, so that what neighbours remember is no longer side by side; a power of two would have all of them meet in a few
- * places of the cache. */
+/* Vertices that each contact has room for at the beginning: loops have up to five, and a step adds two. A power of two would
+ * make the contacts compete for the same lines of the cache. */
 #define FIRST_ROOM 7
 
-static hs_batch *blank(int64_t count, int64_t frictions, int64_t scales, int64_t capacity) {
-    size_t n = (size_t)count;
-    hs_batch *batch = (hs_batch *)malloc(sizeof *batch);
-    int64_t *numbers = (int64_t *)malloc(8 * (3 * n + (size_t)frictions + (size_t)scales));
-    hs_batch_vertex *vertices = (hs_batch_vertex *)calloc((size_t)capacity, sizeof *vertices);
+hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales, const double *scale,
+                       double displacement_ratio) {
+    hs_batch *batch = (hs_batch *)calloc(1, sizeof *batch);
+    int64_t *numbers = (int64_t *)calloc((size_t)(3 * count + frictions + scales), sizeof *numbers);
+    hs_batch_vertex *vertices = (hs_batch_vertex *)calloc((size_t)(FIRST_ROOM * (count + 1)), sizeof *vertices);
     if (!batch || !numbers || !vertices) {
         free(batch);
         free(numbers);
         free(vertices);
         return NULL;
     }
-    batch->count = count;
-    batch->frictions = frictions;
-    batch->scales = scales;
-    batch->place = numbers;
-    batch->depth = numbers + n;
-    batch->room = numbers + 2 * n;
-    batch->friction = (double *)(numbers + 3 * n);
-    batch->scale = batch->friction + frictions;
-    batch->vertices = vertices;
-    batch->capacity = capacity;
-    return batch;
-}
-
-hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales, const double *scale,
-                       double displacement_ratio) {
-    hs_batch *batch = blank(count, frictions, scales, FIRST_ROOM * (count + 1));
-    if (!batch) return NULL;
-    batch->displacement_ratio = displacement_ratio;
-    batch->used = FIRST_ROOM * count;
+    double *coefficient = (double *)(numbers + 3 * count);
+    *batch = HS_MADE(hs_batch){count, frictions, scales, displacement_ratio, numbers, numbers + count, numbers + 2 * count,
+                               coefficient, coefficient + frictions, vertices, FIRST_ROOM * count, FIRST_ROOM * (count + 1)};
     for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_bound_friction(friction[i]);
-    memcpy(batch->scale, scale, (size_t)scales * sizeof *scale);
+    for (int64_t i = 0; i < scales; ++i) batch->scale[i] = scale[i];
     for (int64_t i = 0; i < count; ++i) {
         batch->place[i] = FIRST_ROOM * i;
-        batch->depth[i] = 0;
         batch->room[i] = FIRST_ROOM;
     }
     return batch;
 }
 
 hs_batch *hs_batch_copy(const hs_batch *batch) {
-    hs_batch *copy = blank(batch->count, batch->frictions, batch->scales, batch->capacity);
-    if (!copy) return NULL;
-    size_t numbers = 3 * (size_t)batch->count + (size_t)batch->frictions + (size_t)batch->scales;
-    copy->displacement_ratio = batch->displacement_ratio;
+    hs_batch *copy = hs_batch_new(batch->count, batch->frictions, batch->friction, batch->scales, batch->scale, batch->displacement_ratio);
+    hs_batch_vertex *vertices = copy ? (hs_batch_vertex *)realloc(copy->vertices, (size_t)batch->capacity * sizeof *vertices) : NULL;
+    if (!vertices) {
+        hs_batch_free(copy);
+        return NULL;
+    }
+    copy->vertices = vertices;
     copy->used = batch->used;
-    memcpy(copy->place, batch->place, 8 * numbers);
-    memcpy(copy->vertices, batch->vertices, (size_t)batch->used * sizeof *copy->vertices);
+    copy->capacity = batch->capacity;
+    memcpy(copy->place, batch->place, 3 * (size_t)batch->count * sizeof *copy->place);
+    memcpy(vertices, batch->vertices, (size_t)batch->used * sizeof *vertices);
     return copy;
 }
 
@@ -174,70 +159,71 @@ void hs_batch_free(hs_batch *batch) {
     free(batch);
 }
 
-static int is_there(const hs_batch *batch, int64_t contact) { return contact >= 0 && contact < batch->count; }
+/* First vertex of a contact; NULL if there is no such contact. */
+static hs_batch_vertex *stack_of(const hs_batch *batch, int64_t contact) {
+    return contact >= 0 && contact < batch->count ? batch->vertices + batch->place[contact] : NULL;
+}
+/* A contact that does not touch fills its first vertex, too. */
+static size_t bytes_of(int64_t depth) { return (size_t)(depth > 1 ? depth : 1) * sizeof(hs_batch_vertex); }
 
 void hs_batch_forget(hs_batch *batch, int64_t contact) {
-    if (!is_there(batch, contact)) return;
-    memset(batch->vertices + batch->place[contact], 0, sizeof *batch->vertices);
+    hs_batch_vertex *stack = stack_of(batch, contact);
+    if (!stack) return;
+    memset(stack, 0, sizeof *stack);
     batch->depth[contact] = 0;
 }
 
 int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices) {
-    if (!is_there(batch, contact)) return -1;
-    int64_t depth = batch->depth[contact], filled = depth > 1 ? depth : 1;
-    memcpy(vertices, batch->vertices + batch->place[contact], (size_t)filled * sizeof *vertices);
-    return depth;
+    const hs_batch_vertex *stack = stack_of(batch, contact);
+    if (!stack) return -1;
+    memcpy(vertices, stack, bytes_of(batch->depth[contact]));
+    return batch->depth[contact];
 }
 
-/* Whether a contact of a coefficient could remember vertices. */
-static int could_be(const hs_batch_vertex *vertices, int64_t depth, double mu) {
-    if (depth < 0 || depth == 1 || !isfinite(vertices[0].label) || !isfinite(vertices[0].anchor)) return 0;
-    for (int64_t j = 1; j < depth; ++j) {
+/* Whether a contact of a coefficient may have such vertices. */
+static int is_possible(const hs_batch_vertex *vertices, int64_t depth, double friction) {
+    int good = depth >= 0 && depth != 1 && isfinite(vertices[0].label) && isfinite(vertices[0].anchor);
+    for (int64_t j = 1; good && j < depth; ++j) {
         const hs_batch_vertex *here = vertices + j;
-        if (!(isfinite(here->label) && isfinite(here->anchor) && isfinite(here->force))) return 0;
-        if (!(here->label >= here[-1].label && fabs(here->slope) <= mu)) return 0;
+        good = isfinite(here->label) && isfinite(here->anchor) && isfinite(here->force) && here->label >= here[-1].label &&
+               fabs(here->slope) <= friction;
     }
-    return depth > 0 ? vertices[0].label == 0.0 && vertices[0].force == 0.0 : vertices[0].label <= 0.0;
+    return good && (depth > 0 ? vertices[0].label == 0.0 && vertices[0].force == 0.0 : vertices[0].label <= 0.0);
 }
 
 int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth) {
-    int64_t filled = depth > 1 ? depth : 1;
-    if (!is_there(batch, contact)) return HS_FOREIGN;
-    if (!could_be(vertices, depth, *friction_of(batch, contact))) return HS_NOT_A_STATE;
-    if (filled > batch->room[contact] && relocate(batch, contact, filled + 2) != HS_OK) return HS_OUT_OF_MEMORY;
-    memcpy(batch->vertices + batch->place[contact], vertices, (size_t)filled * sizeof *vertices);
+    if (!stack_of(batch, contact)) return HS_FOREIGN;
+    if (!is_possible(vertices, depth, *friction_of(batch, contact))) return HS_NOT_A_STATE;
+    if (depth > batch->room[contact] && relocate(batch, contact, depth + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+    memcpy(stack_of(batch, contact), vertices, bytes_of(depth));
     batch->depth[contact] = depth;
     return HS_OK;
 }
 
-/* Change of the load if a vertex is left out and its neighbours are joined by a straight line. */
+/* Slope of the straight line that joins the neighbours of a vertex; and change of the load if it replaces the vertex. */
+static double slope_across(const hs_batch_vertex *vertex) {
+    return (vertex[1].anchor - vertex[-1].anchor) / (vertex[1].label - vertex[-1].label);
+}
 static double change_without(const hs_batch_vertex *vertex) {
     double low = load_of(vertex[-1].label), here = load_of(vertex->label), high = load_of(vertex[1].label);
-    double slope = (vertex[1].anchor - vertex[-1].anchor) / (vertex[1].label - vertex[-1].label);
-    return slope * (high - low) - vertex->slope * (here - low) - vertex[1].slope * (high - here);
+    return slope_across(vertex) * (high - low) - vertex->slope * (here - low) - vertex[1].slope * (high - here);
 }
 
 /* Anchors then differ on one side of zero between the neighbours. Springs that are moved alike come no further apart, and
  * T = ∫ v P'' da, so that no later load differs by more than the present one. */
 double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most) {
-    if (!is_there(batch, contact)) return NAN;
-    hs_batch_vertex *stack = batch->vertices + batch->place[contact];
+    hs_batch_vertex *stack = stack_of(batch, contact);
     double lost = 0.0;
+    if (!stack) return NAN;
     int64_t depth = batch->depth[contact];
     for (; depth > (most > 3 ? most : 3); --depth) {
         int64_t best = 1;
-        double change = change_without(stack + best);
-        for (int64_t j = 2; j < depth - 1; ++j) {
-            double other = change_without(stack + j);
-            if (fabs(other) < fabs(change)) {
-                change = other;
-                best = j;
-            }
-        }
-        double slope = (stack[best + 1].anchor - stack[best - 1].anchor) / (stack[best + 1].label - stack[best - 1].label);
+        for (int64_t j = 2; j < depth - 1; ++j)
+            if (fabs(change_without(stack + j)) < fabs(change_without(stack + best))) best = j;
+        const double change = change_without(stack + best), slope = slope_across(stack + best);
         memmove(stack + best, stack + best + 1, (size_t)(depth - 1 - best) * sizeof *stack);
         for (int64_t j = best; j < depth - 1; ++j) stack[j].force += change;
-        /* chords of a polyline are no steeper than it is, but for rounding */
+        /* chords of a polyline are no steeper than the polyline, but for rounding */
         stack[best].slope = hs_clamp(slope, *friction_of(batch, contact));
         lost += fabs(change);
     }
