@@ -49,7 +49,7 @@ Memory = Any
 
 
 class Slopes(NamedTuple):
-    """Derivatives of the loads at the end of a path in where it ends [N/m], its start being what it is."""
+    """Derivatives of the loads at the end of a path with respect to its end, at a fixed start [N/m]."""
 
     tangential: float  #: ∂T/∂U at a held approach
     coupling: float  #: ∂T/∂d at a held displacement, with the approach d
@@ -68,10 +68,10 @@ def new_contact(
     """Return a contact of summits, or of knots with a stiffness; see ``hs_contact_new``, ``hs_contact_watch``."""
     knots = ffi.NULL if stiffness is None else pointer(stiffness)
     groups = ffi.NULL if group is None else pointer(group)
-    made = lib.hs_contact_new(
+    struct = lib.hs_contact_new(
         height.size, pointer(height), pointer(radius), knots, groups, contact_modulus, displacement_ratio
     )
-    contact = owned(made, lib.hs_contact_free)
+    contact = owned(struct, lib.hs_contact_free)
     if watched is not None:
         check(lib.hs_contact_watch(contact, watched.size, pointer(watched)))
     return contact
@@ -80,9 +80,9 @@ def new_contact(
 def check_belongs(memory: Any, like: Any) -> None:
     """Check that a memory belongs to the contact, the friction and the laws of another one."""
     if not lib.hs_belongs(memory, like):
-        mine, other = _asperities_of(memory), _asperities_of(like)
-        more = "" if mine != other else ", with other summits, friction or laws"
-        raise InputError(f"the state is of {mine}; expected one of this ensemble's, of {other}{more}")
+        mine, expected = _asperities_of(memory), _asperities_of(like)
+        more = "" if mine != expected else ", with other summits, friction or laws"
+        raise InputError(f"the state is of {mine}; expected one of this ensemble's, of {expected}{more}")
 
 
 def _asperities_of(memory: Any) -> str:
@@ -92,16 +92,16 @@ def _asperities_of(memory: Any) -> str:
     moduli = modulus, 0.25 * modulus * units.length / units.displacement
     noun = ("element", "elements of normal curves") if contact.load else ("asperity", "asperities")
     yields = " that yield" if line.evolved and line.evolved.virgin_height else ""
-    contact_modulus, shear_modulus = (quantity_text(each, "Pa") for each in moduli)
+    contact_modulus, shear_modulus = (quantity_text(value, "Pa") for value in moduli)
     radius = "" if contact.load else f", radii up to {quantity_text(units.length, 'm')}"
     return f"{counted(contact.count, *noun)}{yields} with E* = {contact_modulus}, G* = {shear_modulus}{radius}"
 
 
-def owned(made: Any, free: Any = lib.hs_state_free) -> Any:
+def owned(struct: Any, free: Any = lib.hs_state_free) -> Any:
     """Take ownership of a struct that the library has allocated, by default a state."""
-    if not made:
+    if not struct:
         raise MemoryError("there is not enough memory for the contacts and what they remember")
-    return ffi.gc(made, free)
+    return ffi.gc(struct, free)
 
 
 def copied(memory: Any) -> Any:
@@ -128,7 +128,7 @@ _HEARS = ffi.callback("int(void *)", lambda _: 0, error=1, onerror=_hear)
 
 
 def check(status: int, refusal: Any = None) -> None:
-    """Raise what a status says."""
+    """Raise the error of a status."""
     if status == lib.HS_INTERRUPTED:
         raise vars(_heard).pop("error", KeyboardInterrupt())
     if status == lib.HS_BEYOND_LIMIT:
@@ -152,10 +152,10 @@ def new_stepper() -> tuple[Any, Any]:
 
 def advanced(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
     """Return a new memory after one straight path along x: how each channel is controlled, and its target, or NaN."""
-    after = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)
-    if not after:
+    end_state = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)
+    if not end_state:
         _raise_refusal(_advance, memory, normal, end, tangential, goal, driven)
-    return _ended_by(after, _free)
+    return _ended_by(end_state, _free)
 
 
 def advanced_in_plane(memory: Any, normal: int, end: float, tangential: Any, goal: Any, driven: Any) -> Any:
@@ -168,12 +168,12 @@ def advanced_in_plane(memory: Any, normal: int, end: float, tangential: Any, goa
     targets = x if x == x else 0.0, y if y == y else 0.0  # noqa: PLR0124
     fractions = x == x, y == y  # noqa: PLR0124
     presses = end == end  # noqa: PLR0124
-    way = end if presses else 0.0, presses, targets, fractions, 1, 0, normal, controls, 0, _NAN, _NAN
-    path = _new(_PATH, way)
-    after = _advance_along(memory, path, driven, _NOTHING)
-    if not after:
+    fields = end if presses else 0.0, presses, targets, fractions, 1, 0, normal, controls, 0, _NAN, _NAN
+    path = _new(_PATH, fields)
+    end_state = _advance_along(memory, path, driven, _NOTHING)
+    if not end_state:
         _raise_refusal(_advance_along, memory, path, driven)
-    return _ended_by(after, _free)
+    return _ended_by(end_state, _free)
 
 
 def _raise_refusal(function: Any, *path: Any) -> None:
@@ -194,26 +194,26 @@ _NAN = float("nan")
 def group_of_each(memory: Any) -> Integers:
     """Return the friction group of each asperity (asperity)."""
     contact = memory.line.contact
-    found = np.empty(contact.count, dtype=np.int64)
-    order, first = view(contact.order, contact.count), view(contact.first, contact.groups + 1)
-    found[order] = np.repeat(np.arange(contact.groups), np.diff(first))
-    return found
+    groups = np.empty(contact.count, dtype=np.int64)
+    order, group_starts = view(contact.order, contact.count), view(contact.first, contact.groups + 1)
+    groups[order] = np.repeat(np.arange(contact.groups), np.diff(group_starts))
+    return groups
 
 
 def fill(struct: Any, values: Mapping[str, Any]) -> list[Any]:
-    """Fill in fields of a struct: names of constants, numbers, and arrays; return what has to outlive the struct."""
-    kept = []
+    """Fill in fields of a struct: names of constants, numbers, arrays; return the arrays it points to."""
+    arrays = []
     for name, value in values.items():
         if isinstance(value, tuple | np.ndarray):
-            kept.append(np.ascontiguousarray(value, dtype=np.float64))
-            setattr(struct, name, pointer(kept[-1]))
+            arrays.append(np.ascontiguousarray(value, dtype=np.float64))
+            setattr(struct, name, pointer(arrays[-1]))
         else:
             setattr(struct, name, ffi.integer_const(value) if isinstance(value, str) else value)
-    return kept
+    return arrays
 
 
 def view(numbers: Any, count: int) -> Array:
-    """Return numbers of the library as an array, which what owns them has to outlive."""
+    """Return numbers of the library as an array that does not own them."""
     kind = ffi.typeof(numbers).item
     dtype = VERTEX if kind.kind == "struct" else np.dtype(_KINDS[kind.cname])
     return np.frombuffer(ffi.buffer(numbers, count * ffi.sizeof(kind)), dtype=dtype)
@@ -235,13 +235,13 @@ def to_bytes(memory: Any) -> bytes:
 
 def from_bytes(content: bytes, like: Any = None) -> Any:
     """Return the memory that bytes are of; which belongs where another one does, and shares its contact."""
-    made, why = ffi.new("hs_state **"), ffi.new("const char **")
-    status = lib.hs_state_read(ffi.from_buffer(content), len(content), like or ffi.NULL, made, why)
+    state, problem = ffi.new("hs_state **"), ffi.new("const char **")
+    status = lib.hs_state_read(ffi.from_buffer(content), len(content), like or ffi.NULL, state, problem)
     if status == lib.HS_FOREIGN:
         check_belongs(from_bytes(content), like)
     if status != lib.HS_OK:
-        raise InputError(f"{ffi.string(why[0]).decode()}; expected a state that was saved whole")
-    return owned(made[0])
+        raise InputError(f"{ffi.string(problem[0]).decode()}; expected a state that was saved whole")
+    return owned(state[0])
 
 
 # ---- one tangential direction, or two -------------------------------------------------------------------------------
@@ -253,9 +253,9 @@ def directions_of(memory: Any) -> int:
 
 
 def moves_like(memory: Any, other: Any) -> bool:
-    """Whether two memories have as many tangential directions, and both evolve, or none does."""
-    one, two = ((bool(each.plane), bool(each.line.evolved)) for each in (memory, other))
-    return one == two
+    """Whether two states have the same number of tangential directions, and both evolve or neither does."""
+    layout, other_layout = ((bool(each.plane), bool(each.line.evolved)) for each in (memory, other))
+    return layout == other_layout
 
 
 def check_one_direction(memory: Any) -> None:
@@ -266,18 +266,18 @@ def check_one_direction(memory: Any) -> None:
 
 def check_in_plane(paths: Array) -> Array:
     """Return paths for a state of two directions; a tangential channel that is one number for both has to be held."""
-    one = paths["tangential_control"][:, 1] == AS_BEFORE
-    if not one.any():
+    is_scalar = paths["tangential_control"][:, 1] == AS_BEFORE
+    if not is_scalar.any():
         return paths
-    if (one & (paths["tangential_fraction"][:, 0] > 0.0)).any():
+    if (is_scalar & (paths["tangential_fraction"][:, 0] > 0.0)).any():
         raise InputError(NEEDS_PAIR)
-    found = paths.copy()
-    found["tangential_control"][one] = AS_BEFORE
-    return found
+    paths_in_plane = paths.copy()
+    paths_in_plane["tangential_control"][is_scalar] = AS_BEFORE
+    return paths_in_plane
 
 
 def are_in_plane(paths: Array) -> bool:
-    """Whether tangential targets of paths are pairs, in x and y."""
+    """Whether the tangential targets of paths are pairs, in x and y."""
     return bool((paths["tangential_control"][:, 1] != AS_BEFORE).any())
 
 
@@ -285,8 +285,8 @@ def by_load(paths: Array) -> Array:
     """Return whether x and y are controlled by load on each path (path, 2); in one direction both as x."""
     control = paths["tangential_control"]
     both = np.where(control == AS_BEFORE, control[:, :1], control)
-    found: Array = both == LOAD
-    return found
+    is_by_load: Array = both == LOAD
+    return is_by_load
 
 
 def enter_plane(memory: Any, height_classes: int, rings: int, tolerance: float) -> Any:
@@ -296,9 +296,9 @@ def enter_plane(memory: Any, height_classes: int, rings: int, tolerance: float) 
             "the state follows how its asperities change, which supports one tangential direction only; expected one "
             "number, not a pair"
         )
-    found = copied(memory)
-    check(lib.hs_state_enter_plane(found, height_classes, rings, tolerance))
-    return found
+    state = copied(memory)
+    check(lib.hs_state_enter_plane(state, height_classes, rings, tolerance))
+    return state
 
 
 def tangential(memory: Any, name: str, unit: str) -> Any:
@@ -325,14 +325,14 @@ def tangential_control(memory: Any) -> int | tuple[int, int]:
 def controlled(memory: Any, control: int) -> Iterator[None]:
     """Control the tangential channel of a memory otherwise for a while."""
     line, plane = memory.line, memory.plane
-    before = line.tangential_control, tangential_control(memory)
+    controls = line.tangential_control, tangential_control(memory)
     set_tangential_control(memory, control)
     try:
         yield
     finally:
-        line.tangential_control = before[0]
+        line.tangential_control = controls[0]
         if plane:
-            plane.tangential_control = before[1]
+            plane.tangential_control = controls[1]
 
 
 def set_tangential_control(memory: Any, control: int) -> None:
@@ -349,7 +349,7 @@ def on_line(memory: Any, displacement: Floats) -> Floats:
         along: Floats = displacement * scale
         return along
     axes = (plane.origin.x, plane.direction.x), (plane.origin.y, plane.direction.y)
-    return np.stack([scale * (origin + part * displacement) for origin, part in axes], axis=-1)
+    return np.stack([scale * (origin + component * displacement) for origin, component in axes], axis=-1)
 
 
 def stiffness(memory: Any, direction: Any) -> Any:
@@ -362,9 +362,9 @@ def stiffness(memory: Any, direction: Any) -> Any:
     pair = isinstance(towards, tuple | list | np.ndarray) and len(towards) == 2
     if not pair or not all(is_number(each) and np.isfinite(each) for each in towards):
         raise InputError(f"direction is {direction!r}; expected two numbers, in x and y")
-    found = np.empty((2, 2))
-    check(lib.hs_stiffness_matrix(memory, ffi.new("double[2]", [*towards]), pointer(found)))
-    return found
+    matrix = np.empty((2, 2))
+    check(lib.hs_stiffness_matrix(memory, ffi.new("double[2]", [*towards]), pointer(matrix)))
+    return matrix
 
 
 def sticking_stiffness(memory: Any) -> Any:
@@ -379,7 +379,7 @@ def nodes(memory: Any, asperity: int) -> Floats | None:
     """
     if not memory.plane:
         return None
-    found = np.zeros((max(lib.hs_nodes(memory, asperity, 0, ffi.NULL), 0), 3))
-    if lib.hs_nodes(memory, asperity, len(found), pointer(found)) != len(found):
+    rows = np.zeros((max(lib.hs_nodes(memory, asperity, 0, ffi.NULL), 0), 3))
+    if lib.hs_nodes(memory, asperity, len(rows), pointer(rows)) != len(rows):
         raise MemoryError("there is not enough memory for the nodes of an asperity")
-    return found
+    return rows

@@ -1,4 +1,6 @@
-/* Classes of rings that ride on one rigid body: their nodes, and their steps of second order. */
+/* Classes: the rings of all asperities on one rigid body, by gap, that moves in two tangential directions. From the nodes at the start
+ * of a path and its target it computes steps of second order (SDIRK2, two problems of rings.c each), halved until load and
+ * energy settle, and the energy that each asperity dissipates (README.md, two directions 2 to 4). */
 
 #include "rings.h"
 #include "adaptive.h"

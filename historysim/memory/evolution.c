@@ -1,9 +1,9 @@
 /* Evolution: paths on which asperities change: their friction with load or slid distance, their summits by wear and yielding
  * (README.md, theory 10 and a further law).
  *
- * What evolves is followed in chords: on each, approach, displacement, friction and shapes go straight to where they
- * are at its end, which is one exact update of each polyline. There are twice as many of them each time, until state,
- * energy, distances and shapes settle. A path on which nothing evolves is walked as ever, exactly.
+ * Evolution is integrated in chords: on each, approach, displacement, friction and shapes vary linearly up to their values at
+ * its end, which is one exact update of each polyline. Chords are doubled until state, energy, distances and shapes
+ * converge (settle.c). A path on which nothing evolves is integrated exactly, without chords.
  *
  * Paths are those of all contacts: straight in both loads where both are controlled, otherwise in approach and displacement.
  * Where a load or a drive is controlled, the displacement at the end is found by a search over whole paths; the last chord
@@ -11,9 +11,10 @@
  * pieces as in limit.c. Of two loads each chord is cut where it crosses the limit, which depends on what evolves.
  *
  * Each chord is of second order in its length:
- *  - What an asperity slides is told by when the last of its springs begins to slip, on the straight way.
- *  - The volume that it loses goes with the load from there on. From the shape that follows comes a better end of the
- *    chord, from that a better volume: twice. The chord is walked with the mean of both shapes, and ends with the last.
+ *  - The distance that an asperity slides follows from the point of the straight path at which the last of its springs begins to
+ *    slip.
+ *  - The volume that it loses from there on is proportional to its load. The shape that follows gives a better end of the
+ *    chord, which gives a better volume: twice. The chord is integrated with the mean of both shapes, and ends with the last.
  *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach changes much, has
  *    stations in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3).
  *

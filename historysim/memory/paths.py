@@ -21,9 +21,9 @@ UNTIMED = (np.nan, np.nan)  # beginning and end of a path where they are not kno
 
 
 class Goals(NamedTuple):
-    """Where one channel goes on each of several paths; a single entry stands for all of them.
+    """Targets of one channel on several paths; a single entry stands for all of them.
 
-    ``control`` is `LOAD` or `DISPLACED`, ``target`` in N or m; ``fraction`` of the way there is gone.
+    ``control`` is `LOAD` or `DISPLACED`, ``target`` in N or m; a path covers ``fraction`` of the distance to it.
     """
 
     control: npt.ArrayLike
@@ -66,16 +66,16 @@ def paths_to(
 
 def unrecorded(paths: Paths) -> Paths:
     """Return the same paths without rows on the way."""
-    found = paths.copy()
-    found["parts"], found["recorded"], found["first_row"] = 1, 0, 0
-    return found
+    copy = paths.copy()
+    copy["parts"], copy["recorded"], copy["first_row"] = 1, 0, 0
+    return copy
 
 
 def untimed(paths: Paths) -> Paths:
     """Return a copy of paths on which it is not recorded when asperities slide."""
-    found = paths.copy()
-    found["begin"], found["end"] = UNTIMED
-    return found
+    copy = paths.copy()
+    copy["begin"], copy["end"] = UNTIMED
+    return copy
 
 
 @attrs.frozen(eq=False)
@@ -122,7 +122,7 @@ class Rows:
 def blank_rows(count: int, asperities: int | None, *more: str, planar: bool = False) -> Rows:
     """Return arrays for rows to be written to, of so many asperities; None for totals alone.
 
-    ``more`` is recorded of each asperity beside what always is, by the names of the fields of ``hs_rows``.
+    ``more`` names further fields of ``hs_rows`` that are recorded of each asperity.
     """
     names = () if asperities is None else (*PROJECTED, "dissipated_energy", *more)
     shape = (count, asperities or 0)

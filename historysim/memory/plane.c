@@ -1,4 +1,5 @@
-/* Plane: a contact that moves in two tangential directions: exact along one line, rings from the first turn on. */
+/* Plane: a contact that moves in two tangential directions. From paths in x and y it integrates the exact line as long as all motion
+ * is along it, and the rings of classes.c from the first turn on; it writes rows of both (README.md, two directions). */
 
 #include "plane.h"
 #include "lanes.h"

@@ -1,4 +1,5 @@
-/* One class on one step in two directions: the slip of rings as a convex problem. */
+/* Rings: the slip of one class of rings on one step, from the trial deflections at which all stick and the friction limits of the
+ * rings: the minimum of a convex function, by Gauss–Seidel and Newton's method (README.md, two directions 1 and 2). */
 
 #include "rings.h"
 #include "lanes.h"
