@@ -10,7 +10,7 @@
  * the tolerance of the caller: an error of 1 is just tolerated. */
 typedef struct hs_adaptive {
     double tolerance;     /* relative, by which the caller divides differences */
-    double certain;       /* error that is accepted at once; a larger one, up to 1, only twice in sequence: two results may agree by chance */
+    double certain;       /* error that is accepted at once; larger ones, up to 1, twice in sequence: results may agree by chance */
     int first_chords;     /* of a step; they are doubled until its error is accepted */
     int most_chords;      /* of a step, which is then accepted whatever its error */
     double slow;          /* a step is shortened if its error exceeds this fraction of the error before; 0: at once; infinity: never */
@@ -56,8 +56,8 @@ static inline double hs_error(double difference, double rounding, double tolerat
     difference = fabs(difference) - rounding;
     return difference <= 0.0 ? 0.0 : difference / tolerated;
 }
-/* Energy of many chords, extrapolated from the energies of n and 2 n chords, whose errors go with the square of the length of a chord; no less than
- * at the start. */
+/* Energy of many chords, extrapolated from the energies of n and of 2 n chords by a method of second order; no less than at the
+ * start. */
 static inline double hs_extrapolate(double start, double coarse, double fine) {
     return hs_most(fine + (fine - coarse) / 3.0, start);
 }

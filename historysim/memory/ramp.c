@@ -188,7 +188,7 @@ static const hs_adaptive front_settings = {
     0.0, /* the tolerance is set from the drive's */
     1.0, /* accepted at once: the error is the difference from a closed form */
     1, INT_MAX,
-    0.0, /* halved at once: nothing else is known of a better quadrature */
+    0.0, /* halved at once: each piece has the most nodes that it needs */
     1.0, 1.0 / (1 << MOST_HALVINGS),
     0.0, 0.5, 0.5,
     INT_MAX, 1.0, 1.0, /* halvings bound the number of pieces */
@@ -208,6 +208,7 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
     const double width = from->front - to->front, scale = energy->friction * rate;
     (void)chords;
     *error = piece->total = 0.0;
+    if (width <= 0.0) return HS_OK;
     double total = piece->total = chord_energy(energy, from, to, rate);
     if (from->edge == to->edge) return HS_OK;
     const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge, *e1 = &to->at_edge;
