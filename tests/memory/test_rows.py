@@ -61,7 +61,7 @@ def test_rows_do_not_depend_on_the_order_of_asperities(friction):
         for part in np.split(targets, 3):
             paths = paths_to(Goals(lib.HS_DISPLACED, part[:, 0]), Goals(lib.HS_DISPLACED, part[:, 1]))
             rows = blank_rows(paths.size, columns.size)
-            state = ensemble.walk(state, paths, rows=rows, asperities=columns)
+            state = ensemble.advance_along(state, paths, rows=rows, asperities=columns)
             parts.append(rows.each)
         tables.append((columns, {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}))
     (_, every), (_, ranked), (few, chosen) = tables
