@@ -5,8 +5,8 @@ import inspect
 from types import ModuleType
 
 import historysim as hs
-from historysim.results import asking
-from historysim.results.accessor import Questions
+from historysim.results import queries
+from historysim.results.accessor import Queries
 
 GROUPS = {
     "Run, ask and draw": "run replay Replay open load validate show plot report explore write_csv write_netcdf",
@@ -51,7 +51,7 @@ def groups() -> dict[str, list[str]]:
 def namespaces() -> dict[str, list[str]]:
     """Return the names of each namespace, and of those in it, that have no place in the package itself."""
     known = {id(_at(path)) for paths in groups().values() for path in paths}
-    known |= {id(inspect.unwrap(getattr(Questions, name))) for name in questions()}
+    known |= {id(inspect.unwrap(getattr(Queries, name))) for name in all_queries()}
     found: dict[str, list[str]] = {}
     waiting = [f"historysim.{name}" for name in dir(hs) if name not in EARLIER]
     for path in waiting:
@@ -73,13 +73,13 @@ def namespaces() -> dict[str, list[str]]:
     return found
 
 
-def questions() -> list[str]:
+def all_queries() -> list[str]:
     """Return the questions to a history."""
-    return list(asking.questions())
+    return list(queries.all_queries())
 
 
 def _question(name: str) -> str:
-    asked = inspect.unwrap(getattr(Questions, name))
+    asked = inspect.unwrap(getattr(Queries, name))
     return f"{asked.__module__}.{asked.__name__}"
 
 
@@ -98,7 +98,7 @@ def _listed(paths: list[str]) -> str:
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
     chapters = [(title, "", paths) for title, paths in groups().items()]
-    chapters.append(("Questions to a history", QUESTIONS, [_question(name) for name in questions()]))
+    chapters.append(("Questions to a history", QUESTIONS, [_question(name) for name in all_queries()]))
     for path, paths in namespaces().items():
         module = _at("historysim" + path.removeprefix("hs"))
         chapters.append((f"`{path}`", (inspect.getdoc(module) or "").strip(), paths))

@@ -1,7 +1,7 @@
 """Verbs for any object or its file: `hs.open`, `hs.show`, `hs.plot`, `hs.report`, `hs.explore`.
 
-A type supports them by a method ``summary`` and by implementations registered with `figure_of` and `page_of`. Heavy
-packages are imported only if needed: `show` of a result does not import xarray.
+A type supports them by a method ``summary`` and by implementations registered with `make_figure` and `render_page`.
+Heavy packages are imported only if needed: `show` of a result does not import xarray.
 """
 
 import contextlib
@@ -19,12 +19,12 @@ from historysim.results.result_files import (
     CALLED,
     FILES,
     KINDS,
-    damage_reported,
-    kind_of,
+    file_type,
     open_file_history,
     open_history,
     open_zarr_history,
     read_table,
+    report_damage,
 )
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     121
     """
     path = as_path(path)
-    kind = kind_of(path)
+    kind = file_type(path)
     if chunks is not None and kind not in {"log", "result", "zarr"}:
         called = CALLED.get(kind, f"a {kind}")
         raise InputError(f"chunks: {path} is {called}; expected a log or a result, whose history has chunks")
@@ -160,7 +160,7 @@ def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kind
 def open_content(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
     """Open any file that historysim knows, and close it when the block ends; parameters and errors as for `open`."""
     content: Any = open(path, form=form, **reading)
-    with content if hasattr(content, "__exit__") else contextlib.nullcontext(), damage_reported(Path(path)):
+    with content if hasattr(content, "__exit__") else contextlib.nullcontext(), report_damage(Path(path)):
         yield content
 
 
@@ -246,7 +246,7 @@ def show(what: object, *, form: str | None = None, attributes: bool = False, **r
         if form is not None or reading:
             raise InputError(f"form, pixel_size, …: {MAP_ALONE}")
         return Lines(_lines(what, attributes=attributes))
-    kind = kind_of(Path(what))
+    kind = file_type(Path(what))
     if kind == "height map":
         return Lines(_lines_of_map(Path(what), form or "plane", **reading))
     if kind == "result":
@@ -383,7 +383,7 @@ def plot(
     >>> figure.savefig("surface.png")
     """
     import historysim.scenario.figure  # noqa: F401 - registers the picture of a scenario
-    from historysim.results.plots.pictures import figure_of
+    from historysim.results.plots.pictures import make_figure
     from historysim.surfaces.heights import Surface
 
     fields: dict[str, Any] = options
@@ -404,7 +404,7 @@ def plot(
         # any explicit option replaces the picture of the scenario
         if picture is None and not {*fields} - {"name"} and (scenario_figure := _draw_scenario_picture(what, target)):
             return scenario_figure
-        return figure_of(what, picture=picture, target=target, **fields)
+        return make_figure(what, picture=picture, target=target, **fields)
 
 
 def _draw_scenario_picture(content: object, target: "Place") -> "FigureOrAxes | None":
@@ -462,7 +462,7 @@ def _page(content: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
-    from historysim.results.report.page import EXPECTED, page_of, paragraph, picture
+    from historysim.results.report.page import EXPECTED, paragraph, picture, render_page
     from historysim.results.report.reports import comparison_page, dataset_page
     from historysim.scenario.fit import compare, fit
     from historysim.scenario.scenario import Scenario
@@ -475,7 +475,7 @@ def _page(content: object, name: str) -> str:
             figures = [paragraph(f"No picture of the scenario: {error}", "note")]
         return dataset_page(content, figures)
     if isinstance(content, Scenario) and content.sections.fit is not None:
-        return page_of(fit(content))
+        return render_page(fit(content))
     if isinstance(content, Scenario):
         try:
             _ = content.measured_files
@@ -484,9 +484,9 @@ def _page(content: object, name: str) -> str:
         return comparison_page(compare(content), content.title or content.path.stem, content.text)
     if isinstance(content, EventLog):
         raise InputError(f"{name}: is a log; expected its result; historysim run {shell_word(name)} recomputes it")
-    if page_of.dispatch(type(content)) is page_of.dispatch(object):
+    if render_page.dispatch(type(content)) is render_page.dispatch(object):
         raise InputError(f"{name}: has no report; {EXPECTED}")
-    return page_of(content)
+    return render_page(content)
 
 
 @attrs.frozen

@@ -5,7 +5,7 @@ from hypothesis import settings
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from historysim.results.plots import canvas, printed
+from historysim.results.plots import canvas, figure_output
 from historysim.results.report import page
 
 # the first example of a property may wait for a library to load or for code to be compiled
@@ -27,8 +27,8 @@ def quick_pictures(request, monkeypatch):
     if "plots" in request.path.parts:
         return
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: {})
-    monkeypatch.setattr(canvas, "_fit", lambda _: True)
-    for module in (printed, page):
+    monkeypatch.setattr(canvas, "_fits", lambda _: True)
+    for module in (figure_output, page):
         monkeypatch.setattr(module, "DOTS_PER_INCH", 40)
 
 

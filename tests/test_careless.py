@@ -127,7 +127,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
         (lambda *_: hs.write_csv(5, "x.csv"), "expected a Dataset or DataArray of xarray"),
         (lambda _, history: hs.write_netcdf(history, "my.toml"), ".toml ending, of a scenario or a log; expected .nc"),
         (lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"), "expected .nc or .csv"),
-        (lambda *_: hs.plots.loop(5), "5 is no history; expected a Dataset from historysim"),
+        (lambda *_: hs.plots.loop(5), "5 is not a history; expected a Dataset from historysim"),
         (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is not a history"),
         (lambda *_: hs.material("glas"), "did you mean 'float glass'?"),
     ],

@@ -16,7 +16,7 @@ from scipy import optimize
 from thesis import FOLDER, NANO, PAGE, calculated, listed, repeats, scenario, swept
 
 import historysim as hs
-from historysim.results import analysis, rebuilt
+from historysim.results import analysis, recompute
 from historysim.results.plots.friction_loops import END
 from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
@@ -226,7 +226,7 @@ def test_2_07_forward_scan(ran):
     history, figure = ran("fig_2_07")
     states = at_states(history)
     assert [states["K"], states["A"]] == pytest.approx([5.798, 15.669], abs=5e-4)
-    at_k = rebuilt.profiles(history, 0, named_states(history)["K"], points=2001)
+    at_k = recompute.profiles(history, 0, named_states(history)["K"], points=2001)
     assert float(at_k.stick_radius[0] / at_k.contact_radius[0]) == pytest.approx(0.5 ** (1 / 3), rel=1e-9)
     assert float(at_k.traction[0, 0]) / 1e6 == pytest.approx(5.86, abs=0.01)
     assert float(at_k.traction.max()) / 1e6 == pytest.approx(17.29, abs=0.02)
@@ -246,7 +246,7 @@ def test_2_08_traction_after_turning(ran):
     """The slip that comes back, b, reaches less far in than that of first loading, s, until T = -T*."""
     history, figure = ran("fig_2_08")
     steps = list(named_states(history).values())
-    found = rebuilt.profiles(history, 0, steps)
+    found = recompute.profiles(history, 0, steps)
     assert (found.stick_radius / found.contact_radius).values == pytest.approx(
         [0.585, 0.928, 0.843, 0.737, 0.585], abs=5e-4
     )
@@ -357,7 +357,7 @@ def test_4_01_loops():
 
 def test_4_02_cycle(ran):
     history, figure = ran("fig_4_02")
-    found = rebuilt.profiles(history, 0, list(named_states(history).values()))
+    found = recompute.profiles(history, 0, list(named_states(history).values()))
     ratio = dict(zip(named_states(history), (found.stick_radius / found.contact_radius).values, strict=True))
     assert [ratio[name] for name in "KLMND"] == pytest.approx([0.794, 0.909, 0.794, 0.630, 0], abs=5e-4)
     states = at_states(history)

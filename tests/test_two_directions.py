@@ -12,7 +12,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError, LoadError
 from historysim.exchange.fmu import unit_file
-from historysim.results.asking import check_direction
+from historysim.results.queries import check_one_direction
 from historysim.results.result_files import open_result
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -273,9 +273,9 @@ COMMANDS = {
     "plot {nc} -o {out}.png": 0,
     "plot {nc} --picture hodograph --with drive=true -o {out}.png": 0,
     "report {nc} -o {out}.html": 0,
-    "loops {nc}": "goes with one tangential direction",
-    "table {nc} cycle-drift -o {out}.csv": "cycle_drift goes with one tangential direction",
-    "plot {nc} --picture loop -o {out}.png": "the picture loop goes with one tangential direction",
+    "loops {nc}": "supports one tangential direction",
+    "table {nc} cycle-drift -o {out}.csv": "cycle_drift supports one tangential direction",
+    "plot {nc} --picture loop -o {out}.png": "the picture loop supports one tangential direction",
     "plot {nc} --picture slip-annulus --with steps=2,-1 -o {out}.png": 0,
     "fmu {toml} -o {out}.fmu": 0,
     "fmu {toml} --directions 1 -o {out}.fmu": "the events move in two tangential directions",
@@ -385,7 +385,7 @@ def test_a_sweep_uses_the_magnitude_of_vectors(scenario):
 def test_a_file_that_is_open_is_refused_as_its_dataset_is(tmp_path):
     hs.Replay(ENSEMBLE, MOVED).write(tmp_path / "a.nc")
     with open_result(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question goes with one"):
-        check_direction(file, "a question")
+        check_one_direction(file, "a question")
 
 
 DEAD_WEIGHT = [

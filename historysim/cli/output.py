@@ -16,7 +16,7 @@ from historysim.cli.options import has_flag
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.results.plots.printed import PrintedFigure
+    from historysim.results.plots.figure_output import PrintedFigure
 
     Lines = Sequence[tuple[str, str]]
 

@@ -133,7 +133,7 @@ def loops(
     import attrs
 
     from historysim.measured.branches import DEFAULT
-    from historysim.results.plots.found_loops import LoopLevelsPicture, MeasuredLoopsPicture
+    from historysim.results.plots.loop_pictures import LoopLevelsPicture, MeasuredLoopsPicture
     from historysim.scenario.record_search import loop_rows
     from historysim.scenario.record_search import loops as find_loops
 
@@ -185,7 +185,7 @@ def _report_fretting(
 ) -> None:
     """Print the fretting report of the loops of a record, or of each of its runs, and write it to a file."""
     from historysim.measured.fretting import by_load
-    from historysim.results.plots.found_loops import FrettingPicture
+    from historysim.results.plots.loop_pictures import FrettingPicture
     from historysim.scenario.record_search import fretting_of_runs, fretting_rows
 
     if requested := sorted(str(option) for option in unsupported if option is not None):

@@ -12,7 +12,7 @@ from historysim.cli.output import check_outputs, notice, save, save_table, write
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    from historysim.results.asking import Question
+    from historysim.results.queries import Query
     from historysim.scenario.scenario import Scenario
 
 
@@ -124,9 +124,9 @@ def plot(
     choices = {name.replace("-", "_"): value for name, value in choices.items()}
     choices = {name: further.pop(name) for name in PICTURE_OPTIONS} | choices | {"adhesion": adhesion or None}
     choices = {name: value for name, value in choices.items() if value is not None}
-    from historysim.results.result_files import kind_of
+    from historysim.results.result_files import file_type
 
-    kind = kind_of(file)
+    kind = file_type(file)
     if output is None:
         # pictures of results are written next to them, others to the current folder
         folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
@@ -213,7 +213,7 @@ class QueryName(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name of the query in Python."""
-        from historysim.results.asking import earlier_names
+        from historysim.results.queries import earlier_names
 
         tables, name = _tables(), str(value).replace("-", "_")
         name = earlier_names().get(name, name)
@@ -239,11 +239,11 @@ class TableCommand(click.Command):
             formatter.write_dl([(name.replace("_", "-"), query.text) for name, query in _tables().items()])
 
 
-def _tables() -> "dict[str, Question]":
+def _tables() -> "dict[str, Query]":
     """Return the queries whose result is a table."""
-    from historysim.results.asking import questions
+    from historysim.results.queries import all_queries
 
-    return {name: query for name, query in questions().items() if query.table is not None}
+    return {name: query for name, query in all_queries().items() if query.table is not None}
 
 
 @click.command(cls=TableCommand)
@@ -279,14 +279,14 @@ def table(
     if query == "time_series" and asperity is None and output.suffix.lower() == ".csv":
         # the columns of all asperities do not fit into a spreadsheet
         arguments.setdefault("form", "totals")
-    from historysim.results.accessor import answer
+    from historysim.results.accessor import evaluate_query
     from historysim.results.result_files import open_result
 
     with open_result(result) as history:
         if query == "run_drift" and "second" in arguments:
             with open_result(Path(arguments["second"])) as second:
                 arguments["second"] = second.load()
-        dataset = answer(history, query, arguments)
+        dataset = evaluate_query(history, query, arguments)
         if query == "profiles":
             # one row per radius
             dataset = dataset.isel(step=0)

@@ -1,6 +1,6 @@
-"""Questions to a history as methods of it: ``history.contact.slip_onset()``.
+"""Queries of a history as its methods: ``history.contact.slip_onset()``.
 
-The accessor exists as soon as a name of historysim that returns or takes histories has been used.
+The accessor exists once a name of historysim that returns or accepts histories has been used.
 """
 
 import functools
@@ -13,14 +13,14 @@ import xarray as xr
 
 from historysim.basics.wording import Finding, listed, nearest
 from historysim.errors import InputError
-from historysim.results.asking import Question, earlier_names, questions
+from historysim.results.queries import Query, all_queries, earlier_names
 
 
-def _method(query: Question) -> Callable[..., Any]:
-    """Return a question as a method, with the documentation of the function."""
+def _method(query: Query) -> Callable[..., Any]:
+    """Return a query as a method, with the documentation of the function."""
 
     @functools.wraps(query.function)
-    def method(self: "Questions", /, *args: Any, **kwargs: Any) -> Any:
+    def method(self: "Queries", /, *args: Any, **kwargs: Any) -> Any:
         return query.function(self.history, *args, **kwargs)
 
     parameters = list(inspect.signature(query.function).parameters.values())
@@ -30,8 +30,8 @@ def _method(query: Question) -> Callable[..., Any]:
 
 
 @xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call] # xarray gives no types
-class Questions:
-    """Questions to a history; each is the function of the same name in `hs.analysis`.
+class Queries:
+    """Queries of a history; each is the function of the same name in `hs.analysis`.
 
     Parameters
     ----------
@@ -43,42 +43,42 @@ class Questions:
         self.history = history
 
 
-for _name, _question in questions().items():
-    setattr(Questions, _name, _method(_question))
+for _name, _question in all_queries().items():
+    setattr(Queries, _name, _method(_question))
 for _earlier, _name in earlier_names().items():
-    setattr(Questions, _earlier, getattr(Questions, _name))
+    setattr(Queries, _earlier, getattr(Queries, _name))
 
 
-def answer(history: xr.Dataset, name: str, arguments: Mapping[str, Any]) -> xr.Dataset:
-    """Return the answer to a question, with arguments by name, as a table.
+def evaluate_query(history: xr.Dataset, name: str, arguments: Mapping[str, Any]) -> xr.Dataset:
+    """Return the result of a query, with arguments by name, as a table.
 
     Raises
     ------
     InputError
-        An argument that the question does not take, one that is missing, or what the question itself refuses.
+        An argument that the query does not accept, a missing one, or an error of the query itself.
     """
-    asked_for = questions()[name]
-    parameters, cli_name = asked_for.parameters, name.replace("_", "-")
+    selected_query = all_queries()[name]
+    parameters, cli_name = selected_query.parameters, name.replace("_", "-")
     for option in arguments:
         if option not in parameters:
-            fix = nearest(option, parameters) if parameters else "it takes none"
+            fix = nearest(option, parameters) if parameters else "it has none"
             raise InputError(f"{cli_name}: has no parameter {option!r}; {fix}")
     needed = [option for option, parameter in parameters.items() if parameter.default is inspect.Parameter.empty]
     if missing := [option for option in needed if option not in arguments]:
         raise InputError(f"{cli_name}: needs {listed(missing)}; expected --with {missing[0]}=VALUE")
-    result = getattr(Questions(history), name)(**arguments)
-    return result if isinstance(result, xr.Dataset) else _table(asked_for, result)
+    result = getattr(Queries(history), name)(**arguments)
+    return result if isinstance(result, xr.Dataset) else _table(selected_query, result)
 
 
-def _table(asked_for: Question, result: Any) -> xr.Dataset:
+def _table(selected_query: Query, result: Any) -> xr.Dataset:
     if isinstance(result, xr.DataArray):
-        return result.to_dataset(name=asked_for.name)
+        return result.to_dataset(name=selected_query.name)
     if hasattr(result, "to_dataset"):
         table: xr.Dataset = result.to_dataset()
         return table
     if isinstance(result, int | float | np.number):
-        attributes = {"units": asked_for.unit} if asked_for.unit else {}
-        return xr.Dataset({asked_for.name: ("row", [result], attributes)})
+        attributes = {"units": selected_query.unit} if selected_query.unit else {}
+        return xr.Dataset({selected_query.name: ("row", [result], attributes)})
     if isinstance(result, tuple | list) and all(isinstance(item, Finding) for item in result):
         fields = ("name", "value", "limit", "text")
         return xr.Dataset({field: ("row", [getattr(item, field) for item in result]) for field in fields})

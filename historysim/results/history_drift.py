@@ -1,4 +1,4 @@
-"""Drift and positioning: how far the preliminary displacement, and the position, move along histories."""
+"""Drift and positioning: changes of the preliminary displacement and of the position along histories."""
 
 import attrs
 import numpy as np
@@ -14,10 +14,10 @@ from historysim.measured.branches import DEFAULT, Definitions
 from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import (
     check_all_recorded,
-    described,
+    describe,
     sliding_reach,
 )
-from historysim.results.asking import question
+from historysim.results.queries import query
 from historysim.results.steps import resolve_step
 
 __all__ = [
@@ -38,9 +38,9 @@ def __dir__() -> list[str]:
 REST_TOLERANCE = 1e-9  # part of its range by which a channel may move and count as at rest
 
 
-@question(unit="m")
+@query(unit="m")
 def branch_drift(history: xr.Dataset, first: int | str, second: int | str) -> float:
-    """Return the branch drift between two steps [m]: the backward branch less the 2 δ1 it should take, without sign.
+    """Return the branch drift between two steps [m]: the backward branch minus 2 δ1, without sign.
 
     The surface slides forward at the first step, load or friction change to those of the second at a fixed
     displacement, and it comes back until all of it slides: asperity i then takes min(δ_i1, δ_i2) + δ_i2, and the
@@ -55,7 +55,7 @@ def branch_drift(history: xr.Dataset, first: int | str, second: int | str) -> fl
     return float(abs(branch - 2 * first_branches.max(initial=0.0)))
 
 
-@question(table="direction,cycle_drift")
+@query(table="direction,cycle_drift")
 def cycle_drift(
     history: xr.Dataset, first: int = 0, second: int = -1, *, definitions: Definitions = DEFAULT
 ) -> xr.DataArray:
@@ -76,7 +76,7 @@ def cycle_drift(
     return change.rename("cycle_drift").reset_coords(drop=True)
 
 
-@question(unit="m")
+@query(unit="m")
 def run_drift(first: xr.Dataset, second: xr.Dataset, step: int | str = -1) -> float:
     """Return the change of the preliminary displacement between two runs at one step, |δ_t,max,2 - δ_t,max,1| [m].
 
@@ -89,9 +89,9 @@ def run_drift(first: xr.Dataset, second: xr.Dataset, step: int | str = -1) -> fl
     return float(abs(second_displacement - first_displacement))
 
 
-@question(unit="m")
+@query(unit="m")
 def positioning_error(history: xr.Dataset, start: int | str = 0, end: int | str = -1) -> float:
-    """Return how far a there-and-back move ends from where it began [m]: U at its end less U at its start.
+    """Return the positioning error of a there-and-back move [m]: U at its end minus U at its start.
 
     At the end the tangential load, or behind an instrument the displacement of the drive, is what it was at the start;
     normal load and friction may differ. Steps are positions, where negative ones count from the end, or names of
@@ -107,13 +107,13 @@ def positioning_error(history: xr.Dataset, start: int | str = 0, end: int | str 
         load = ends["total_tangential_load"]
         raise InputError(
             f"the tangential load is {load[0]:.6g} N at step {start_step} and {load[1]:.6g} N at step {end_step}; "
-            "expected steps between which it, or the drive, goes there and back"
+            "expected steps between which it, or the drive, moves there and back"
         )
     displacement = history["tangential_displacement"].values
     return float(displacement[end_step] - displacement[start_step])
 
 
-@question(table="step,time")
+@query(table="step,time")
 def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     """Return the changes of loads and displacement that a controller sees when the normal load changes at rest.
 
@@ -131,7 +131,7 @@ def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     still = (changed["tangential_load"] == 0) | (_changes(history[driven].values) == 0)
     where = np.flatnonzero(still & (changed["normal_load"] != 0))
     variables = {
-        name: described("step", changed[name][where], f"change of the {name.replace('_', ' ')}", unit)
+        name: describe("step", changed[name][where], f"change of the {name.replace('_', ' ')}", unit)
         for name, (_, unit) in sources.items()
     }
     time = ("step", history["time"].values[where + 1], {"units": "s"})
@@ -154,13 +154,13 @@ def disturbance_at_rest(
 ) -> Disturbance:
     """Return the changes of load and displacement at rest for a new normal load; ``state`` is unaffected.
 
-    A rise is not seen, since what touches anew is not strained. Where the load falls the strain of what it lets go
-    is lost: a held position needs less force, a held force moves the contact on.
+    A rise has no effect, since new contacts are not strained. Where the load falls, the strain of the lost contacts is
+    released: a held position needs less force, a held force moves the contact on.
 
     Parameters
     ----------
     normal_load : float
-        The total that is reached [N], 0 or more.
+        The new total [N], 0 or more.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def is_history(data: object) -> bool:
 
 
 def selected_axes(history: xr.Dataset) -> tuple[str, ...]:
-    """Return which of ``step`` and ``asperity`` are no dimensions because one step or one asperity was selected."""
+    """Return the axes, ``step`` or ``asperity``, of which one member was selected, so that they are not dimensions."""
     scalars = {axis: label for axis, label in _LABELS.items() if axis not in history.dims}
     variables = history.variables
     return tuple(axis for axis, label in scalars.items() if label in variables and not variables[label].dims)
@@ -90,7 +90,7 @@ def _check_complete(history: xr.Dataset) -> None:
 
 
 @contextmanager
-def missing_variables_reported(*histories: object) -> Iterator[None]:
+def report_missing_variables(*histories: object) -> Iterator[None]:
     """Raise InputError instead of the KeyError of a declared variable that one of the histories does not have."""
     try:
         yield
@@ -121,7 +121,7 @@ def _with_axes(history: xr.Dataset) -> xr.Dataset:
         if lost:
             dimension = str(history.variables[label].dims[0])
             if dimension not in history.coords:
-                raise _renamed(dimension, axis)
+                raise _name_error(dimension, axis)
             swapped[dimension] = axis
     result = history.swap_dims(swapped) if swapped else history
     if "asperity" in result.dims and "asperity" not in result.variables:
@@ -134,9 +134,9 @@ def _with_axes(history: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def _renamed(dimension: str, axis: str) -> InputError:
+def _name_error(dimension: str, axis: str) -> InputError:
     return InputError(
-        f'the history goes along {dimension}, and not {axis}; expected history.rename({dimension}="{axis}")'
+        f'the history varies along {dimension}, not {axis}; expected history.rename({dimension}="{axis}")'
     )
 
 
@@ -147,7 +147,7 @@ def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], select
     undeclared = [str(dimension) for dimension in variable.dims if dimension not in {*declared.dimensions, DIRECTION}]
     missing = [axis for axis in declared.dimensions if axis not in {*variable.dims, *selected}]
     if len(undeclared) == len(missing) == 1:
-        raise _renamed(undeclared[0], missing[0])
+        raise _name_error(undeclared[0], missing[0])
     for dimension in undeclared:
         variable = _without(variable, dimension, declared.name)
     for axis in declared.dimensions:
@@ -155,7 +155,7 @@ def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], select
             variable = variable.set_dims({axis: 1, **variable.sizes})  # type: ignore[no-untyped-call] # of xarray
     if missing:
         along = ", ".join(map(str, variable.dims)) or "nothing"
-        raise InputError(f"{declared.name} of the history goes along {along}; expected {' and '.join(missing)}, too")
+        raise InputError(f"{declared.name} of the history varies along {along}; expected {' and '.join(missing)}, too")
     order = (*declared.dimensions, *([DIRECTION] if DIRECTION in variable.dims else []))
     return _with_type(variable if variable.dims == order else variable.transpose(*order), declared)
 
@@ -178,7 +178,7 @@ def _without(variable: xr.Variable, dimension: str, name: str) -> xr.Variable:
 
 
 def _with_type(variable: xr.Variable, declared: Variable) -> xr.Variable:
-    """Return a variable with numbers of its declared type; a flag or count that is missing is an InputError."""
+    """Convert a variable to its declared type; InputError if a flag or count is missing."""
     kind, size = variable.dtype.kind, variable.dtype.itemsize
     is_integer = np.dtype(declared.dtype).kind == "i"
     if not (kind == "f" and size >= _SINGLE_PRECISION) and not (is_integer and kind in "iu"):

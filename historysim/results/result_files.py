@@ -21,7 +21,7 @@ from historysim.results.history_view import MODULI, NEEDED, FileHistory, History
 if TYPE_CHECKING:
     import xarray as xr
 
-# What a netCDF file is, by its attribute ``content``; the modules that write it are heavy to import.
+# Type of a netCDF file by its attribute ``content``; the modules that write them are slow to import.
 KINDS: Mapping[str, str] = {
     "friction loops": "loops",
     "statistics of friction loops": "loops",
@@ -47,9 +47,9 @@ CALLED: Mapping[str, str] = {
 
 
 class FileKind(abc.ABC):
-    """Another kind of file that `show`, `plot` and `report` read.
+    """Another type of file that `show`, `plot` and `report` read.
 
-    Its content has a method ``summary``, and is registered with `figure_of` and `page_of`.
+    Its content has a method ``summary``, and functions registered with `make_figure` and `render_page`.
     """
 
     kind: ClassVar[str]  #: its name, also in messages
@@ -65,17 +65,17 @@ class FileKind(abc.ABC):
         """Return the content of a file; InputError where it is damaged."""
 
 
-# The kinds of files beside those of `CALLED`, by their names.
+# Further types of files, by their names.
 FILES: Registry[type[FileKind]] = Registry(
     "historysim.files",
     "historysim.results.result_files:FileKind",
     "kind of file",
-    # by its name: a room below this one, imported where a file may be one
+    # by its name: a module of a higher layer, imported when a file may be of its type
     "historysim.exchange.reduced.reduced_model",
 )
 
 
-def kind_of(path: Path) -> str:
+def file_type(path: Path) -> str:
     """Return the type of a file, a key of `CALLED` or a name in `FILES`: by suffix, else by content."""
     if path.suffix == ".toml":
         return "scenario"
@@ -99,7 +99,7 @@ def _kind_of_netcdf(path: Path) -> str:
     import netCDF4
 
     check_named(path)
-    # height maps are netCDF, too; what does not open is left to the reader of results, which says what is wrong
+    # height maps are netCDF, too; the reader of results reports why a file cannot be opened
     with contextlib.suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         if str(attributes.get("content")) in KINDS:
@@ -112,15 +112,14 @@ def _kind_of_netcdf(path: Path) -> str:
 def open_history(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     """Open the result of a run, read lazily; its ``close()`` closes the file.
 
-    The Dataset is that of xarray, which also closes files that nobody has closed. It must not be held open by a
-    suspended generator: the garbage collector would end that at any allocation, and wait for a lock of xarray that the
-    same thread may hold.
+    xarray also closes files that were left open. The Dataset must not be held open by a suspended generator: the
+    garbage collector would end it at any allocation, and wait for a lock of xarray that the same thread may hold.
 
     Parameters
     ----------
     path : Path
         The file.
-    own : bool
+    exclusive : bool
         Whether this process has just written it, so that no other process checks it first.
 
     Raises
@@ -131,7 +130,7 @@ def open_history(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     _check_netcdf(path)
     history = _open_netcdf(path, exclusive=exclusive)
     try:
-        with damage_reported(path):
+        with report_damage(path):
             _check_history(history, path)
     except BaseException:
         history.close()
@@ -167,9 +166,9 @@ def open_result(path: Path, *, exclusive: bool = False) -> Iterator["xr.Dataset"
     """Open the result of a run, and close it when the block ends; also damage found while reading is an InputError.
 
     Parameters and errors as for `open_history`. The result may be a zarr store, or a log, whose history is computed
-    where it is read.
+    when it is read.
     """
-    with _open_checked(path, exclusive=exclusive) as history, damage_reported(path):
+    with _open_checked(path, exclusive=exclusive) as history, report_damage(path):
         yield history
 
 
@@ -200,15 +199,15 @@ def open_file_history(path: Path, *, exclusive: bool = False) -> Iterator[Histor
         try:
             history = files.enter_context(FileHistory.open(path))
         except (OSError, RuntimeError, AttributeError) as error:
-            raise _damaged(path, error) from error
-        files.enter_context(damage_reported(path))
+            raise _damage_error(path, error) from error
+        files.enter_context(report_damage(path))
         _check_history(history, path)
         yield history
 
 
 def read_table(path: Path) -> "xr.Dataset":
     """Read a sweep, friction loops, a table of them, or friction over time or distance, as it was written."""
-    with _open_netcdf(path) as dataset, damage_reported(path):
+    with _open_netcdf(path) as dataset, report_damage(path):
         return dataset.load()
 
 
@@ -223,7 +222,7 @@ def _check_netcdf(path: Path) -> None:
         raise InputError(f"{path}: is not a netCDF file; {EXPECTED}")
 
 
-def _damaged(path: Path, error: Exception) -> InputError:
+def _damage_error(path: Path, error: Exception) -> InputError:
     return InputError(f"{path}: is damaged ({error}); make it again")
 
 
@@ -233,14 +232,14 @@ def _open_netcdf(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     if not exclusive:
         check_named(path)
     try:
-        # elapsed time in s is no date
+        # elapsed time in s is not a date
         return xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
-        raise _damaged(path, error) from error
+        raise _damage_error(path, error) from error
 
 
 @contextlib.contextmanager
-def damage_reported(path: Path) -> Iterator[None]:
+def report_damage(path: Path) -> Iterator[None]:
     """Report errors of the netCDF library inside the block as InputError: the file is damaged."""
     try:
         yield
@@ -249,7 +248,7 @@ def damage_reported(path: Path) -> Iterator[None]:
         text = error.strerror if isinstance(error, OSError) else str(error)
         if not str(text).startswith("NetCDF: "):
             raise
-        raise _damaged(path, error) from error
+        raise _damage_error(path, error) from error
 
 
 STRINGS = (
@@ -266,23 +265,23 @@ def _check_history(history: History, path: Path) -> None:
     if not history.attrs.get("complete"):
         raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
     if problem := next(_wrong(history), ""):
-        raise InputError(f"{path}: is no result of historysim run, or damaged: {problem}; run the scenario again")
+        raise InputError(f"{path}: is not a result of historysim run, or damaged: {problem}; run the scenario again")
 
 
 def _wrong(history: History) -> Iterator[str]:
     """Yield faults of the attributes and variables of a result."""
     for name in STRINGS:
         if not isinstance(history.attrs.get(name, ""), str):
-            yield f"its attribute {name} is no string"
+            yield f"its attribute {name} is not a string"
     for name in MODULI:
         value = history.attrs.get(name)
         if not (isinstance(value, float | int | np.number) and math.isfinite(value) and value > 0):
-            yield f"its attribute {name} is no positive number"
+            yield f"its attribute {name} is not a positive number"
     findings = None
     with contextlib.suppress(ValueError, RecursionError):
         findings = json.loads(history.attrs.get("validity", "[]"))
     if not isinstance(findings, list):
-        yield "its attribute validity is no list in JSON"
+        yield "its attribute validity is not a list in JSON"
     for name in sorted(NEEDED - history.variables.keys()):
         yield f"it has no variable {name}"
     for name in [name for name in KNOWN if name in history.variables]:
@@ -291,7 +290,7 @@ def _wrong(history: History) -> Iterator[str]:
             yield f"its variable {name} holds no numbers"
         dimensions = tuple(name_ for name_ in variable.dims if name_ != DIRECTION)
         if dimensions != KNOWN[name].dimensions and name != "present_friction":
-            yield f"its variable {name} goes along {', '.join(map(str, variable.dims)) or 'nothing'}"
+            yield f"its variable {name} varies along {', '.join(map(str, variable.dims)) or 'nothing'}"
     if "asperity" in history.sizes and "asperity" not in history.variables:
         yield "it has no labels of its asperities"
     if not history.sizes.get("step"):

@@ -1,4 +1,4 @@
-"""Tables, of questions, of loops, of sliding and of sweeps: written as CSV and netCDF, read back, and summarised."""
+"""Tables of queries, loops, sliding and sweeps: written as CSV and netCDF, read back, and summarised."""
 
 import csv
 import itertools
@@ -25,14 +25,14 @@ from historysim.measured.loop_values import OF_SLIP
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
 
-TABLE, SWEEP = "table", "sweep"  # the attribute content of a table without one of its own, and of a sweep
-CELLS_AT_ONCE = 1 << 20  # values that are read and written at a time
-LINE_END = "\r\n"  # of a table in CSV, as RFC 4180 has it
+TABLE, SWEEP = "table", "sweep"  # default of the attribute content of a table, and that of a sweep
+CELLS_AT_ONCE = 1 << 20  # values that are read and written in one block
+LINE_END = "\r\n"  # of a table in CSV (RFC 4180)
 ALONG_THE_HISTORY = ("step", "elapsed_time")  # dimensions that may be too long for memory
-# attributes that say nothing of the numbers
+# attributes that do not describe the numbers
 FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
-CALCULATED, MEASURED = "modelResult", "physicalMeasurement"  # where numbers come from, in the words of ACDD
-# beginnings of strings that a spreadsheet takes for a formula (OWASP, "CSV Injection")
+CALCULATED, MEASURED = "modelResult", "physicalMeasurement"  # source of numbers, in the terms of ACDD
+# beginnings of strings that a spreadsheet reads as a formula (OWASP, "CSV Injection")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 # a name, the member of a second dimension, a unit
 HEADING = re.compile(r"(?P<name>[a-z]\w*(?: [\w.+-]+)?)(?: \[(?P<unit>[^\]]+)\])?")
@@ -105,7 +105,7 @@ def with_unit(name: object, attributes: "dict[Any, Any]") -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value with ``'`` in front where it is a string that a spreadsheet would take for a formula."""
+    """Return a value, with ``'`` in front if a spreadsheet would read the string as a formula."""
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
@@ -166,8 +166,8 @@ def _values(cells: list[str]) -> np.ndarray:
 def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: str = CALCULATED) -> None:
     """Write a history or a table to a netCDF file, which appears under its name when it is complete.
 
-    Strings are written as characters, since many tools know no others, and what a catalogue asks for (CF-1.11,
-    ACDD-1.3) is added where the table does not have it. Variables along the steps of a history are written in blocks.
+    Strings are written as characters, since many tools support no others, and missing catalogue attributes (CF-1.11,
+    ACDD-1.3) are added. Variables along the steps of a history are written in blocks.
     `hs.open`, `hs.show` and `hs.plot` read what is written.
 
     Parameters
@@ -176,7 +176,7 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
     path : path
         An existing file is replaced.
     origin : {"modelResult", "physicalMeasurement"}
-        Where its numbers come from.
+        Source of its numbers.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
 
 
 def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
-    """Return whether a table has a dimension, in front of all others."""
+    """Return whether a dimension of a table precedes all others."""
     positions = [
         variable.dims.index(dimension) for variable in dataset.variables.values() if dimension in variable.dims
     ]
@@ -219,14 +219,14 @@ def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
 
 
 def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]:
-    """Return how variables are stored: strings as characters, and nothing missing unless it is declared."""
+    """Return the encoding of variables: strings as characters, fill values only if they are declared."""
     encodings: dict[Any, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
         encoding = encodings[name] = {}
         if variable.dtype.kind in "UO":
             encoding["dtype"] = "S1"
         elif name in dataset.coords and variable.dtype == np.int64 and _is_small(variable):
-            # ncview knows no labels of 8 bytes
+            # ncview cannot read labels of 8 bytes
             encoding.update({"_FillValue": None, "dtype": "int32"})
         elif name in dataset.coords or variable.dtype.kind in "iub":
             encoding["_FillValue"] = None
@@ -256,24 +256,24 @@ def _with_metadata(dataset: xr.Dataset, origin: str) -> xr.Dataset:
     if not {"complete", "historysim_version"} <= dataset.attrs.keys():
         usual["content"] = TABLE
     timestamp = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    result.attrs = _stored(usual | dataset.attrs | {"date_created": timestamp})
+    result.attrs = _encode_attributes(usual | dataset.attrs | {"date_created": timestamp})
     for name, variable in result.variables.items():
-        # a variable that was read from a file keeps how it was stored there
+        # a variable that was read from a file keeps its encoding
         variable.encoding = {key: value for key, value in variable.encoding.items() if key == "_FillValue"}
         content = {"coverage_content_type": origin} if name in result.data_vars else {}
-        variable.attrs = _stored(content | variable.attrs)
+        variable.attrs = _encode_attributes(content | variable.attrs)
     return result
 
 
-def _stored(attributes: dict[Any, Any]) -> dict[Any, Any]:
+def _encode_attributes(attributes: dict[Any, Any]) -> dict[Any, Any]:
     """Return attributes as they are stored: strings as characters in UTF-8, whole numbers with 4 bytes."""
 
-    def stored(value: Any) -> Any:
+    def encode(value: Any) -> Any:
         if isinstance(value, str) and value:
             return value.encode()
         return np.int32(value) if isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max else value
 
-    return {name: stored(value) for name, value in attributes.items()}
+    return {name: encode(value) for name, value in attributes.items()}
 
 
 def table_summary(table: xr.Dataset) -> list[tuple[str, str]]:
@@ -294,7 +294,7 @@ def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _range(values: xr.DataArray) -> str:
-    """Return the range of a variable, with its unit and how many values are missing; of strings how many there are."""
+    """Return the range of a variable with its unit and number of missing values; the number of different strings."""
     if values.dtype.kind not in "iuf":
         return counted(len(set(values.values.ravel().tolist())), "string", "different strings")
     finite = values.values[np.isfinite(values.values)]
@@ -307,8 +307,8 @@ def _range(values: xr.DataArray) -> str:
 def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     """Return lines of (label, text) of a sweep.
 
-    They are the number of cells, what was swept, the range of each number over all cells, cells that have failed, and a
-    warning for each assumption of the model that does not hold in some.
+    They state the number of cells, the swept quantities, the range of each number over all cells, failed cells, and a
+    warning for each assumption of the model that does not hold in some cells.
     """
     swept = _swept(sweep)
     dims = {dim for name in swept for dim in sweep[name].dims}
@@ -347,7 +347,7 @@ def sweep_rows(sweep: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[An
         # a design at one point has no dimension to make rows of
         sweep, dims = sweep.expand_dims("point"), ("point",)
     frame = sweep.to_dataframe(dim_order=[*dims, *row_dims]).reset_index()
-    # what goes along steps is NaN where a cell has fewer of them
+    # variables along steps are NaN where a cell has fewer steps
     padded = [
         name
         for name in (str(name) for name in sweep.data_vars)
@@ -385,12 +385,15 @@ def _swept(sweep: xr.Dataset) -> list[str]:
 def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     """Return lines of (label, text) of friction loops, as `Loops.to_dataset` or `LoopTable.to_dataset` gives them.
 
-    Mean ± standard deviation over the loops of each quantity, of a table that of each load or amplitude in both
-    directions, and how the loops were found.
+    Mean ± standard deviation of each quantity over the loops, or for each load or amplitude of a table, in both
+    directions, and the criteria by which the loops were found.
     """
-    how = [("", ""), *((str(name), str(value)) for name, value in loops.attrs.items() if name not in FOR_CATALOGUES)]
+    criteria = [
+        ("", ""),
+        *((str(name), str(value)) for name, value in loops.attrs.items() if name not in FOR_CATALOGUES),
+    ]
     if "loop" not in loops.dims:
-        return [*_levels(loops), *how]
+        return [*_levels(loops), *criteria]
     count = int(_large(loops).sum())
     some = "" if count == loops.sizes["loop"] else f", of which {count:,} are large enough for the means below"
     means = [
@@ -400,10 +403,10 @@ def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
         if "units" in values.attrs
     ]
     values = ("values", "mean ± standard deviation of one loop")
-    return [("loops", f"{loops.sizes['loop']:,}{some}"), values, *means, *how]
+    return [("loops", f"{loops.sizes['loop']:,}{some}"), values, *means, *criteria]
 
 
-def of_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
+def values_in_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
     """Return the values that a mean of a loop quantity includes (loop, …): large loops; NaN for a lower bound."""
     values = loops[quantity]
     if quantity in OF_SLIP and "lower_bound" in loops:
@@ -413,9 +416,9 @@ def of_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
 
 
 def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
-    """Return a mean; where no branch reached sliding, it is a lower bound."""
+    """Return a mean, or a lower bound if no branch reached sliding."""
     unit = loops[quantity].attrs["units"]
-    statistics = LoopStatistics.from_values(of_mean(loops, quantity))
+    statistics = LoopStatistics.from_values(values_in_mean(loops, quantity))
     if statistics.count or quantity not in OF_SLIP:
         return statistics.text(unit, count)
     bound = LoopStatistics.from_values(loops[quantity].values[_large(loops)])
@@ -423,7 +426,7 @@ def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
 
 
 def _large(loops: xr.Dataset) -> Booleans:
-    """Return which loops count in means, as `Loops.large` does."""
+    """Return a mask of the loops that count in means, as in `Loops.large`."""
     amplitude = loops["amplitude"].values
     return np.asarray(amplitude >= loops.attrs["amplitude_share"] * amplitude.max())
 

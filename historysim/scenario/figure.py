@@ -8,7 +8,7 @@ import xarray as xr
 
 from historysim.basics.wording import silent
 from historysim.errors import InputError
-from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, figure_of
+from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, make_figure
 from historysim.scenario.document import parse_toml, structure_pictures
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
@@ -40,7 +40,7 @@ def draw_scenario_figure(
     return draw_figure(content, pictures, title, target)
 
 
-@figure_of.register(Scenario)
+@make_figure.register(Scenario)
 def _draw_scenario(
     scenario: Scenario,
     *,

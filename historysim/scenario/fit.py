@@ -24,8 +24,8 @@ from historysim.measured.comparison import Comparison, Observation, compute_resp
 from historysim.measured.creep import Creep, separate_creep
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.measured.search import OFFSET
-from historysim.results.plots.pictures import figure_of
-from historysim.results.report.page import page_of
+from historysim.results.plots.pictures import make_figure
+from historysim.results.report.page import render_page
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import FitSection
@@ -366,12 +366,12 @@ def _move_files(table: MutableMapping[str, Any], old_folder: Path, new_folder: P
             table[key] = moved[0] if isinstance(value, str) else moved
 
 
-@figure_of.register(Fit)
+@make_figure.register(Fit)
 def _figure(fit: Fit, *, target: "Place", **_: object) -> "FigureOrAxes":
-    return figure_of(fit.comparison, title=fit.scenario.title, target=target)
+    return make_figure(fit.comparison, title=fit.scenario.title, target=target)
 
 
-@page_of.register(Fit)
+@render_page.register(Fit)
 def _page(fit: Fit) -> str:
     from historysim.results.report.reports import comparison_page
 

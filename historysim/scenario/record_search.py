@@ -20,8 +20,8 @@ from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
-from historysim.results.asking import check_direction
-from historysim.results.result_files import kind_of, open_result
+from historysim.results.queries import check_one_direction
+from historysim.results.result_files import file_type, open_result
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.schema import explicit_fields, located_errors
 
@@ -71,7 +71,7 @@ def loops(
     options: dict[str, Any] = {"dead_band": dead_band, "skip": skip, "skip_per_level": skip_per_level}
     options["definitions"] = DEFAULT if definitions is None else definitions
     with _open_record(record) as (channels, scenario):
-        check_direction(channels, "a query for loops")
+        check_one_direction(channels, "a query for loops")
         if isinstance(channels, xr.Dataset):
             return loops_of_history(channels, **options)
         instrument = RIGID if scenario is None else scenario.instrument
@@ -103,7 +103,7 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
         An unsupported object, a file that cannot be used, or a record that reverses or is never pressed.
     """
     with _open_record(record) as (channels, scenario):
-        check_direction(channels, "a query for friction over time")
+        check_one_direction(channels, "a query for friction over time")
         if isinstance(channels, xr.Dataset):
             return sliding_of_history(channels, over=over, windows=windows)
         instrument = RIGID if scenario is None else scenario.instrument
@@ -115,7 +115,7 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
 def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]:
     """Yield the history or the measurement of a record, and the scenario of a measurement."""
     if isinstance(record, str | Path):
-        kind = kind_of(Path(record))
+        kind = file_type(Path(record))
         if kind == "result":
             with open_result(Path(record)) as history:
                 yield history, None

@@ -11,7 +11,7 @@ import xarray as xr
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, field_error
 from historysim.recording.variables import known
-from historysim.results.analysis.each_asperity import nominal_pressure, total_mean_pressure
+from historysim.results.analysis.per_asperity import nominal_pressure, total_mean_pressure
 from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
 from historysim.results.analysis.recorded import sizes
 from historysim.results.history_drift import branch_drift

@@ -6,18 +6,18 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results.accessor import Questions
-from historysim.results.asking import earlier_names, questions
+from historysim.results.accessor import Queries
+from historysim.results.queries import all_queries, earlier_names
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
 
 
 def test_every_query_is_a_method_and_a_function_with_one_docstring():
-    assert {*questions()} <= {*dir(Questions)}
-    assert dir(hs.analysis) == sorted(questions())
-    for name, asked in questions().items():
-        method, function = getattr(Questions, name), getattr(hs.analysis, name)
+    assert {*all_queries()} <= {*dir(Queries)}
+    assert dir(hs.analysis) == sorted(all_queries())
+    for name, asked in all_queries().items():
+        method, function = getattr(Queries, name), getattr(hs.analysis, name)
         assert function is asked.function
         assert method.__doc__ == function.__doc__
         assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(function).parameters)[1:]
@@ -26,9 +26,9 @@ def test_every_query_is_a_method_and_a_function_with_one_docstring():
 def test_earlier_names_are_the_same_queries_and_are_not_listed():
     assert {*earlier_names()} == {"first_slips", "sliding_order", "preliminary_displacements"}
     for earlier, name in earlier_names().items():
-        assert getattr(Questions, earlier) is getattr(Questions, name)
+        assert getattr(Queries, earlier) is getattr(Queries, name)
         assert getattr(hs.analysis, earlier) is getattr(hs.analysis, name)
-        assert earlier not in questions()
+        assert earlier not in all_queries()
     assert hs.contact is hs.theory
 
 

@@ -9,8 +9,8 @@ import xarray as xr
 
 import historysim as hs
 from historysim.errors import HistorySimError
-from historysim.results.asking import questions
-from historysim.results.layout import missing_variables_reported
+from historysim.results.layout import report_missing_variables
+from historysim.results.queries import all_queries
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 HEIGHTS = [-3e-8, 0.0, -1e-8, -5e-9, -2.5e-8]
@@ -87,7 +87,7 @@ OTHER = {
 
 def answer(history, name):
     """Return the answer to a query as arrays by name, along the labels of the asperities in ascending order."""
-    parameters = questions()[name].parameters.values()
+    parameters = all_queries()[name].parameters.values()
     arguments = {one.name: GIVEN[one.name] for one in parameters if one.default is one.empty and one.name in GIVEN}
     if "second" in arguments and name == "run_drift":
         arguments["second"] = HISTORY
@@ -106,14 +106,14 @@ def answer(history, name):
 @pytest.fixture(scope="module")
 def expected():
     answers = {}
-    for name in questions():
+    for name in all_queries():
         with suppress(HistorySimError):
             answers[name] = answer(HISTORY, name)
     return answers
 
 
 def test_most_queries_have_an_answer(expected):
-    assert len(expected) > 0.7 * len(questions())
+    assert len(expected) > 0.7 * len(all_queries())
 
 
 @pytest.mark.filterwarnings("ignore::FutureWarning")
@@ -123,7 +123,7 @@ def test_most_queries_have_an_answer(expected):
         # every transformation with a quarter of the queries and every query with a quarter of the transformations
         (transformation, name)
         for row, transformation in enumerate(EQUIVALENT)
-        for column, name in enumerate(questions())
+        for column, name in enumerate(all_queries())
         if (row + column) % 4 == 0
     ],
 )
@@ -147,7 +147,7 @@ def test_an_equivalent_history_gives_the_same_answer(expected, transformation, n
 @pytest.mark.parametrize("transformation", OTHER)
 def test_another_history_gives_an_answer_or_a_message(transformation):
     history = OTHER[transformation](HISTORY)
-    for name in questions():
+    for name in all_queries():
         with suppress(HistorySimError):
             answer(history, name)
 
@@ -156,7 +156,7 @@ def test_another_history_gives_an_answer_or_a_message(transformation):
 @pytest.mark.parametrize(
     ("transformation", "message"),
     [
-        ("steps renamed", "goes along i, and not step"),
+        ("steps renamed", "varies along i, not step"),
         ("without attributes", "no attribute contact_modulus"),
         ("backwards", r"time decreases after step 0 .*sortby"),
         ("no steps", "no steps"),
@@ -180,7 +180,7 @@ def test_a_query_names_the_missing_variables_that_it_needs():
 
 
 def test_an_unrelated_key_error_is_not_blamed_on_missing_variables():
-    with pytest.raises(KeyError, match="attribute"), missing_variables_reported(HISTORY.drop_vars("separation")):
+    with pytest.raises(KeyError, match="attribute"), report_missing_variables(HISTORY.drop_vars("separation")):
         raise KeyError("attribute")
 
 

@@ -13,7 +13,7 @@ from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.recording.netcdf import FileRecorder
 from historysim.results.analysis import history_summary
-from historysim.results.result_files import kind_of, open_file_history, open_result, read_table
+from historysim.results.result_files import file_type, open_file_history, open_result, read_table
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -46,7 +46,7 @@ def test_file_types_are_recognised(folder):
     names = {"s.toml": "scenario", "r.nc": "result", "l.nc": "loops", "r.history": "log", "map.txt": "height map"}
     # maps are netCDF files, too
     names |= {"s.nc": "sliding", "t.nc": "table", "h.nc": "table", "stranger.nc": "height map"}
-    assert {name: kind_of(folder / name) for name in names} == names
+    assert {name: file_type(folder / name) for name in names} == names
     with open_result(folder / "r.nc") as history:
         assert history.sizes["step"] == 201
     assert read_table(folder / "l.nc").sizes == {"loop": 1, "direction": 2}

@@ -9,7 +9,7 @@ from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.fields import Force, Length, Number, Time, at_least
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.results.plots.pictures import Picture
-from historysim.results.report.page import Section, page, page_of, paragraph
+from historysim.results.report.page import Section, page, paragraph, render_page
 from historysim.results.result_files import FileKind
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
@@ -191,6 +191,6 @@ class StampFile(FileKind):
         return Stamp(float(path.read_text(encoding="utf-8")))
 
 
-@page_of.register(Stamp)
+@render_page.register(Stamp)
 def _page(stamp):
     return page("A stamp", [Section("Time", (paragraph(f"{stamp.time:g} s"),))])

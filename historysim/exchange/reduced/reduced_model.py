@@ -16,15 +16,14 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.exchange.reduced.model_texts import FORMATS, select_format
-from historysim.results.plots.canvas import COLUMN, Canvas
-from historysim.results.plots.pictures import Picture, figure_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, label_loop
-from historysim.results.report.page import Section, page, page_of, paragraph, picture, table
+from historysim.results.plots.canvas import COLUMN
+from historysim.results.plots.chart import Chart, Curve, Item, Shape, Sheet
+from historysim.results.plots.pictures import Picture, make_figure
+from historysim.results.plots.style import FAINT, INK, LOOP_AXES, STATE_COLOURS
+from historysim.results.report.page import Section, page, paragraph, picture, render_page, table
 from historysim.results.result_files import FILES, FileKind
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
 FORMAT = "historysim reduced model 2"  # value of the key ``format`` in its JSON
@@ -295,7 +294,7 @@ class ReducedFile(FileKind):
         return ReducedModel.read(path)
 
 
-@figure_of.register(ReducedModel)
+@make_figure.register(ReducedModel)
 def _figure(model: ReducedModel, *, target: "Place", **_: object) -> "FigureOrAxes":
     return ReducedPicture().figure(model, target)
 
@@ -319,14 +318,23 @@ class ReducedPicture(Picture):
 
     kind, of, size, own_figure = "reduced", (ReducedModel,), (COLUMN, 120.0), True
 
-    def draw(self, canvas: Canvas, data: ReducedModel) -> None:
-        """Draw both, or the loop alone."""
-        loop, spectrum = canvas.two(("loop", "springs"), 1.5, stacked=1.6)
-        _draw_loop(loop, data)
-        canvas.legend(loop)
-        canvas.heading(data.title, f"at a normal load of {quantity_text(data.normal_load, 'N')}")
-        if spectrum is not None:
-            _draw_springs(spectrum, data)
+    def sheet(self, data: ReducedModel) -> Sheet:
+        """Return the loop and the springs."""
+        stems = {"color": SPRINGS, "linewidth": 0.8}
+        tips = {"marker": "o", "linestyle": "", "color": SPRINGS, "markersize": 2}
+        springs = Chart(
+            items=[
+                Shape("vlines", (data.slip_displacement, 0, data.limit), stems),
+                Curve(data.slip_displacement, data.limit, "", tips),
+            ],
+            x="slip displacement of a spring (m)",
+            y="its limit (N)",
+            name="springs",
+            axes={"xlim": (0, None), "ylim": (0, None)},
+        )
+        caption = f"at a normal load of {quantity_text(data.normal_load, 'N')}"
+        title = "\n".join(filter(None, (data.title, caption)))
+        return Sheet({"L": _loop_chart(data), "S": springs}, wide="LLLSS", subtitle=title)
 
 
 def _branches(model: ReducedModel) -> tuple[list[Floats], list[Floats]]:
@@ -341,28 +349,21 @@ def _branches(model: ReducedModel) -> tuple[list[Floats], list[Floats]]:
     ]
 
 
-def _draw_loop(axes: "Axes", model: ReducedModel) -> None:
+def _loop_chart(model: ReducedModel) -> Chart:
     displacements, exact = _branches(model)
     reduced, band = model.force(np.concatenate(displacements)), model.bound * model.friction_limit
-    along, load = np.concatenate(displacements), np.concatenate(exact)
-    label_loop(axes)
+    along, load, items = np.concatenate(displacements), np.concatenate(exact), list[Item]()
     # one band per branch, since a band is a function of the displacement
     for branch, name in zip(np.split(np.arange(along.size), 3), ("bound", None, None), strict=True):
-        low, high = load[branch] - band, load[branch] + band
-        axes.fill_between(along[branch], low, high, color=FAINT, alpha=0.3, linewidth=0, label=name, zorder=1)
-    axes.plot(along, load, color=INK, linewidth=0.9, label="contact")
-    axes.plot(along, reduced, color=SPRINGS, linewidth=0.7, linestyle="--", label=f"{len(model)} springs")
+        look = {"color": FAINT, "alpha": 0.3, "linewidth": 0, "label": name, "zorder": 1}
+        items.append(Shape("fill_between", (along[branch], load[branch] - band, load[branch] + band), look))
+    items.append(Curve(along, load, "contact", {"color": INK, "linewidth": 0.9}))
+    dashes = {"color": SPRINGS, "linewidth": 0.7, "linestyle": "--"}
+    items.append(Curve(along, reduced, f"{len(model)} springs", dashes))
+    return Chart(items=items, name="loop", height=40.0, **LOOP_AXES)
 
 
-def _draw_springs(axes: "Axes", model: ReducedModel) -> None:
-    axes.vlines(model.slip_displacement, 0, model.limit, color=SPRINGS, linewidth=0.8)
-    axes.plot(model.slip_displacement, model.limit, "o", color=SPRINGS, markersize=2)
-    axes.set(xlabel="slip displacement of a spring (m)", ylabel="its limit (N)")
-    axes.set_ylim(bottom=0)
-    axes.set_xlim(left=0)
-
-
-@page_of.register(ReducedModel)
+@render_page.register(ReducedModel)
 def reduced_page(model: ReducedModel) -> str:
     """Render a reduced model as one self-contained HTML page."""
     columns = ((model.stiffness, "N/m"), (model.limit, "N"), (model.slip_displacement, "m"))

@@ -15,13 +15,13 @@ from historysim.results.analysis.recorded import (
     SLOPE,
     has_patches,
     is_complete,
-    parts,
     present_friction,
     sizes,
+    step_blocks,
 )
 from historysim.results.analysis.slips import order_of_sliding, slide_times, slip_note
-from historysim.results.asking import question
 from historysim.results.history_view import History
+from historysim.results.queries import query
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,9 +30,9 @@ MOST_COEFFICIENTS = 4  # friction coefficients that a summary names
 NOTABLE_TRACTION_RATIO = 1.05  # ratio of traction to friction limit from which a summary has it
 
 
-@question(per_step=True, table="name,value", planar=True)
+@query(per_step=True, table="name,value", planar=True)
 def validity(history: "xr.Dataset") -> tuple[Finding, ...]:
-    """Return which assumptions of the model did not hold where the asperities were pressed most.
+    """Return the assumptions of the model that did not hold under the greatest loads of the asperities.
 
     Each has name, value, limit and text; see `historysim.asperities.validity.findings`.
     """
@@ -43,7 +43,7 @@ def _findings(history: History) -> tuple[Finding, ...]:
     return read_findings(history.attrs.get("validity", "[]"))
 
 
-@question(table="label,text", planar=True)
+@query(table="label,text", planar=True)
 def summary(history: "xr.Dataset") -> list[tuple[str, str]]:
     """Return a summary of the history in a few lines.
 
@@ -100,7 +100,7 @@ def summary_lines(history: History) -> list[tuple[str, str]]:
 
 
 def _preliminary(normal: Floats, limit: Capacity, *, changes: bool) -> str:
-    """Return at which displacement a virgin contact slides as a whole; where friction changes, at each coefficient."""
+    """Return the displacement at which a virgin contact slides as a whole, for each friction coefficient."""
     touches = limit.displacement > 0
     if not touches.any():
         return "none, nothing touches"
@@ -150,7 +150,7 @@ def _contact_text(history: History) -> str:
     separation = history["separation"].values
     if CHANGING_HEIGHT in history:
         touches = np.zeros(history.sizes["asperity"], dtype=bool)
-        for rows in parts(history):
+        for rows in step_blocks(history):
             heights = history[CHANGING_HEIGHT].isel(step=rows).values
             touches |= (heights > separation[rows, np.newaxis]).any(axis=0)
     else:
@@ -187,7 +187,7 @@ UNITS = {
 
 
 def readable_attributes(history: History) -> dict[str, str]:
-    """Return the attributes of a history as texts, quantities with their units."""
+    """Return the attributes of a history as strings, quantities with their units."""
     return {
         str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)
         for name, value in history.attrs.items()

@@ -16,14 +16,14 @@ from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     check_all_recorded,
     check_recorded,
-    described,
+    describe,
     displacement_ratio,
-    parts,
     present_friction,
     shape_in_step,
+    step_blocks,
 )
-from historysim.results.asking import question
 from historysim.results.history_view import History
+from historysim.results.queries import query
 from historysim.results.steps import resolve_step
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ DISPLACEMENTS = {
 }
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     """Return the preliminary displacement [m]: the tangential displacement at which the last asperity of all slides.
 
@@ -49,7 +49,7 @@ def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     return _along_steps(history, greatest, "preliminary_displacement", "preliminary displacement of the surface", "m")
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
     """Return the label of the asperity that slides last, with the greatest μ_i δ_i, at each step; -1 without contact.
 
@@ -60,7 +60,7 @@ def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
     return _along_steps(history, labels, "critical_asperity", "asperity that is the last to slide")
 
 
-@question(unit="m")
+@query(unit="m")
 def drift(history: "xr.Dataset", first: int | str, second: int | str) -> float:
     """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1| [m].
 
@@ -72,7 +72,7 @@ def drift(history: "xr.Dataset", first: int | str, second: int | str) -> float:
     return float(abs(greatest[second_position] - greatest[first_position]))
 
 
-@question(per_step=True, table="time,virgin", planar=True, earlier="preliminary_displacements")
+@query(per_step=True, table="time,virgin", planar=True, earlier="preliminary_displacements")
 def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
     """Return the preliminary displacement of the surface under each definition, at the normal load of each step [m].
 
@@ -81,7 +81,7 @@ def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
     - ``virgin``: from rest until the last asperity slides, δ = max_i θ μ_i δ_i: `preliminary_displacement`.
     - ``reversal_to_slip``: from a reversal out of sliding until all slides the other way, 2 δ.
     - ``zero_load_to_slip``: on that branch, from T = 0 on; 2^(1/3) δ on a sphere.
-    - ``residual``: what is left at T = 0, after loading from rest to δ; (2^(1/3) - 1) δ on a sphere.
+    - ``residual``: the displacement at T = 0, after loading from rest to δ; (2^(1/3) - 1) δ on a sphere.
 
     InputError: a history without some or all of the asperities that touch, or of patches.
     """
@@ -95,11 +95,11 @@ def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
 
     values = _evaluate_each_load(history, displacements, len(DISPLACEMENTS))
     columns = zip(DISPLACEMENTS.items(), values.T, strict=True)
-    variables = {name: described("step", column, text, "m") for (name, text), column in columns}
+    variables = {name: describe("step", column, text, "m") for (name, text), column in columns}
     return xr.Dataset(variables, {"time": history["time"]})
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mechanical work of pre-sliding at the normal load of each step [J]: the area of the closed loop ±δ.
 
@@ -121,11 +121,11 @@ def _along_steps(
 ) -> "xr.DataArray":
     import xarray as xr
 
-    return xr.Dataset({name: described("step", values, text, unit)}, {"time": history["time"]})[name]
+    return xr.Dataset({name: describe("step", values, text, unit)}, {"time": history["time"]})[name]
 
 
 class Capacity(NamedTuple):
-    """Of each step the greatest θ μ_i δ_i [m], 0 where nothing touches, and the asperity that has it."""
+    """Greatest θ μ_i δ_i of each step [m], 0 where nothing touches, and its asperity."""
 
     displacement: Floats
     asperity: Integers  #: its label; of no meaning where nothing touches
@@ -133,18 +133,18 @@ class Capacity(NamedTuple):
 
 
 def capacity(history: History) -> Capacity:
-    """Return which asperity slides last at each step, and at which displacement."""
+    """Return the asperity that slides last at each step, and its displacement."""
     check_all_recorded(history)
     friction, ratio = present_friction(history), displacement_ratio(history)
     separation, labels = history["separation"].values, history["asperity"].values
     result = Capacity(np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size))
     steady = not friction.changes and CHANGING_HEIGHT not in history
-    columns = _leading(history, friction.of(0)) if steady else np.arange(labels.size)
+    columns = _leading(history, friction.at(0)) if steady else np.arange(labels.size)
     if not columns.size:
         return result
-    for rows in parts(history, columns.size):
+    for rows in step_blocks(history, columns.size):
         height = shape_in_step(history, "summit_height", rows)[..., columns]
-        coefficient = np.broadcast_to(friction.of(rows), (separation[rows].size, labels.size))[:, columns]
+        coefficient = np.broadcast_to(friction.at(rows), (separation[rows].size, labels.size))[:, columns]
         reach = ratio * coefficient * (height - separation[rows, np.newaxis])
         critical = reach.argmax(axis=1)
         result.asperity[rows] = labels[columns[critical]]
@@ -164,13 +164,13 @@ def _leading(history: History, friction: Floats) -> Integers:
 
 @attrs.frozen
 class _Virgin:
-    """The virgin curve at one separation: of each asperity in contact its limit μN [N] and its own θμδ [m]."""
+    """Virgin curve at one separation: friction limit μN [N] and θμδ [m] of each asperity in contact."""
 
     limit: Floats
     reach: Floats
 
     def displacement(self, load: float) -> float:
-        """Return u at which F(u) is a load [N] of no more than half the limit: Newton, which comes from below."""
+        """Solve F(u) = load [N] for loads up to half the limit, by Newton iterations from below."""
         u = 0.0
         for _ in range(100):
             stuck = np.sqrt(np.clip(1 - u / self.reach, 0.0, None))
@@ -186,7 +186,7 @@ class _Virgin:
     def of(cls, history: History, step: int, separation: float) -> Self:
         """Return the virgin curve for the asperities of a step, with their friction at the step."""
         height, radius = (shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius"))
-        coefficient = np.broadcast_to(present_friction(history).of(step), height.shape)
+        coefficient = np.broadcast_to(present_friction(history).at(step), height.shape)
         holds = (height > separation) & (coefficient > 0)
         approach, friction = height[holds] - separation, coefficient[holds]
         modulus = float(history.attrs["contact_modulus"])

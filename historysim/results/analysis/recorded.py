@@ -15,8 +15,8 @@ SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of sli
 STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
 
 
-def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, Any, dict[str, Any]]:
-    """Return a variable of an answer, with long name and unit."""
+def describe(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, Any, dict[str, Any]]:
+    """Return a variable of a result, with long name and unit."""
     return dims, values, {**({"units": unit} if unit else {}), "long_name": text}
 
 
@@ -26,9 +26,9 @@ def has_patches(history: History) -> bool:
 
 
 def check_recorded(history: History, *names: str) -> None:
-    """Check that a history holds variables of its asperities; an InputError says why it does not."""
+    """Check that a history holds variables of its asperities; InputError with the reason otherwise."""
     if not hasattr(history, "sizes"):
-        raise InputError(f"{brief(history)} is no history; expected a Dataset from historysim, as hs.open gives")
+        raise InputError(f"{brief(history)} is not a history; expected a Dataset from historysim, as hs.open gives")
     if "total_normal_load" not in history:
         raise InputError("this Dataset is not a history; expected one from historysim, with all its variables")
     missing = [name for name in names if name not in history]
@@ -46,13 +46,13 @@ def check_recorded(history: History, *names: str) -> None:
 
 
 def check_any(history: History) -> None:
-    """Check that there is an asperity to show; InputError where none ever touches."""
+    """Check that there is an asperity to show; InputError if none ever touches."""
     if not history.sizes.get("asperity"):
         raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
 
 
 def check_all_recorded(history: History) -> None:
-    """Check that all asperities that touch are recorded, and level; InputError where not."""
+    """Check that all asperities that touch are recorded, and level; InputError otherwise."""
     if SLOPE in history:
         raise InputError(
             "the asperities are inclined, of which no closed form says when the last one slides; expected level ones, "
@@ -69,7 +69,7 @@ def is_complete(history: History) -> bool:
     """Return whether all asperities that touch are recorded."""
     if SLOPE in history:
         count = history["contact_count"].values
-        states = ((rows, history["slip_state"].isel(step=rows).values) for rows in parts(history))
+        states = ((rows, history["slip_state"].isel(step=rows).values) for rows in step_blocks(history))
         return all(((state != SEPARATED).sum(axis=1) == count[rows]).all() for rows, state in states)
     if "summit_height" not in history or "friction" not in history:
         return False
@@ -83,7 +83,7 @@ def is_complete(history: History) -> bool:
     if CHANGING_HEIGHT in history:
         room = max(1e-9, rounding) * max(scale, np.abs(separation).max())
         count, lowest = history["contact_count"].values, separation[:, np.newaxis] - room
-        heights = ((rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in parts(history))
+        heights = ((rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in step_blocks(history))
         return all(((height > lowest[rows]).sum(axis=1) >= count[rows]).all() for rows, height in heights)
     room = rounding * max(scale, abs(float(separation.min())))
     return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= largest_count
@@ -109,7 +109,7 @@ def sizes(history: History, name: str, steps: object = ...) -> Floats:
 
 
 def find_column(asperity: int, history: History) -> int:
-    """Return the position of an asperity among the recorded ones; InputError where it is not one of them."""
+    """Return the position of an asperity among the recorded ones; InputError if it is not recorded."""
     matches = np.flatnonzero(history["asperity"].values == asperity)
     if isinstance(asperity, bool) or matches.size != 1:
         labels = history["asperity"].values
@@ -132,8 +132,8 @@ class Friction:
     changes: bool  #: whether they change from step to step
     source: Any  #: variable along ``asperity``, ``step`` or both
 
-    def of(self, steps: object) -> Floats:
-        """Return the friction of a step (asperity) or of steps (step, asperity); size 1 stands for all asperities."""
+    def at(self, steps: object) -> Floats:
+        """Return the friction of a step (asperity) or of steps (step, asperity); size 1 if all are equal."""
         coefficients: Floats = (self.source.isel(step=steps) if self.changes else self.source).values
         return coefficients[..., np.newaxis] if self.source.dims == ("step",) else coefficients
 
@@ -148,15 +148,15 @@ def present_friction(history: History) -> Friction:
 def sliding_reach(history: History, step: int) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m], 0 where it does not touch."""
     approach = shape_in_step(history, "summit_height", step) - float(history["separation"].values[step])
-    return displacement_ratio(history) * present_friction(history).of(step) * np.maximum(approach, 0.0)
+    return displacement_ratio(history) * present_friction(history).at(step) * np.maximum(approach, 0.0)
 
 
 CELLS_AT_ONCE = 1 << 19  # steps times asperities of one variable that are held in memory at a time
 
 
-def parts(history: History, asperities: int | None = None) -> Iterator[slice]:
+def step_blocks(history: History, asperities: int | None = None) -> Iterator[slice]:
     """Yield the steps of a history in blocks, so that memory holds a variable of all asperities, or of some."""
     steps = history.sizes["step"]
-    at_once = max(1, CELLS_AT_ONCE // max(asperities or history.sizes.get("asperity", 1), 1))
-    for start in range(0, steps, at_once):
-        yield slice(start, min(start + at_once, steps))
+    block_size = max(1, CELLS_AT_ONCE // max(asperities or history.sizes.get("asperity", 1), 1))
+    for start in range(0, steps, block_size):
+        yield slice(start, min(start + block_size, steps))

@@ -11,9 +11,9 @@ from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured.reduction import turning_points
 from historysim.results.analysis.preliminary import capacity
-from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, described, parts, sizes
-from historysim.results.asking import question
+from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, describe, sizes, step_blocks
 from historysim.results.history_view import History
+from historysim.results.queries import query
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,17 +28,17 @@ SHARES = {
 }
 
 
-@question(table="asperity,summit_height", planar=True, earlier="first_slips")
+@query(table="asperity,summit_height", planar=True, earlier="first_slips")
 def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
-    """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
+    """Return the times of the first slip and of the first sliding of each asperity, and its rank among the others.
 
-    A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load;
-    what happens between two recorded steps counts at the second one. A contact *slides* when nothing of it sticks: the
-    instant is that of the replay, also between steps, and where the contact is lost before the next one.
+    A *slip* includes that of a thin annulus at the edge of the contact, which begins with the first tangential load;
+    slip between two recorded steps counts at the second one. A contact *slides* when no part of it sticks: the instant
+    is exact, also between steps, and if the contact is lost before the next step.
 
     Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the first steps at or after that, -1 for
-    never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that come
-    first, 1 more for every asperity before, -1 for never. InputError: a history without asperities.
+    never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for the first,
+    1 more for every asperity before, -1 for never. InputError: a history without asperities.
     """
     import xarray as xr
 
@@ -47,32 +47,32 @@ def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
     if (moments["slide"] < time[0]).any():
         raise InputError(
             f"asperities slid before the first step of the history, at {time[0]:.6g} s, and their first slips are not "
-            "known; expected the history from its beginning: ask it as a whole, and select from the answer"
+            "known; expected the history from its beginning: query it as a whole, and select from the result"
         )
     variables = {}
     for name, label in BEGINNINGS.items():
         moment = moments[name]
         step = np.where(np.isnan(moment), NEVER, np.searchsorted(time, moment))
-        variables[f"{name}_step"] = described("asperity", step, f"step at which the asperity {label}; -1: never")
-        variables[f"{name}_time"] = described("asperity", moment, f"when the asperity {label}", "s")
+        variables[f"{name}_step"] = describe("asperity", step, f"step at which the asperity {label}; -1: never")
+        variables[f"{name}_time"] = describe("asperity", moment, f"when the asperity {label}", "s")
         text = f"how many asperities have begun before the asperity {label}; -1: never"
-        variables[f"{name}_rank"] = described("asperity", _ranks(moment), text)
+        variables[f"{name}_rank"] = describe("asperity", _ranks(moment), text)
     coordinates = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
     return xr.Dataset(variables, coordinates)
 
 
 def slide_times(history: History) -> Floats:
-    """Return when asperities first slide as a whole, up to the last step (asperity) [s]; NaN for never."""
+    """Return the times at which asperities first slide, up to the last step (asperity) [s]; NaN for never."""
     check_recorded(history, "slip_state", "slide_time")
     times, end_time = history["slide_time"].values, history["time"].values[-1]
     return np.where(times <= end_time, times, np.nan)
 
 
-@question(table="rank,asperity", planar=True)
+@query(table="rank,asperity", planar=True)
 def slides_first(history: "xr.Dataset") -> Integers:
-    """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
+    """Return the labels of the asperities that slide, in the order in which they begin to slide.
 
-    Empty where none slides. InputError: as for `slip_onset`.
+    Empty if none slides. InputError: as for `slip_onset`.
     """
     return order_of_sliding(history, slide_times(history))
 
@@ -81,15 +81,15 @@ def order_of_sliding(history: History, times: Floats) -> Integers:
     """Return the labels of asperities in the order of their instants (asperity) [s]."""
     sliding = np.flatnonzero(~np.isnan(times))
     labels: Integers = history["asperity"].values[sliding]
-    # those of one instant in the order of their labels, in whatever order they are stored
+    # simultaneous ones in the order of their labels, not of storage
     return labels[np.lexsort((labels, times[sliding]))]
 
 
 def _first_rows(history: History) -> Floats:
     """Return the times of the steps at which asperities first slip (asperity) [s]; NaN for never."""
     onset_rows = np.full(history.sizes["asperity"], np.nan)
-    for rows in parts(history):
-        # only asperities that have not slipped yet are looked at
+    for rows in step_blocks(history):
+        # only asperities that have not slipped yet matter
         waiting = np.flatnonzero(np.isnan(onset_rows))
         if not waiting.size:
             break
@@ -100,18 +100,18 @@ def _first_rows(history: History) -> Floats:
 
 
 def _ranks(moment: Floats) -> Integers:
-    """Return how many begin before each does; NEVER for those that do not begin, with a moment of NaN."""
+    """Return the number of earlier instants for each; NEVER for an instant of NaN."""
     never = np.isnan(moment)
     return np.where(never, NEVER, np.searchsorted(np.sort(moment[~never]), moment))
 
 
-@question(per_step=True, table="time,share_of_contacts", planar=True)
+@query(per_step=True, table="time,share_of_contacts", planar=True)
 def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
 
     Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0 where
     nothing touches: ``share_of_contacts``, ``share_of_area``, ``share_of_normal_load`` and
-    ``share_of_tangential_load``, the last by the magnitude of each asperity's. Along ``step`` alone: ``slipping_area``,
+    ``share_of_tangential_load``, the last by magnitude. Along ``step`` alone: ``slipping_area``,
     the fraction of the contact area outside the stick radii, also inside contacts in partial slip. Where only some
     asperities are recorded, the fractions are of those. InputError: no asperities, or patches without areas.
     """
@@ -123,7 +123,7 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     check_recorded(history, *names)
     steps = history.sizes["step"]
     shares = np.zeros((len(SHARES), steps, len(STATES)))
-    for rows in parts(history):
+    for rows in step_blocks(history):
         state, area, normal = (history[name].isel(step=rows).values for name in names[:-1])
         if not patches:
             # π cancels in a fraction
@@ -133,11 +133,11 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
             total = by_state.sum(axis=1, keepdims=True)
             np.divide(by_state, total, out=shares[number, rows], where=total > 0)
     variables = {
-        name: described(("step", "slip_state"), values, text, "1")
+        name: describe(("step", "slip_state"), values, text, "1")
         for (name, text), values in zip(SHARES.items(), shares, strict=True)
     }
     text = "share of the contact area outside the stick radii"
-    variables["slipping_area"] = described("step", slipping, text, "1")
+    variables["slipping_area"] = describe("step", slipping, text, "1")
     return xr.Dataset(variables, {"time": history["time"], "slip_state": list(STATES)})
 
 
@@ -147,7 +147,7 @@ def slipping_area(history: History) -> Floats:
     names = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
     check_recorded(history, "slip_state", *names)
     slipping = np.zeros(history.sizes["step"])
-    for rows in parts(history):
+    for rows in step_blocks(history):
         area, stick = (history[name].isel(step=rows).values for name in names)
         if not patches:
             # π cancels in a fraction
@@ -157,11 +157,11 @@ def slipping_area(history: History) -> Floats:
     return slipping
 
 
-@question(planar=True)
+@query(planar=True)
 def representative_step(history: "xr.Dataset") -> int:
-    """Return the first step at which half of the contact area slips, or nearest to that, for a picture of it.
+    """Return the first step at which the slipping fraction of the contact area is nearest to half, for a picture.
 
-    It is that of the greatest normal load where no contact ever slips in part. InputError: as for `slip_shares`.
+    Without partial slip it is the step of the greatest normal load. InputError: as for `slip_shares`.
     """
     slipping = slipping_area(history)
     if ((slipping > 0) & (slipping < 1)).any():
@@ -169,23 +169,23 @@ def representative_step(history: "xr.Dataset") -> int:
     return int(history["total_normal_load"].values.argmax())
 
 
-FEWEST, SHOWN = 3, 10  # steps between a reversal and sliding from which on slip is seen, and those that show it
-SLIDES = 0.99  # tangential load over the friction limit from which on a contact is as good as sliding
-SWING = 0.1  # part of the range of the displacement by which it turns round
+FEWEST, SHOWN = 3, 10  # least steps between a reversal and sliding that reveal slip, and enough to show it
+SLIDES = 0.99  # tangential load over the friction limit of a contact that nearly slides
+SWING = 0.1  # fraction of the displacement range that counts as a reversal
 
 
 def slip_note(history: History) -> str:
-    """Return that a contact goes from a reversal to sliding in fewer than three recorded steps; nothing where not."""
+    """Warn that a contact moves from a reversal to sliding within three recorded steps; empty otherwise."""
     names = ("tangential_displacement", "total_tangential_load", "friction_limit")
     if not all(name in history for name in names) or history[names[0]].ndim > 1:
-        # a path in the plane has no reversals to look between
+        # a path in the plane has no reversals
         return ""
     coarse = _coarse(*(history[name].values for name in names))
     try:
         displacement = capacity(history).displacement if coarse else np.zeros(0)
     except InputError:
         return ""
-    # what a swing takes to slide: twice the displacement of virgin loading from the other limit on
+    # displacement of a swing until sliding: twice that of virgin loading if it starts from the other limit
     swings = [(spacing, float(displacement[step]) * (1 - begins)) for step, spacing, begins in coarse]
     swings = [(spacing, reach) for spacing, reach in swings if reach > 0]
     if not swings:
@@ -199,7 +199,7 @@ def slip_note(history: History) -> str:
 
 
 def _coarse(moved: Floats, load: Floats, limit: Floats) -> list[tuple[int, float, float]]:
-    """Return, of swings that slide after few steps, where, the displacement per step, and T over the limit before."""
+    """Return step, displacement per step and initial T over the limit of swings that slide after few steps."""
     if not np.ptp(moved) > 0:
         return []
     points = []

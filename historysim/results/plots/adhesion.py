@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -10,12 +10,9 @@ import numpy as np
 from historysim.asperities.adhering import AdheringAsperities
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.canvas import Canvas
+from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from historysim.results.plots.style import FAINT, INK, LINES, escape_math
 
 # By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts.
 Contacts = Mapping[str, tuple[float, float]]
@@ -24,7 +21,7 @@ PARAMETERS = 1e-3, 1e2
 LOADS = 1e-2, 1e4
 FINE = 2_000
 
-# Names of the zones, and where each stands.
+# Names of the zones and their positions.
 NAMES = {
     Regime.HERTZ: ("Hertz", (0.01, 1e3)),
     Regime.DMT: ("DMT", (0.026, 15.0)),
@@ -46,14 +43,14 @@ FILLS = {
 class AdhesionMapPicture(Panel):
     """The zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), with contacts in them.
 
-    In Python it is of a dict of contacts, too: by label, the Maugis parameter λ and the load parameter N/(πWR). The map
-    grows to hold them. One that is unloaded or pulled has no place on a logarithmic axis: an arrow at the lower edge
-    marks it, where the zones hardly change with the load.
+    Python also accepts a dict of contacts: by label, the Maugis parameter λ and the load parameter N/(πWR). The map
+    grows to include them. An unloaded or pulled contact has no position on a logarithmic axis: a mark at the lower edge
+    shows it, where the zones hardly change with the load.
 
     Attributes
     ----------
     labels
-        What the contacts are called.
+        Names of the contacts.
 
     Examples
     --------
@@ -63,33 +60,26 @@ class AdhesionMapPicture(Panel):
 
     kind, of, size = "adhesion-map", (AdheringAsperities, SCENARIO), (130.0, 107.0)
 
-    def draw(self, canvas: Canvas, data: AdheringAsperities | Contacts | None) -> None:
-        """Draw zones with their names, and contacts, which are named below."""
-        contacts = _checked(data.examples() if isinstance(data, AdheringAsperities) else data or {})
-        contacts = dict(zip(self.called_as([*contacts], "contacts"), contacts.values(), strict=True))
-        axes = canvas.axes()
-        axes.set(
-            xscale="log",
-            yscale="log",
-            xlim=_limits(PARAMETERS, (parameter for parameter, _ in contacts.values())),
-            ylim=_limits(LOADS, (load for _, load in contacts.values() if load > 0)),
-            title="" if canvas.beside_others else "Adhesion map",
-            xlabel=r"Maugis parameter $\lambda$",
-            ylabel=r"load parameter $N/(\pi W R)$",
-        )
-        axes.minorticks_off()
-        axes.spines[["top", "right"]].set_visible(True)
-        _draw_zones(axes)
-        for name, (x, y) in NAMES.values():
-            axes.text(x, y, name, ha="center", va="center", color=INK, fontsize=9, in_layout=False)
+    def sheet(self, data: AdheringAsperities | Contacts | None) -> Chart:
+        """Return the zones with their names, and contacts, which the legend names."""
+        contacts = _check_contacts(data.examples() if isinstance(data, AdheringAsperities) else data or {})
+        contacts = dict(zip(self.resolve_labels([*contacts], "contacts"), contacts.values(), strict=True))
+        xlim = _limits(PARAMETERS, (parameter for parameter, _ in contacts.values()))
+        ylim = _limits(LOADS, (load for _, load in contacts.values() if load > 0))
+        items = _zones(*xlim, *ylim)
+        for name, position in NAMES.values():
+            items.append(Note(name, position, (0, 0), {"fontsize": 9, "color": INK, "in_layout": False}))
         for (label, (parameter, load)), (colour, _, marker) in zip(contacts.items(), itertools.cycle(LINES)):
-            looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.6, "ms": 6, "linestyle": "none"}
-            at, name = (load, plain(label)) if load > 0 else (axes.get_ylim()[0] * 1.12, f"{plain(label)} ($N$ ≤ 0)")
-            looks |= {"marker": marker if load > 0 else "v", "clip_on": False, "zorder": 4}
-            axes.plot(parameter, at, label=name, **looks)
+            look = {"color": colour, "mec": "white", "mew": 0.6, "ms": 6, "linestyle": "none", "zorder": 4}
+            at, name = (load, escape_math(label)) if load > 0 else (ylim[0] * 1.12, f"{escape_math(label)} ($N$ ≤ 0)")
+            look |= {"marker": marker if load > 0 else "v", "clip_on": False}
+            items.append(Curve([parameter], [at], name, look))
+        axes = {"xscale": "log", "yscale": "log", "xlim": xlim, "ylim": ylim}
+        labels: dict[str, Any] = {"x": r"Maugis parameter $\lambda$", "y": r"load parameter $N/(\pi W R)$"}
+        return Chart(items=items, **labels, title="Adhesion map", axes=axes)
 
 
-def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:
+def _check_contacts(contacts: Contacts) -> dict[str, tuple[float, float]]:
     checked = {}
     for label, contact in contacts.items():
         try:
@@ -114,10 +104,9 @@ def _limits(usual: tuple[float, float], values: Iterable[float]) -> tuple[float,
     return low, high
 
 
-def _draw_zones(axes: "Axes") -> None:
-    left_edge, right_edge = axes.get_xlim()
-    bottom, top = axes.get_ylim()
-    x = np.union1d(np.geomspace(left_edge, right_edge, FINE), [DMT_BELOW, JKR_ABOVE])
+def _zones(left: float, right: float, bottom: float, top: float) -> list[Item]:
+    """Return the zones of the theories and the lines between them."""
+    x = np.union1d(np.geomspace(left, right, FINE), [DMT_BELOW, JKR_ABOVE])
     hertz, below_rigid = hertz_boundary(x), rigid_boundary(x)
     rigid = np.clip(below_rigid, bottom, hertz)
     dmt, jkr = x <= DMT_BELOW, x >= JKR_ABOVE
@@ -128,13 +117,15 @@ def _draw_zones(axes: "Axes") -> None:
         Regime.DMT: (rigid, hertz, dmt),
         Regime.RIGID: (bottom, rigid, dmt),
     }
+    items: list[Item] = []
     for zone, (lower, upper, where) in zones.items():
-        axes.fill_between(x, lower, upper, where=where, color=FILLS[zone], linewidth=0, zorder=0, label=f"_{zone}")
+        fill = {"where": where, "color": FILLS[zone], "linewidth": 0, "zorder": 0, "label": f"_{zone}"}
+        items.append(Shape("fill_between", (x, lower, upper), fill))
     line: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
-    axes.plot(x, hertz, **line)
     between = dmt & (below_rigid < hertz)
     # on a logarithmic axis the line ends at the lower edge of the picture, not above it
     visible = between & (np.maximum(below_rigid, np.roll(below_rigid, 1)) > bottom)
-    axes.plot(x[visible], np.maximum(below_rigid, bottom)[visible], **line)
+    items += [Curve(x, hertz, "", line), Curve(x[visible], np.maximum(below_rigid, bottom)[visible], "", line)]
     for limit in (DMT_BELOW, JKR_ABOVE):
-        axes.plot([limit, limit], [bottom, float(hertz_boundary(limit))], **line)
+        items.append(Curve([limit, limit], [bottom, float(hertz_boundary(limit))], "", line))
+    return items

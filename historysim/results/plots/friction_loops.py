@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import attrs
 import numpy as np
@@ -16,30 +16,19 @@ from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
 from historysim.results.analysis.recorded import SLOPE, is_complete
-from historysim.results.origin import dense
-from historysim.results.plots.canvas import COLUMN, Canvas, Size
+from historysim.results.plots.canvas import COLUMN, Size
+from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet, span
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, as_history_list
-from historysim.results.plots.style import (
-    FAINT,
-    INK,
-    LINES,
-    MOST_LINES,
-    SPAN,
-    label_loop,
-    line_style,
-    zero_lines,
-)
-from historysim.results.plots.swept import cell_label, selected
+from historysim.results.plots.style import FAINT, INK, LINES, LOOP_AXES, MOST_LINES, line_style
+from historysim.results.plots.swept import cell_label, select_cells
+from historysim.results.source import refine
 from historysim.results.steps import named_states, resolve_step, state_label
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-LOOP = ("total_tangential_load", "tangential_displacement")  # what a loop is drawn of
+LOOP = ("total_tangential_load", "tangential_displacement")  # variables of a loop
 END = "end of pre-sliding"  # the group of the marks of δ
 MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
-# What the loads beside loops add to the width, alone and in the figure of a scenario [mm].
-BESIDE_ALONE, BESIDE = 60.0, 50.0
+# Extra width of the loads next to loops, alone and in the figure of a scenario [mm].
+LOADS_ALONE, LOADS_IN_FIGURE = 60.0, 50.0
 
 
 def _newtons(loads: Sequence[float]) -> tuple[float, ...]:
@@ -62,13 +51,13 @@ class LoopsPicture(Panel):
     drift
         Draws it between the δ of two loops; needs the same.
     delta
-        Marks where each first begins to slide, and says how far that is; of a sweep it needs the same.
+        Marks the first sliding of each loop and its displacement; of a sweep it needs the same.
     drive
         Behind an instrument the loop of the drive, too.
     by_load
-        Each normal load that is held in a colour of its own.
+        Each constant normal load in a separate colour.
     loads
-        Both loads along the named states, beside the loop.
+        Both loads along the named states, next to the loop.
 
     Examples
     --------
@@ -89,44 +78,43 @@ class LoopsPicture(Panel):
     kind, of, accepts_several, headed = "loops", (HISTORY, SWEEP), True, True
 
     @property
-    def beside(self) -> float:
+    def extra_width(self) -> float:
         """Width of the loads [mm]."""
-        return BESIDE if self.loads else 0.0
+        return LOADS_IN_FIGURE if self.loads else 0.0
 
     def default_size(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
         """Return a column, with room for the loads."""
-        return COLUMN + (BESIDE_ALONE if self.loads else 0.0), 85.0
+        return COLUMN + (LOADS_ALONE if self.loads else 0.0), 85.0
 
-    def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
-        """Draw the loops and their marks."""
+    def sheet(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Sheet:
+        """Return the loops and their marks."""
         loops = self._cells(data)
-        axes, load_axes = _panels(canvas) if self.loads else (canvas.axes(), None)
-        label_loop(axes)
-        smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
+        smooth = [attrs.evolve(loop, rows=refine(loop.rows)) for loop in loops]
+        items: list[Item] = []
         for number, load in enumerate(self.first_loading):
-            dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
+            dashes = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (1.5, 1.5) if number else (6, 2)), "zorder": 1}
             name = f"first loading, {quantity_text(load, 'N')}"
-            axes.plot(*first_loading(loops[0].rows, load), color=FAINT, label=name, zorder=1, **dashes)
-        panels = [panel for loop in smooth for panel in (_by_load(loop) if self.by_load else [loop])]
-        for number, loop in enumerate(panels):
-            looks = line_style(number, len(panels))
-            # of a load loops repeat, and lie on one another
-            self._draw_loop(axes, loop, looks | ({"linestyle": "-"} if self.by_load else {}))
-        # of more than two marks of δ the legend alone names them
-        ends: list[Any] = [line for line in axes.get_lines() if line.get_gid() == END]
-        for number, mark in enumerate(ends if len(ends) < 3 else []):
+            items.append(Curve(*first_loading(loops[0].rows, load), name, dashes))
+        lines = [line for loop in smooth for line in (_by_load(loop) if self.by_load else [loop])]
+        ends: list[tuple[float, float]] = []
+        for number, loop in enumerate(lines):
+            # loops of one load repeat and hide each other
+            look = line_style(number, len(lines)) | ({"linestyle": "-"} if self.by_load else {})
+            items += self._loop(loop, look, ends)
+        # with more than two marks of δ the legend alone names them
+        for number, end in enumerate(ends if len(ends) < 3 else []):
             symbol = r"$\delta$" if len(ends) == 1 else rf"$\delta_{number + 1}$"
-            canvas.label(axes, symbol, (mark.get_xdata()[0], mark.get_ydata()[0]), fontsize=8)
+            items.append(Note(symbol, end, look={"fontsize": 8}))
         if self.drift:
-            _mark_drift(canvas, axes, smooth)
-        # on several loops letters lie on one another, unless they are asked for
+            items += _drift(smooth)
+        # letters of several loops hide each other, unless they are selected
         if len(smooth) == 1 or self.steps is not None:
             # numbers are those of recorded steps
-            for loop in loops:
-                _mark_states(canvas, axes, loop.rows, self.steps)
-        axes.margins(0.07, 0.14)
-        if load_axes is not None:
-            _draw_loads(*load_axes, loops[0].rows)
+            items += [item for loop in loops for item in _states(loop.rows, self.steps)]
+        charts = {"L": Chart(items=items, name="loop", height=42.0, margins=(0.1, 0.14), **LOOP_AXES)}
+        if self.loads:
+            charts |= _load_charts(loops[0].rows)
+        return Sheet(charts, wide="LLLNN;LLLTT" if self.loads else "")
 
     def _cells(self, subject: "xr.Dataset | Sequence[xr.Dataset]") -> "list[Cell]":
         """Return histories, or the cells of a sweep, as lines."""
@@ -140,7 +128,7 @@ class LoopsPicture(Panel):
                         "among its outputs"
                     )
             cells += (
-                [_history_cell(result)] if result[LOOP[0]].ndim == 1 else _sweep_cells(selected(result, self.where))
+                [_history_cell(result)] if result[LOOP[0]].ndim == 1 else _sweep_cells(select_cells(result, self.where))
             )
         if not 1 <= len(cells) <= MOST_LINES:
             raise InputError(
@@ -154,23 +142,26 @@ class LoopsPicture(Panel):
         elif len(results) == len(cells) == 1:
             # one line alone needs no name
             names = [""]
-        names = self.called_as(names, "lines")
+        names = self.resolve_labels(names, "lines")
         return [attrs.evolve(cell, label=name) for cell, name in zip(cells, names, strict=False)]
 
-    def _draw_loop(self, axes: "Axes", loop: "Cell", style: dict[str, Any]) -> None:
-        work = _shade(axes, loop, style["color"]) if self.work else ""
-        load = loop.rows[LOOP[0]].values
+    def _loop(self, loop: "Cell", style: dict[str, Any], ends: list[tuple[float, float]]) -> list[Item]:
+        """Return a loop over the contact and the drive, with its δ, which is added to `ends`."""
+        area, work = _shade(loop, style["color"]) if self.work else ([], "")
+        items, load = area, loop.rows[LOOP[0]].values
         for row, displacement in enumerate(self._displacements(loop.rows)):
-            looks = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
+            look = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
             if row and not loop.label:
-                looks["color"] = LINES[1][0]
+                look["color"] = LINES[1][0]
             description = "displacement of the drive" if row else "contact" if self.drive else ""
             reach = _reach(loop, displacement, row) if self.delta else None
-            far = "" if reach is None else rf"$\delta$ = {quantity_text(reach, 'm', 3)}"
-            name = ", ".join(filter(None, (loop.label, work, description, far)))
-            axes.plot(displacement, load, label=name or None, **looks)
+            delta = "" if reach is None else rf"$\delta$ = {quantity_text(reach, 'm', 3)}"
+            name = ", ".join(filter(None, (loop.label, work, description, delta)))
+            items.append(Curve(displacement, load, name, look))
             if reach is not None:
-                axes.plot([reach], [load.max()], gid=END, color=style["color"], **MARK)
+                ends.append((reach, float(load.max())))
+                items.append(Curve([reach], [load.max()], "", MARK | {"gid": END, "color": style["color"]}))
+        return items
 
     def _displacements(self, rows: xr.Dataset) -> list[Floats]:
         """Return the displacements that a loop is drawn over: of the contact, and if asked for of the drive."""
@@ -202,19 +193,6 @@ def _reach(loop: "Cell", displacement: Floats, row: int) -> float:
         raise InputError("delta: expected preliminary_displacement among the outputs")
     top = int(np.argmax(loop.rows[LOOP[0]].values))
     return loop.reach + (float(displacement[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
-
-
-def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
-    """Return the axes of the loop, and axes of normal and tangential load next to or below it if they fit."""
-    figure = canvas.several(3)
-    if len(canvas.fitting(("loop", "loads"), 2 if max(canvas.width, canvas.height) >= 110.0 else 1)) == 1:
-        return figure.add_subplot(), None
-    if canvas.width >= 110.0:
-        axes = figure.subplot_mosaic("LN;LT", width_ratios=(1.7, 1))
-    else:
-        axes = figure.subplot_mosaic("L;N;T", height_ratios=(2.4, 1, 1))
-    axes["N"].sharex(axes["T"])
-    return axes["L"], (axes["N"], axes["T"])
 
 
 @attrs.frozen(eq=False)
@@ -256,14 +234,18 @@ def _sweep_cells(sweep: xr.Dataset) -> list[Cell]:
     return cells
 
 
-def _mark_states(canvas: Canvas, axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None) -> None:
-    """Mark states on a loop, each with its name."""
+def _states(rows: xr.Dataset, steps: Sequence[str | int] | None) -> list[Item]:
+    """Return marks of states on a loop with their names, on the outer side of the loop."""
+    items: list[Item] = []
+    middle = 0.5 * (float(rows[LOOP[1]].min()) + float(rows[LOOP[1]].max()))
     for state in named_states(rows) if steps is None else steps:
         step = resolve_step(state, rows)
         at = float(rows[LOOP[1]][step]), float(rows[LOOP[0]][step])
-        axes.plot(*at, color=INK, **MARK)
         label = state_label(rows, step) if isinstance(state, str) else str(state)
-        canvas.label(axes, label, at, fontsize=8, fontstyle="italic")
+        items.append(Curve([at[0]], [at[1]], "", MARK | {"color": INK}))
+        side = (5.0, 0.0) if at[0] > middle else (-5.0, 0.0)
+        items.append(Note(label, at, side, {"fontsize": 8, "fontstyle": "italic"}))
+    return items
 
 
 def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
@@ -286,44 +268,43 @@ def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
     return np.append(distance[inside], 2 * loop.reach), np.append(load[inside], -top), loop.reach
 
 
-def _shade(axes: "Axes", loop: Cell, colour: Any) -> str:
-    """Fill the closed loop between ±δ, which turns where sliding begins, and return its area, the work, as a text."""
+def _shade(loop: Cell, colour: Any) -> tuple[list[Item], str]:
+    """Return the closed loop between ±δ, which reverses at the start of sliding, and its area, the work."""
     distance, load, reach = _branch(loop)
     u, t = np.concatenate([reach - distance, distance - reach]), np.concatenate([load, -load])
-    axes.fill(u, t, color=colour, alpha=0.22, linewidth=0, zorder=0.5)
-    # what is drawn has corners: the exact work is written where it is known
+    # the drawn loop has corners: the exact work is stated where it is known
     work = loop.work or abs(2 * float(np.trapezoid(load, distance)))
-    return f"$W$ = {quantity_text(work, 'J', 3)}"
+    fill = Shape("fill", (u, t), {"color": colour, "alpha": 0.22, "linewidth": 0, "zorder": 0.5})
+    return [fill], f"$W$ = {quantity_text(work, 'J', 3)}"
 
 
-def _mark_drift(canvas: Canvas, axes: "Axes", loops: Sequence[Cell]) -> None:
-    """Mark where the first two loops begin to slide in first loading, and the drift between them."""
+def _drift(loops: Sequence[Cell]) -> list[Item]:
+    """Return the marks of the first sliding of two loops in first loading, and the drift between them."""
     if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
         raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
     ends = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
-    low = -0.32 * max(top for _, top in ends)
+    low, items = -0.32 * max(top for _, top in ends), list[Item]()
     for number, (reach, top) in enumerate(ends):
-        axes.plot([reach] * 2, [top, low], color=INK, linewidth=0.6, linestyle=":")
-        axes.plot([reach], [top], color=INK, **MARK)
-        canvas.label(axes, rf"$\delta_{number + 1}$", (reach, top))
+        items.append(Curve([reach] * 2, [top, low], "", {"color": INK, "linewidth": 0.6, "linestyle": ":"}))
+        items.append(Curve([reach], [top], "", MARK | {"color": INK}))
+        items.append(Note(rf"$\delta_{number + 1}$", (reach, top), (4, 4) if number else (-4, 4)))
     (reach_1, _), (reach_2, _) = ends
-    axes.annotate("", xy=(reach_1, low), xytext=(reach_2, low), arrowprops=SPAN)
-    canvas.label(axes, f"drift {quantity_text(abs(reach_2 - reach_1), 'm', 3)}", ((reach_1 + reach_2) / 2, low))
+    text = f"drift {quantity_text(abs(reach_2 - reach_1), 'm', 3)}"
+    return [*items, span((reach_1, low), (reach_2, low)), Note(text, (max(reach_1, reach_2), low), (6, 0))]
 
 
-def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
-    """Draw normal and tangential load along the steps, the named ones as ticks."""
+def _load_charts(rows: xr.Dataset) -> dict[str, Chart]:
+    """Return normal and tangential load along the steps, the named ones as ticks."""
     if "total_normal_load" not in rows:
         raise InputError("loads: there is no total_normal_load; expected a history, or it among the outputs")
-    names, time = named_states(rows), rows["time"].values
-    for axes, name, symbol in ((upper, "total_normal_load", "N"), (lower, "total_tangential_load", "T")):
+    names, time, charts = named_states(rows), rows["time"].values, {}
+    steps = list(names.values())
+    for letter, name, text in (("N", "total_normal_load", "normal load"), ("T", LOOP[0], "tangential load")):
         values = rows[name].values
-        axes.plot(time, values, color=LINES[0][0], linewidth=1.1)
-        zero_lines(axes, vertical=False)
-        axes.set(ylabel=f"${symbol}$ (N)", ylim=(min(0.0, 1.1 * values.min()), 1.15 * values.max()))
-        steps = list(names.values())
-        axes.plot(time[steps], values[steps], color=INK, **(MARK | {"ms": 2.8}))
-    upper.tick_params(labelbottom=False)
-    if names:
-        lower.set_xticks(time[list(names.values())], list(names))
-    lower.set_xlabel("state" if names else "time (s)")
+        line = Curve(time, values, "", {"color": LINES[0][0], "linewidth": 1.1})
+        marks = Curve(time[steps], values[steps], "", MARK | {"color": INK, "ms": 2.8})
+        axes: dict[str, Any] = {"ylim": (min(0.0, 1.1 * values.min()), 1.15 * values.max())}
+        axes |= {"xticks": time[steps], "xticklabels": list(names)} if names else {}
+        label: dict[str, Any] = {"x": "state" if names else "time (s)", "y": f"${letter}$ (N)", "name": text}
+        charts[letter] = Chart(items=[line, marks], zero="x", share="time", height=23.0, axes=axes, **label)
+    return charts

@@ -15,11 +15,12 @@ import xarray as xr
 from historysim.basics.arguments import DIRECTION
 from historysim.basics.fields import list_fields
 from historysim.basics.registry import Registry
-from historysim.basics.wording import nearest, read_findings
+from historysim.basics.wording import listed, nearest, read_findings
 from historysim.errors import InputError
-from historysim.results.asking import check_direction
-from historysim.results.layout import is_history, missing_variables_reported, standard_layout
+from historysim.results.layout import is_history, report_missing_variables, standard_layout
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, draw_on_target
+from historysim.results.plots.chart import Chart, Sheet
+from historysim.results.queries import check_one_direction
 
 # The pictures by their names in ``[picture]`` and ``--picture``.
 PICTURES: Registry[type["Picture"]] = Registry(
@@ -27,8 +28,8 @@ PICTURES: Registry[type["Picture"]] = Registry(
 )
 register = PICTURES.register
 
-PLACES = ("size", "figure", "ax")  # arguments that say where a picture is drawn
-HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"  # what a picture of ``[picture]`` is drawn of
+PLACES = ("size", "figure", "ax")  # arguments of the drawing target
+HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"  # subjects of the pictures of ``[picture]``
 
 
 @attrs.frozen(kw_only=True)
@@ -40,34 +41,37 @@ class Picture:
 
     registry: ClassVar[Registry[Any]] = PICTURES
     kind: ClassVar[str]  #: its name
-    #: What it is drawn of: ``"history"``, ``"sweep"``, ``"scenario"``, and types.
+    #: Its subjects: ``"history"``, ``"sweep"``, ``"scenario"``, and types.
     of: ClassVar[tuple[str | type, ...]] = (HISTORY,)
-    size: ClassVar[Size] = (90.0, 78.0)  #: width and height [mm] where no other is asked for
-    #: What stands below it in the report of a history, which leaves out what has none; see `report_caption`.
+    size: ClassVar[Size] = (90.0, 78.0)  #: default width and height [mm]
+    #: Caption in the report of a history, which omits pictures without one; see `report_caption`.
     caption: ClassVar[str] = ""
     caption_lines: ClassVar[tuple[str, ...]] = ()  #: lines of the summary of a history that the caption ends with
-    needs: ClassVar[str] = "slip_state"  #: the variable of a history without which the report leaves it out
-    order: ClassVar[int] = 100  #: it stands in the report before those of a greater number
-    #: Whether several histories can be in it: `draw` then takes a sequence of them, too.
+    needs: ClassVar[str] = "slip_state"  #: the variable of a history that the report requires for it
+    order: ClassVar[int] = 100  #: its position in the report
+    #: Whether it accepts several histories: `sheet` then receives a sequence.
     accepts_several: ClassVar[bool] = False
-    own_figure: ClassVar[bool] = False  #: whether it fills a figure of its own, and cannot stand beside others
-    headed: ClassVar[bool] = False  #: whether the title of what is drawn stands above it, if it has no other
-    planar: ClassVar[bool] = False  #: whether it can be drawn of a history with two tangential directions, too
-    only_planar: ClassVar[bool] = False  #: whether it is of a history with two tangential directions alone
+    own_figure: ClassVar[bool] = False  #: whether it fills a figure, and cannot be combined with others
+    headed: ClassVar[bool] = False  #: whether the title of its subject is its default title
+    planar: ClassVar[bool] = False  #: whether it also accepts a history with two tangential directions
+    only_planar: ClassVar[bool] = False  #: whether it needs a history with two tangential directions
+
+    def sheet(self, data: Any) -> Sheet | Chart:
+        """Return the charts of a Dataset, or of another supported object: curves, maps and notes in SI units."""
+        raise NotImplementedError(f"{type(self).__name__} has neither sheet nor draw")
 
     def draw(self, canvas: Canvas, data: Any) -> None:
-        """Draw a Dataset, or another supported object, on a canvas: a figure, a part of a figure, or axes.
+        """Draw the charts on a canvas: a figure, a part of a figure, or axes.
 
-        ``canvas.axes()`` are those of a picture with one panel, ``canvas.several(count)`` is the figure of one with
-        more. What is drawn is in SI units, with them in the labels of axes, "load (N)", which get readable prefixes.
-        What has a label is named below the picture.
+        A picture that draws by itself uses ``canvas.axes()`` or ``canvas.figure``, with SI units in the labels of axes,
+        "load (N)", which get readable prefixes, and labels for the legend.
         """
-        raise NotImplementedError(f"{type(self).__name__} has no draw")
+        canvas.draw(self.sheet(data))
 
     def figure(self, subject: Any, target: Place | None = None) -> FigureOrAxes:
         """Return a figure with this picture only, or the figure or axes that were passed."""
         data = prepare_data(subject, self)
-        with missing_variables_reported(*(data if isinstance(data, list) else [data])):
+        with report_missing_variables(*(data if isinstance(data, list) else [data])):
             return draw_on_target(target or {}, self.default_size(data), lambda canvas: self.draw_named(canvas, data))
 
     def draw_named(self, canvas: Canvas, data: Any) -> None:
@@ -75,44 +79,44 @@ class Picture:
         self.draw(canvas, data)
         canvas.legend()
         title = str(getattr(self, "title", ""))
-        if self.headed and not canvas.beside_others:
+        if self.headed and not canvas.is_part:
             title = title or str(getattr(data, "attrs", {}).get("title", ""))
         canvas.heading(title, canvas.caption)
 
-    def default_size(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
-        """Return width and height [mm] where no other is asked for."""
+    def default_size(self, data: Any) -> Size:  # noqa: ARG002 - for subclasses
+        """Return the default width and height [mm]."""
         return self.size
 
     @property
-    def beside(self) -> float:
+    def extra_width(self) -> float:
         """Extra width in ``[picture]`` over the default width [mm]."""
         return 0.0
 
     @property
-    def called(self) -> str:
+    def label(self) -> str:
         """Name of the picture in a figure with several pictures."""
         return str(getattr(self, "title", "") or self.kind)
 
     @classmethod
-    def report_caption(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - what others go by
+    def report_caption(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - for subclasses
         """Return the caption for the report of a history; it may depend on the contents of the history."""
         return cls.caption
 
     @classmethod
-    def reported(cls, history: xr.Dataset) -> bool:
-        """Return whether the report of a history shows it."""
+    def is_reported(cls, history: xr.Dataset) -> bool:
+        """Return whether the report of a history includes it."""
         fits = cls.planar or cls.only_planar == (DIRECTION in history.sizes)
         return bool(cls.caption) and cls.needs in history and fits
 
 
 @attrs.frozen(kw_only=True)
 class Titled(Picture):
-    """A picture with a heading of its own.
+    """A picture with a separate heading.
 
     Attributes
     ----------
     title : str
-        A heading; by default that of what is drawn, if it has one.
+        A heading; by default the title of its subject, if it has one.
     """
 
     title: str = ""
@@ -125,9 +129,9 @@ class Panel(Titled):
     Attributes
     ----------
     title : str
-        A heading above this picture, beside the title of the scenario.
+        A heading above this picture, in addition to the title of the scenario.
     labels : tuple of str
-        What its lines, or surfaces, are called.
+        Names of its lines, or surfaces.
     where : dict, optional
         Of a sweep, only the cells with these values of swept keys.
     """
@@ -135,8 +139,8 @@ class Panel(Titled):
     labels: tuple[str, ...] = ()
     where: dict[str, Any] | None = None
 
-    def called_as(self, names: Sequence[str], noun: str) -> list[str]:
-        """Return the labels of some lines, or else their own names."""
+    def resolve_labels(self, names: Sequence[str], noun: str) -> list[str]:
+        """Return the given labels, or else the default names."""
         if self.labels and len(self.labels) != len(names):
             raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(names)} {noun}")
         return list(self.labels or names)
@@ -156,7 +160,7 @@ def prepare_data(subject: Any, picture: Picture) -> Any:
                 'tangential_displacement = ["10 nm", "5 nm"]'
             )
         if not (picture.planar or picture.only_planar):
-            check_direction(item, f"the picture {picture.kind}")
+            check_one_direction(item, f"the picture {picture.kind}")
     return subject if prepare is None else prepare(picture.kind)
 
 
@@ -174,7 +178,7 @@ def draw(
 
 
 def made(kind: type[Picture], options: Mapping[str, Any], available: Mapping[str, type[Picture]]) -> Picture:
-    """Return a picture with options; errors name which other pictures take an option."""
+    """Return a picture with options; errors name the pictures that have an option."""
     field_names = [field.name for field in list_fields(kind)]
     for option in (name_ for name_ in options if name_ not in field_names):
         takers = [name for name, candidate in available.items() if option in attrs.fields_dict(candidate)]
@@ -188,7 +192,7 @@ def made(kind: type[Picture], options: Mapping[str, Any], available: Mapping[str
 
 
 def _value(name: str, kind: Any, value: Any) -> Any:
-    """Return an option as its field has it: a list as a tuple, and a string, as the shell gives it, as its value."""
+    """Convert an option to the type of its field: a list to a tuple, and a string of the shell to its value."""
     members = {*get_args(kind)} if isinstance(kind, UnionType) else {kind}
     if any(get_origin(member) is Annotated for member in members):
         members = {get_args(member)[0] for member in members}
@@ -207,13 +211,13 @@ def _value(name: str, kind: Any, value: Any) -> Any:
 
 
 @functools.singledispatch
-def figure_of(
+def make_figure(
     subject: Any, *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
 ) -> FigureOrAxes:
-    """Return the picture of an object, by default the first of its type; InputError without one, or without this one.
+    """Draw a picture of an object, by default the first one of its type; InputError if there is none.
 
-    A type for which there is more to choose or to prepare registers its own with ``@figure_of.register(type)``. `name`
-    is the path that it was read from, if any; `options` are fields of the picture.
+    A type with more to choose or to prepare registers a function with ``@make_figure.register(type)``. `name` is the
+    path that it was read from, if any; `options` are fields of the picture.
     """
     called = name or f"this {type(subject).__name__}"
     available = {
@@ -225,7 +229,7 @@ def figure_of(
         raise InputError(
             f"{called} has no picture; expected a history, a scenario, a surface, loops, a comparison or an asperity"
         )
-    # the one that is of this type first of all goes before those of other things, too
+    # a picture whose first subject is this type precedes those of other subjects
     chosen = picture or min(available, key=lambda key: [isinstance(of, str) for of in available[key].of])
     return _draw_picture(subject, chosen, available, called, target, options, name)
 
@@ -239,15 +243,15 @@ def _draw_picture(
     options: Mapping[str, Any],
     name: str,
 ) -> FigureOrAxes:
-    """Draw one of the pictures of a thing, below the name of its file, if it has one."""
+    """Draw one of the pictures of an object, below the name of its file, if it has one."""
     if picture not in available:
         raise InputError(f"picture {picture}: {called} has no such picture; expected {', '.join(available)}")
     titled = {"title": Path(name).name} if name and "title" in attrs.fields_dict(available[picture]) else {}
     return made(available[picture], titled | dict(options), available).figure(subject, target)
 
 
-@figure_of.register(list)
-@figure_of.register(tuple)
+@make_figure.register(list)
+@make_figure.register(tuple)
 def _draw_histories(
     histories: Sequence[Any], *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
 ) -> FigureOrAxes:
@@ -255,19 +259,19 @@ def _draw_histories(
     for history in histories:
         if not _is_history(history):
             raise InputError(
-                f"{name or f'this {type(history).__name__}'} is no history; expected results of historysim run alone, "
-                "or one other file"
+                f"{name or f'this {type(history).__name__}'} is not a history; expected results of historysim run "
+                "only, or one other file"
             )
     return draw(histories, picture or "loops", target, **options)
 
 
-@figure_of.register(xr.Dataset)
+@make_figure.register(xr.Dataset)
 def _draw_dataset(
     dataset: xr.Dataset, *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
 ) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
     content, called = dataset.attrs.get("content"), name or "this Dataset"
-    # the rows of a sweep may be loads, too
+    # the variables of a sweep may be loads, too
     if content == SWEEP:
         return _draw_sweep(dataset, picture, target, options)
     if _is_history(dataset) and content not in TABLES:
@@ -282,7 +286,7 @@ def _draw_dataset(
         if matches:
             titled = name if kind == "table" else ""
             return _draw_picture(dataset, picture or kind, {kind: PICTURES[kind]}, called, target, options, titled)
-    raise InputError(f"{called} is no history; expected a Dataset from historysim, with its variables")
+    raise InputError(f"{called} is not a history; expected a Dataset from historysim, with its variables")
 
 
 TABLES = ("table", "history over time")  # contents of files that are tables
@@ -299,7 +303,7 @@ def _draw_sweep(sweep: xr.Dataset, picture: str | None, target: Place | None, op
         picture = "loops"
     if picture is not None and picture not in sweep.data_vars and picture in PICTURES:
         return draw(sweep, picture, target, of=SWEEP, **options)
-    # what was asked for first, else what a sweep is mostly about; of others, such as a design, the first number
+    # the first output, else the usual quantity of a sweep; of others, such as a design, the first number
     preferred = [*str(sweep.attrs.get("outputs", "")).split(), "preliminary_displacement"]
     candidates = [key for name in preferred for key in (name, f"{name}_mean") if key in numbers]
     return draw(sweep, "curve", target, of=SWEEP, quantity=picture or [*candidates, *numbers][0], **options)
@@ -307,9 +311,10 @@ def _draw_sweep(sweep: xr.Dataset, picture: str | None, target: Place | None, op
 
 ACROSS, NARROWEST = 3, 55.0  # panels in a row, and the width that each has at least [mm]
 PANEL, HEIGHT, TITLE = 90.0, 78.0, 8.0  # width and height of a panel, height of the title [mm]
+LOWEST = 45.0  # least height of a panel [mm]
 
 
-# What the findings of the checks are called in a line.
+# Short names of the findings of the checks.
 BEYOND = {
     "steep": "steep asperities",
     "yield": "pressures beyond yield",
@@ -323,20 +328,24 @@ BEYOND = {
 def draw_figure(
     subject: Any, pictures: Sequence[Picture], title: str = "", target: Place | None = None
 ) -> FigureOrAxes:
-    """Return pictures of a result, a sweep or a scenario side by side, in a narrow figure below one another."""
+    """Draw pictures of a result, a sweep or a scenario side by side, in a narrow figure stacked."""
     target = target or {}
     if len(pictures) == 1 and (pictures[0].own_figure or target.get("ax") is not None):
         return pictures[0].figure(subject, target)
     across = min(len(pictures), ACROSS)
-    width = PANEL * across + max(item.beside for item in pictures)
+    width = PANEL * across + max(item.extra_width for item in pictures)
 
     def draw(canvas: Canvas) -> None:
-        figure = canvas.several(len(pictures))
-        fitting = pictures[: len(canvas.fitting([item.called for item in pictures]))]
-        across = min(len(fitting), ACROSS, max(int(canvas.width / NARROWEST), 1))
-        # also of one picture: what stands below it, and the line above all, then differ
-        panels = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
-        for panel, picture in zip(panels, fitting, strict=False):
+        if canvas.target_axes is not None:
+            raise InputError(f"ax: this picture has {len(pictures)} panels; expected figure= in place of ax=")
+        across = min(len(pictures), ACROSS, max(int(canvas.width / NARROWEST), 1))
+        fitting = pictures[: across * max(int((canvas.height - TITLE) / LOWEST), 1)]
+        if omitted := [item.label for item in pictures[len(fitting) :]]:
+            canvas.notice(f"at {canvas.width:.3g} × {canvas.height:.3g} mm there is no room for {listed(omitted)}")
+        across = min(across, len(fitting))
+        # one picture, too, has its title and the line above all in separate parts
+        panels: Any = canvas.figure.subfigures(-(-len(fitting) // across), across, squeeze=False)
+        for panel, picture in zip(panels.ravel(), fitting, strict=False):
             picture.draw_named(canvas.part(panel), prepare_data(subject, picture))
         canvas.heading(title)
         if isinstance(subject, xr.Dataset):

@@ -1,6 +1,6 @@
-"""Pictures of records: a model beside its measurement, channels and spectra, sliding, creep, columns of a table."""
+"""Pictures of records: a model and its measurement, channels and spectra, sliding, creep, columns of a table."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -15,33 +15,28 @@ from historysim.measured.correction import sampling_rate
 from historysim.measured.creep import Creep
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import UNITS, Sliding
-from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas, Size
+from historysim.results.plots.canvas import TWO_COLUMNS, Size
+from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
 from historysim.results.plots.style import (
     FAINT,
     INK,
+    LOOP_AXES,
     LOOP_NUMBER,
     MARK,
     MOST_EDGED,
-    MOST_TICKS,
     STATE_COLOURS,
     format_unit,
-    kept_samples,
-    label_loop,
     line_style,
-    note_instead,
+    thin_samples,
 )
 from historysim.results.tables import WrittenTable
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from matplotlib.axes import Axes
-
-MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # dots of a comparison, and samples of sliding, that are drawn
+MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # drawn dots of a comparison, and samples of sliding
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
-AS_READ: dict[str, Any] = {"color": FAINT, "linewidth": 0.7, "label": "as read"}
-AS_USED: dict[str, Any] = {"color": MARK, "linewidth": 0.8, "label": "as used"}
+AS_READ: dict[str, Any] = {"color": FAINT, "linewidth": 0.7, "rasterized": True}
+AS_USED: dict[str, Any] = {"color": MARK, "linewidth": 0.8, "rasterized": True}
+DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "mew": 0, "rasterized": True}
 
 
 @PICTURES.register
@@ -51,120 +46,83 @@ class ComparisonPicture(Titled):
 
     kind, of, size, own_figure = "comparison", (Comparison,), (TWO_COLUMNS, 137.0), True
 
-    def draw(self, canvas: Canvas, data: Comparison) -> None:
-        """Draw as many panels as fit."""
-        figure = canvas.several(len(COMPARED))
-        count, rows, heights = next(
-            (count, rows, heights)
-            for count, width, height, rows, heights in LAYOUTS
-            if count <= canvas.most and canvas.width >= width and canvas.height >= height
+    def sheet(self, data: Comparison) -> Sheet:
+        """Return all charts."""
+        observation, off, residuals = data.observation, data.difference, data.residuals
+        time, indices = observation.time, thin_samples(data.difference.size, [data.difference], MOST_POINTS)
+        loads = [
+            Curve(time, channel.tangential_load, "", {"color": colour, "linewidth": width, "rasterized": True})
+            for channel, colour, width in ((observation, MEASURED, 0.9), (data.response, MODEL, 0.6))
+        ]
+        after_start = time[observation.start_sample :][indices]
+        difference = Curve(after_start, off[indices], "", DOTS | {"color": INK, "ms": 1.2})
+        means = zip(residuals.position, residuals.mean, (INK, CORRECTED), ("forward", "backward"), strict=True)
+        branches = [Curve(100 * x, y, label, {"color": colour, "linewidth": 1.0}) for x, y, colour, label in means]
+        short: dict[str, Any] = {"height": 28.0, "zero": "x"}
+        labels: dict[str, Any] = {"title": "Tangential load", "x": "time (s)", "y": "$T$ (N)"}
+        return Sheet(
+            {
+                "L": Chart(
+                    items=_compared_loops(data), title="Friction loops", height=42.0, margins=(0.06, 0.06), **LOOP_AXES
+                ),
+                "T": Chart(items=loads, margins=(0.01, 0.05), height=28.0, **labels),
+                "E": _energies(data),
+                "D": Chart(items=[difference], title="Difference", x="time (s)", y="$ΔT$ (N)", **short),
+                "R": Chart(items=branches, title="Residuals", x="way from reversal (%)", y="mean $ΔT$ (N)", **short),
+            },
+            wide="LLLTTT;EEDDRR",
+            narrow="LL;TT;ED;RR",
         )
-        canvas.fitting([called for called, _ in COMPARED.values()], count)
-        for name, axes in figure.subplot_mosaic(rows, height_ratios=heights).items():
-            COMPARED[name][1](axes, data)
 
 
-def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
+def _compared_loops(comparison: Comparison) -> list[Item]:
     observation, response = comparison.observation, comparison.response
-    indices = kept_samples(observation.time.size, [observation.tangential_load], MOST_POINTS)
-    label_loop(axes)
-    dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "markeredgewidth": 0}
-    dots |= {"rasterized": True, "zorder": 2}
-    load, modelled = observation.tangential_load, response.tangential_load
-    axes.plot(observation.displacement[indices], load[indices], color=MEASURED, label="measured", **dots)
-    # along a branch the model passes the displacements in their order, not in that of time
-    branches = zip(observation.turns[:-1], observation.turns[1:], strict=True)
-    rises = [
-        (slice(start, stop), np.sign(response.displacement[stop] - response.displacement[start]))
-        for start, stop in branches
-    ]
-    in_order = [branch.start + np.argsort(response.displacement[branch] * sign) for branch, sign in rises]
-    order = np.concatenate([*in_order, observation.turns[-1:]])
-    # over the points: in their noise it would not be seen
+    indices = thin_samples(observation.time.size, [observation.tangential_load], MOST_POINTS)
+    # along a branch the model follows the order of displacements, not of time
+    branches = []
+    for start, stop in zip(observation.turns[:-1], observation.turns[1:], strict=True):
+        sign = np.sign(response.displacement[stop] - response.displacement[start])
+        branches.append(start + np.argsort(response.displacement[start:stop] * sign))
+    order = np.concatenate([*branches, observation.turns[-1:]])
+    # the model is drawn over the points, in whose noise it would be hidden
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
-    axes.plot(response.displacement[order], modelled[order], label="model", **line)
+    load, modelled = observation.tangential_load, response.tangential_load
+    items: list[Item] = [
+        Curve(observation.displacement[indices], load[indices], "measured", DOTS | {"color": MEASURED}),
+        Curve(response.displacement[order], modelled[order], "model", line),
+    ]
     instrument = comparison.instrument
     if not instrument.rigid or instrument.parallel_stiffness:
-        stiffness = instrument.stiffness
         load = load - instrument.parallel_stiffness * observation.displacement
-        modelled = response.contact_load
-        contact = observation.displacement - load / stiffness
-        dots["color"] = CORRECTED
-        axes.plot(contact[indices], load[indices], label="measured, of the contact", **dots)
-        contact = response.displacement - modelled / stiffness
-        line["linestyle"] = (0, (4, 1.5))
-        axes.plot(contact[order], modelled[order], label="model, of the contact", **line)
-    axes.margins(0.06)
-    axes.set_title("Friction loops")
+        contact = observation.displacement - load / instrument.stiffness
+        items.append(Curve(contact[indices], load[indices], "measured, of the contact", DOTS | {"color": CORRECTED}))
+        contact = response.displacement - response.contact_load / instrument.stiffness
+        dashes = line | {"linestyle": (0, (4, 1.5))}
+        items.append(Curve(contact[order], response.contact_load[order], "model, of the contact", dashes))
+    return items
 
 
-def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
-    for channel, colour, width in ((comparison.observation, MEASURED, 0.9), (comparison.response, MODEL, 0.6)):
-        looks: dict[str, Any] = {"color": colour, "linewidth": width, "rasterized": True}
-        axes.plot(comparison.observation.time, channel.tangential_load, **looks)
-    axes.margins(x=0.01)
-    axes.set(title="Tangential load", ylabel="$T$ (N)", xlabel="time (s)")
-
-
-def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
-    observation, off = comparison.observation, comparison.difference
-    indices = kept_samples(off.size, [off], MOST_POINTS)
-    axes.axhline(0, color=FAINT, linewidth=0.6)
-    dots: dict[str, Any] = {"color": INK, "markersize": 1.2, "markeredgewidth": 0, "rasterized": True}
-    axes.plot(observation.time[observation.start_sample :][indices], off[indices], ".", **dots)
-    axes.set(title="Measured less model", ylabel="$ΔT$ (N)", xlabel="time (s)")
-
-
-def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
-    """Draw residuals over the branches, in the mean of those that rise, and of those that fall."""
-    residuals = comparison.residuals
-    axes.axhline(0, color=FAINT, linewidth=0.6)
-    for direction, mean, colour, label in zip(
-        residuals.position, residuals.mean, (INK, CORRECTED), ("forward", "backward"), strict=True
-    ):
-        axes.plot(100 * direction, mean, color=colour, linewidth=1.0, label=label)
-    axes.margins(y=0.12)
-    axes.set(title="Residuals over the branch", ylabel="mean $ΔT$ (N)", xlabel="way from reversal (%)")
-
-
-def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
-    from matplotlib.ticker import MaxNLocator
-
-    axes.set(title="Energies", xlabel=LOOP_NUMBER)
+def _energies(comparison: Comparison) -> Chart:
+    options: dict[str, Any] = {"title": "Energies", "x": LOOP_NUMBER, "height": 28.0}
     if comparison.measured is None or comparison.model is None:
-        note_instead(axes, "no whole loop")
-        return
+        return Chart(items=[_remark("no whole loop")], axes={"xticks": [], "yticks": []}, **options)
+    items: list[Item] = []
     sets = ("measured", comparison.measured, "o", MEASURED), ("model", comparison.model, "x", MODEL)
     for name, loops, marker, colour in sets:
         size = 4 if len(loops) <= MOST_EDGED else 1.8
-        looks: dict[str, Any] = {"color": colour, "markersize": size, "mfc": "none", "label": name}
-        axes.plot(loops.number, loops.dissipated_energy, marker, **looks)
+        look = {"color": colour, "ms": size, "mfc": "none", "marker": marker, "linestyle": ""}
+        items.append(Curve(loops.number, loops.dissipated_energy, name, look))
     # from zero, so that heights compare; a record with mixed-up signs has energies below it
-    axes.axhline(0, linewidth=0)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
-    axes.set_ylabel("$∮T\\,dU$ (J)")
+    return Chart(items=items, y="$∮T\\,dU$ (J)", zero="x", integers=True, **options)
 
 
-# Panels of a comparison by their letters in the layout: what each is called, and what draws it.
-COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
-    "L": ("friction loops", _draw_loops),
-    "T": ("tangential load", _draw_loads),
-    "E": ("energies", _draw_energies),
-    "D": ("measured less model", _draw_difference),
-    "R": ("residuals", _draw_residuals),
-}
+def _remark(text: str) -> Note:
+    """Return the reason for empty axes."""
+    look = {"xycoords": "axes fraction", "color": FAINT}
+    return Note(text, (0.5, 0.5), (0, 0), look)
 
-# How many panels, least width and height [mm], where they stand, and heights of their rows.
-LAYOUTS = (
-    (5, WIDE, 95.0, "LLLTTT;EEDDRR", (1.25, 1.0)),
-    (2, WIDE, 0.0, "LT", (1.0,)),
-    (4, 0.0, 105.0, "LL;TT;ED", (2.2, 1.1, 1.1)),
-    (2, 0.0, 105.0, "L;T", (2.0, 1.1)),
-    (1, 0.0, 0.0, "L", (1.0,)),
-)
 
-DETAIL, PIECE = 200, 8192  # samples that the detail of a channel, and a piece of its spectrum, take
-LEAST_ROW = 24.0  # height of a channel [mm]
+DETAIL, PIECE = 200, 8192  # samples of the detail of a channel, and of a piece of its spectrum
 
 
 @PICTURES.register
@@ -176,34 +134,29 @@ class RecordPicture(Titled):
 
     def default_size(self, data: Measurement) -> Size:
         """Return a row for each channel."""
-        return TWO_COLUMNS, 18.0 + 45.0 * len(_changing(data))
+        return TWO_COLUMNS, 26.0 + 45.0 * len(_changing(data))
 
-    def draw(self, canvas: Canvas, data: Measurement) -> None:
-        """Draw channels over time, a detail, and amplitudes over the frequency; without an even clock no spectrum."""
-        channels = _changing(data)
-        # at the width of one column there is no room for more than the whole of each
-        columns = 3 if canvas.width >= WIDE else 1
-        names = [name.replace("_", " ") for name in channels]
-        rows = len(canvas.fitting(names, int((canvas.height - 18.0) / LEAST_ROW)))
-        if columns == 1:
-            canvas.notice("at the width of one column there is no room for details and spectra")
-        if rows * columns == 1:
-            grid = np.array([[canvas.axes()]])
-        else:
-            figure = canvas.several(rows * columns)
-            grid = figure.subplots(rows, columns, width_ratios=(1.4, 1, 1)[:columns], squeeze=False)
-        for (name, values), (time_axes, *detail_axes) in zip(channels.items(), grid, strict=False):
+    def sheet(self, data: Measurement) -> Sheet:
+        """Return channels over time, a detail, and amplitudes over the frequency; without an even clock no spectrum."""
+        charts: dict[str, Chart] = {}
+        channels, wide = _changing(data), []
+        for number, (name, values) in enumerate(channels.items()):
             read = values + data.removed[name] if name in data.removed else None
-            unit = load_kind(name).unit
-            _draw_channel(time_axes, data.time, values, read, slice(None))
-            time_axes.set(title=name.replace("_", " ").capitalize(), ylabel=f"({unit})")
-            if detail_axes:
-                _draw_channel(detail_axes[0], data.time, values, read, _detail(values))
-                detail_axes[0].set(title="Detail", ylabel=f"({unit})")
-                detail_axes[0].ticklabel_format(axis="x", useOffset=False)
-                _draw_spectrum(detail_axes[1], values, read, data.time, unit)
-        for axes, label in zip(grid[-1], ("time (s)", "time (s)", "frequency (Hz)"), strict=False):
-            axes.set_xlabel(label)
+            words, unit, letters = (
+                name.replace("_", " "),
+                load_kind(name).unit,
+                [chr(65 + 3 * number + k) for k in range(3)],
+            )
+            window = _detail(values)
+            options: dict[str, Any] = {"y": f"({unit})", "margins": (0.01, 0.05), "height": 24.0}
+            all_samples, detail = (_channel(data.time, values, read, samples) for samples in (slice(None), window))
+            is_last = number == len(channels) - 1
+            labels: dict[str, Any] = {"x": "time (s)" if is_last else ""}
+            charts[letters[0]] = Chart(items=all_samples, title=words.capitalize(), name=words, **labels, **options)
+            charts[letters[1]] = Chart(items=detail, title="Detail", name="details", **labels, **options)
+            charts[letters[2]] = _spectrum(values, read, data.time, unit, is_last=is_last)
+            wide.append("{0}{0}{0}{0}{1}{1}{1}{2}{2}{2}".format(*letters))
+        return Sheet(charts, wide=";".join(wide), narrow=";".join(row[0] for row in wide))
 
 
 def _changing(measurement: Measurement) -> dict[str, Floats]:
@@ -215,11 +168,9 @@ def _changing(measurement: Measurement) -> dict[str, Floats]:
     return varying
 
 
-def _draw_channel(axes: "Axes", time: Floats, values: Floats, read: Floats | None, window: slice) -> None:
-    for channel, looks in ((read, AS_READ), (values, AS_USED)):
-        if channel is not None:
-            axes.plot(time[window], channel[window], rasterized=True, solid_joinstyle="round", **looks)
-    axes.margins(x=0.01)
+def _channel(time: Floats, values: Floats, read: Floats | None, window: slice) -> list[Item]:
+    channels = ((read, "as read", AS_READ), (values, "as used", AS_USED))
+    return [Curve(time[window], channel[window], name, look) for channel, name, look in channels if channel is not None]
 
 
 def _detail(values: Floats) -> slice:
@@ -229,22 +180,23 @@ def _detail(values: Floats) -> slice:
     return slice(start, start + count)
 
 
-def _draw_spectrum(axes: "Axes", values: Floats, read: Floats | None, time: Floats, unit: str) -> None:
-    axes.set(title="Amplitude", ylabel=f"({unit})")
+def _spectrum(values: Floats, read: Floats | None, time: Floats, unit: str, *, is_last: bool) -> Chart:
+    options: dict[str, Any] = {"title": "Amplitude", "name": "spectra", "y": f"({unit})", "height": 24.0}
     try:
         rate = sampling_rate(time)
     except InputError:
-        note_instead(axes, "no even clock")
-        return
+        return Chart(items=[_remark("no even clock")], axes={"xticks": [], "yticks": []}, **options)
     from scipy import signal
 
-    for channel, looks in ((read, AS_READ), (values, AS_USED)):
+    items = []
+    for channel, look in ((read, AS_READ), (values, AS_USED)):
         if channel is not None:
             length = min(PIECE, channel.size)
             frequency, power = signal.welch(channel, rate, nperseg=length, scaling="spectrum", detrend="linear")
-            # of a sine, its amplitude; the first bins hold what is left of the mean
-            axes.semilogy(frequency[2:], np.sqrt(2 * power[2:]), **looks)
-    axes.margins(x=0.01)
+            # the amplitude of a sine; the first bins hold the remainder of the mean
+            items.append(Curve(frequency[2:], np.sqrt(2 * power[2:]), "", look))
+    x = "frequency (Hz)" if is_last else ""
+    return Chart(items=items, x=x, margins=(0.01, 0.05), axes={"yscale": "log"}, **options)
 
 
 @PICTURES.register
@@ -254,23 +206,30 @@ class SlidingPicture(Titled):
 
     kind, of, size, own_figure = "sliding", (Sliding,), (TWO_COLUMNS, 92.0), True
 
-    def draw(self, canvas: Canvas, data: Sliding) -> None:
-        """Draw them."""
-        axes = canvas.axes()
-        indices = kept_samples(data.place.size, [data.coefficient], MOST_SAMPLES)
-        dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
-        friction = data.coefficient[indices]
+    def sheet(self, data: Sliding) -> Chart:
+        """Return samples, windows, peak and approach."""
+        indices = thin_samples(data.place.size, [data.coefficient], MOST_SAMPLES)
+        friction, items = data.coefficient[indices], list[Item]()
+        dots = {"marker": "o", "linestyle": "", "color": STATE_COLOURS[1], "ms": 3, "zorder": 2}
         if np.isfinite(friction).any():
-            axes.plot(data.place[indices], friction, rasterized=True, label="samples", zorder=1, **dots)
-        axes.plot(data.window_place, data.window_mean, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
+            faint = DOTS | {"ms": 2.2, "color": FAINT, "alpha": 0.6, "zorder": 1}
+            items.append(Curve(data.place[indices], friction, "samples", faint))
+        items.append(Curve(data.window_place, data.window_mean, "windows", dots))
         if data.approach is not None:
             distance = np.linspace(data.approach.origin, data.place[-1], 200)
             line: dict[str, Any] = {"color": STATE_COLOURS[2], "linewidth": 1.2, "zorder": 3}
-            axes.plot(distance, data.approach.at(distance), label="approach", **line)
-            axes.axhline(data.approach.steady, **line | {"linewidth": 0.7, "linestyle": (0, (4, 2)), "zorder": 0})
+            dashes = line | {"linewidth": 0.7, "linestyle": (0, (4, 2)), "zorder": 0}
+            items.append(Curve(distance, data.approach.at(distance), "approach", line))
+            items.append(Shape("axhline", (data.approach.steady,), dashes))
         if data.peak is not None:
-            axes.plot(data.peak.place, data.peak.coefficient, "^", color=INK, ms=5, label="static peak", zorder=4)
-        axes.set(title="Friction coefficient", xlabel=f"{data.over} ({UNITS[data.over]})", ylabel="$μ = T/N$")
+            mark = {"marker": "^", "linestyle": "", "color": INK, "ms": 5, "zorder": 4}
+            items.append(Curve([data.peak.place], [data.peak.coefficient], "static peak", mark))
+        labels: dict[str, Any] = {
+            "title": "Friction coefficient",
+            "x": f"{data.over} ({UNITS[data.over]})",
+            "y": "$μ = T/N$",
+        }
+        return Chart(items=items, **labels)
 
 
 MOST_PANELS, MOST_LINES = 4, 6
@@ -287,36 +246,34 @@ class TablePicture(Titled):
         """Return a row for each unit."""
         return TWO_COLUMNS, 30.0 + 45.0 * min(len(_by_unit(_table(data))[2]), MOST_PANELS)
 
-    def draw(self, canvas: Canvas, data: WrittenTable | xr.Dataset) -> None:
-        """Draw up to 4 panels of up to 6 lines."""
+    def sheet(self, data: WrittenTable | xr.Dataset) -> Sheet:
+        """Return up to 4 charts of up to 6 lines."""
         written = _table(data)
         abscissa, numbers, by_unit = _by_unit(written)
-        panels = list(by_unit.items())
-        panels = panels[: len(canvas.fitting([_column_label(names) for _, names in panels], MOST_PANELS))]
-        figure = canvas.several(len(panels)) if len(panels) > 1 else None
-        all_axes = [canvas.axes()] if figure is None else figure.subplots(len(panels), 1, sharex=True)
-        left_out: list[str] = []
-        for axes, (unit, names) in zip(all_axes, panels, strict=True):
-            left_out += names[MOST_LINES:]
-            for number, name in enumerate(names[:MOST_LINES]):
-                looks = line_style(number, MOST_LINES)
-                axes.plot(numbers[abscissa], numbers[name], label=name.replace("_", " "), **looks)
-            axes.set_ylabel(_label(names[0] if len(names) == 1 else "value", unit))
-        all_axes[-1].set_xlabel(_label(abscissa, numbers[abscissa].attrs.get("units", "1")))
-        canvas.named = len(panels) > 1
-        # lines of two panels look alike
-        for axes in all_axes if canvas.named else ():
-            axes.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
-        if left_out:
-            canvas.notice(f"there is no room for {listed([name.replace('_', ' ') for name in left_out])}")
-        if not self.title:
-            canvas.heading(written.name)
+        charts: dict[str, Chart] = {}
+        omitted: list[str] = []
+        for letter, (unit, names) in zip("ABCDEFGHIJKLMNOPQRSTUVWXYZ", by_unit.items(), strict=False):
+            words = [name.replace("_", " ") for name in names]
+            omitted += words[MOST_LINES:] if letter in "ABCD" else words
+            columns = zip(names, words, range(MOST_LINES), strict=False)
+            # lines of two panels look alike
+            options: dict[str, Any] = {"height": 24.0, "share": "row", "separate_legend": len(by_unit) > 1}
+            options["x"] = _label(abscissa, numbers[abscissa].attrs.get("units", "1"))
+            options["y"] = _label(words[0] if len(names) == 1 else "value", unit)
+            lines = [
+                Curve(numbers[abscissa].values, numbers[name].values, label, line_style(number, MOST_LINES))
+                for name, label, number in columns
+            ]
+            if letter in "ABCD":
+                charts[letter] = Chart(items=lines, name=" and ".join(words[:2]), **options)
+        notice = f"there is no room for {listed(omitted)}" if omitted else ""
+        title = "" if self.title else written.name
+        return Sheet(charts, wide=";".join(charts), notices=(notice,), subtitle=title)
 
 
 def _table(data: WrittenTable | xr.Dataset) -> WrittenTable:
-    return (
-        data if isinstance(data, WrittenTable) else WrittenTable.of(data, str(data.attrs.get("title", "this Dataset")))
-    )
+    title = str(data.attrs.get("title", "this Dataset")) if isinstance(data, xr.Dataset) else ""
+    return WrittenTable.of(data, title) if isinstance(data, xr.Dataset) else data
 
 
 def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[str]]]:
@@ -331,10 +288,6 @@ def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[s
     return abscissa, numbers, by_unit
 
 
-def _column_label(names: "Sequence[str]") -> str:
-    return " and ".join(name.replace("_", " ") for name in names[:2]) + (" and others" if len(names) > 2 else "")
-
-
 def _label(name: str, unit: str) -> str:
     words, text = name.replace("_", " "), format_unit(unit)
     return f"{words} ({text})" if text else words
@@ -347,46 +300,36 @@ class CreepPicture(Titled):
 
     kind, of, size, own_figure = "creep", (Creep,), (TWO_COLUMNS, 92.0), True
 
-    def draw(self, canvas: Canvas, data: Creep) -> None:
-        """Draw the relaxation without memory and sensor contributions, and the contributions."""
-        axes, parts_axes = canvas.two(("relaxation", "parts of the change"), 1.1)
+    def sheet(self, data: Creep) -> Sheet:
+        """Return the relaxation without memory and sensor contributions, and the contributions."""
+        items: list[Item] = []
         for selected, colour, marker, name in (
             (data.forward, STATE_COLOURS[1], "o", "held forward"),
             (~data.forward, STATE_COLOURS[2], "s", "held backward"),
         ):
-            looks: dict[str, Any] = {"linestyle": "", "marker": marker, "ms": 2.6, "mfc": "none", "mew": 0.6}
-            axes.plot(data.time[selected], 100 * data.relaxed[selected], color=colour, label=name, **looks)
+            look = {"linestyle": "", "marker": marker, "ms": 2.6, "mfc": "none", "mew": 0.6, "color": colour}
+            items.append(Curve(data.time[selected], 100 * data.relaxed[selected], name, look))
         if not data.unknown:
             time = np.geomspace(data.time.min(), data.time.max(), 200)
-            share, colour = -100 * data.relaxation.value / np.log(10), CORRECTED
-            axes.plot(
-                time, share * np.log1p(time / data.onset), color=colour, linewidth=1.4, zorder=3, label="log time"
-            )
-        axes.set_xscale("log")
-        axes.set(
-            title="Relaxation", xlabel="time since the displacement rests (s)", ylabel="change of $T$ over $T$ (%)"
-        )
-        if parts_axes is not None:
-            _draw_parts(parts_axes, data)
-        canvas.caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
+            percent = -100 * data.relaxation.value / np.log(10) * np.log1p(time / data.onset)
+            items.append(Curve(time, percent, "log time", {"color": CORRECTED, "linewidth": 1.4, "zorder": 3}))
+        labels: dict[str, Any] = {"x": "time since the displacement is held (s)", "y": "change of $T$ over $T$ (%)"}
+        relaxation = Chart(items=items, title="Relaxation", axes={"xscale": "log"}, **labels)
+        caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
+        return Sheet({"R": relaxation, "P": _creep_parts(data)}, subtitle=caption)
 
 
-def _draw_parts(axes: "Axes", data: Creep) -> None:
-    """Draw bars of the change of the load against its own direction, a bar for each hold."""
-    from matplotlib.ticker import MaxNLocator
-
+def _creep_parts(data: Creep) -> Chart:
+    """Return bars of the change of the load against its direction, a bar for each hold."""
     sense = np.sign([hold.tangential_load for hold in data.holds])
-    contributions = {
-        name: sense * [getattr(hold, name) for hold in data.holds] for name in ("memory", "relaxation", "sensor")
-    }
-    change = sense * [hold.change for hold in data.holds]
     number, low, high = np.arange(1, sense.size + 1), np.zeros(sense.size), np.zeros(sense.size)
-    for (name, values), colour in zip(contributions.items(), (MODEL, CORRECTED, FAINT), strict=True):
-        finite = np.nan_to_num(values)
-        below = np.where(finite < 0, low, high)
-        axes.bar(number, finite, 0.7, bottom=below, color=colour, label=name)
-        low, high = low + np.minimum(finite, 0), high + np.maximum(finite, 0)
-    axes.plot(number, change, "_", color=INK, ms=9, mew=1.2, label="measured")
-    axes.axhline(0, color=FAINT, linewidth=0.6)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(title="Parts of the change", xlabel="hold", ylabel="$ΔT$ along $T$ (N)")
+    items: list[Item] = []
+    for name, colour in (("memory", MODEL), ("relaxation", CORRECTED), ("sensor", FAINT)):
+        values = np.nan_to_num(sense * [getattr(hold, name) for hold in data.holds])
+        bars = {"bottom": np.where(values < 0, low, high), "color": colour, "label": name}
+        items.append(Shape("bar", (number, values, 0.7), bars))
+        low, high = low + np.minimum(values, 0), high + np.maximum(values, 0)
+    mark = {"marker": "_", "linestyle": "", "color": INK, "ms": 9, "mew": 1.2}
+    items.append(Curve(number, sense * [hold.change for hold in data.holds], "measured", mark))
+    labels: dict[str, Any] = {"title": "Parts of the change", "x": "hold", "y": "$ΔT$ along $T$ (N)"}
+    return Chart(items=items, zero="x", integers=True, **labels)

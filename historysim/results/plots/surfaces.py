@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -17,7 +17,8 @@ from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.analysis.slips import representative_step
-from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas, Size
+from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Size
+from historysim.results.plots.chart import Chart, Curve, Item, Map, Note, Shape, Sheet
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture, Titled
 from historysim.results.plots.style import (
     DASHED,
@@ -28,27 +29,22 @@ from historysim.results.plots.style import (
     MARK,
     STATE_COLOURS,
     STATES,
-    Extent,
-    by_factors,
-    draw_image,
-    note_instead,
-    scale_of,
+    choose_scale,
 )
 from historysim.results.steps import resolve_step
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.registration import LOST, LOWERED, Registration
 from historysim.surfaces.summits import Summits
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-MOST_MARKS = 20_000  # summits without contact that are marked; of more, so many taken by lot
-LONGEST = 4.0  # length over width of a surface up to which the axes around it are as long and wide as it is
+MOST_MARKS = 20_000  # summits without contact that are marked; of more, a random sample
+LONGEST = 4.0  # length over width of a surface up to which the axes have its shape
 SEPARATED, TOUCHING = 0, -1
-NO_CONTACT = "#4aa8e0"  # summits without contact: a colour that neither grey heights nor the slip states have
+NO_CONTACT = "#4aa8e0"  # summits without contact: a colour different from grey heights and from the slip states
 MISSING = "#efdcc3"
 DARKEST = 0.55  # darkest grey of heights under summits in contact
 FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2)), "label": "rigid flat"}
+HEIGHT, RADIUS = "summit height $z$ (m)", "summit radius $R$ (m)"
+PLANE: dict[str, Any] = {"x": "$x$ (m)", "y": "$y$ (m)"}
 
 
 @PICTURES.register
@@ -58,14 +54,14 @@ class SurfacePicture(Titled):
 
     kind, of, size, own_figure, headed = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True, True
 
-    def draw(self, canvas: Canvas, data: xr.Dataset | Surface) -> None:
-        """Draw the map, or the profile, and the distribution; without positions the distribution alone."""
+    def sheet(self, data: xr.Dataset | Surface) -> Sheet:
+        """Return the map, or the profile, and the distribution; without positions the distribution alone."""
         if isinstance(data, Surface):
             # the 9-point rule, of a profile the 3-point rule
             with representable():
                 summits = data.summits(3 if 1 in data.shape else 9)
             data = surface_group.dataset(summits, data)
-        draw_surface(canvas, data, read_contact(data))
+        return surface_sheet(data, read_contact(data))
 
 
 @PICTURES.register
@@ -76,18 +72,18 @@ class DistributionPicture(Picture):
     Attributes
     ----------
     step
-        Number of a step, ``"partial"`` (nearest to half of the area slips) or ``"peak"`` (greatest normal load).
+        Number of a step, ``"partial"`` (slipping fraction of the area nearest to half) or ``"peak"`` (greatest normal
+        load).
     """
 
     step: int | str = "partial"
 
     kind, size, own_figure = "distribution", (COLUMN, 85.0), True
 
-    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
-        """Draw the summits, and the rigid flat."""
+    def sheet(self, data: xr.Dataset) -> Sheet:
+        """Return the summits, and the rigid flat."""
         contact = read_contact(load_surface(data), data, step_number(self.step, data))
-        draw_distribution(canvas.axes(), contact)
-        canvas.caption = contact.caption
+        return Sheet({"D": _distribution(contact)}, subtitle=contact.caption)
 
 
 @attrs.frozen(eq=False)
@@ -106,29 +102,21 @@ class ContactAtStep:
         return [] if self.separation is None else [self.separation]
 
 
-def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep) -> None:
-    """Draw a surface with its summits, those in contact in the colour of their state, and their distribution."""
-    count = surface.sizes["summit"]
-    canvas.caption = contact.caption
-    if not has_positions(surface):
-        draw_distribution(canvas.axes(), contact)
-        return
-    if count <= 1 or canvas.given is not None:
-        axes, distribution_axes = canvas.axes(), None
-    else:
-        axes, distribution_axes = canvas.two(("surface", "asperity distribution"), 1.25, stacked=1.6)
-    if "height" in surface and 1 in surface["height"].shape:
-        _draw_profile(axes, surface, contact)
-    else:
-        draw_map(axes, surface, contact)
-    if distribution_axes is not None:
-        draw_distribution(distribution_axes, contact)
-    elif count <= 1:
-        canvas.notice(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
+def surface_sheet(surface: xr.Dataset, contact: ContactAtStep) -> Sheet:
+    """Return a surface with its summits, those in contact in the colour of their state, and their distribution."""
+    count, charts = surface.sizes["summit"], {}
+    if has_positions(surface):
+        is_profile = "height" in surface and 1 in surface["height"].shape
+        charts["M"] = (_profile if is_profile else _summit_map)(surface, contact)
+    if count > 1 or not charts:
+        charts["D"] = _distribution(contact)
+    notices = () if "D" in charts else (f"no asperity distribution: {counted(count, 'summit', 'summits')}",)
+    wide = "MMMMMDDDD" if len(charts) > 1 else ""
+    return Sheet(charts, wide=wide, subtitle=contact.caption, notices=notices, first_alone=True)
 
 
 def has_positions(surface: xr.Dataset) -> bool:
-    """Return whether it is known where its summits are, or its heights."""
+    """Return whether the positions of the summits, or the heights, are known."""
     positions = {"summit_x", "summit_y"} <= set(surface.variables)
     return positions and ("height" in surface or surface.sizes["summit"] > 0)
 
@@ -154,7 +142,7 @@ def step_number(step: int | str, history: xr.Dataset) -> int:
     """Return a step of a history as a number from 0."""
     if step == "partial" and "slip_state" in history:
         return representative_step(history)
-    # of totals alone nothing is known of what slips
+    # totals do not show what slips
     if step in {"partial", "peak"}:
         return int(history["total_normal_load"].values.argmax())
     try:
@@ -177,7 +165,7 @@ def read_contact(surface: xr.Dataset, history: xr.Dataset | None = None, step: i
         height[recorded], radius[recorded] = (
             shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius")
         )
-    # the highest ones; beside the separation, which is rounded, one might be taken for the wrong side
+    # the highest summits: compared with the rounded separation, one might be on the wrong side
     state[np.argsort(-height, kind="stable")[: int(row["contact_count"])]] = TOUCHING
     if recorded.size:
         state[recorded] = row["slip_state"].values
@@ -206,26 +194,26 @@ def _positions(surface: xr.Dataset, row: xr.Dataset) -> Integers:
         or not np.array_equal(labels[positions], asperities)
         or not np.array_equal(surface["summit_height"].values[positions], row["summit_height"].values)
     ):
-        raise InputError("the history is of other summits than the surface; expected the surface of its own file")
+        raise InputError("the history is of other summits than the surface; expected the surface in its file")
     return positions
 
 
-def draw_map(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
-    """Draw heights and summits from above, those in contact in the colour of their state."""
+def _summit_map(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
+    """Return heights and summits from above, those in contact in the colour of their state."""
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
+    items: list[Item] = []
+    # a long strip would leave no room for its labels
+    axes: dict[str, Any] = {"aspect": "equal", "adjustable": "box" if max(sides) <= LONGEST * min(sides) else "datalim"}
     if "height" in surface:
-        # pale where the colours of the states must differ from them, in grey print, too
-        _draw_heights(axes, surface, (*x, *y), darkest=DARKEST if contact.flat else 0.0)
-    _draw_marks(axes, surface["summit_x"].values, surface["summit_y"].values, contact)
+        # pale under the colours of the states, which then differ from it in grey print, too
+        items += _heights(surface, (*x, *y), darkest=DARKEST if contact.flat else 0.0)
     if max(sides) == 0:
         # a single summit has no sides, but a radius
         reach = float(surface["summit_radius"].values.max())
-        axes.set(xlim=(x[0] - reach, x[0] + reach), ylim=(y[0] - reach, y[0] + reach))
-    # a long strip would leave no room for its labels
-    axes.set_aspect("equal", adjustable="box" if max(sides) <= LONGEST * min(sides) else "datalim")
-    axes.spines[["top", "right"]].set_visible(True)
-    axes.set(title="Surface and summits", xlabel="$x$ (m)", ylabel="$y$ (m)")
+        axes |= {"xlim": (x[0] - reach, x[0] + reach), "ylim": (y[0] - reach, y[0] + reach)}
+    items += _marks(surface["summit_x"].values, surface["summit_y"].values, contact)
+    return Chart(items=items, title="Surface and summits", name="surface", height=44.0, axes=axes, **PLANE)
 
 
 def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
@@ -237,84 +225,74 @@ def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
     return float(positions.min()), float(positions.max())
 
 
-def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest: float) -> None:
+def _heights(surface: xr.Dataset, extent: Any, *, darkest: float) -> list[Item]:
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap
 
     heights = surface["height"].values
     finite = heights[np.isfinite(heights)]
+    items: list[Item] = []
     if finite.size < heights.size:
-        axes.scatter([], [], marker="s", color=MISSING, label="missing height")
-    # a few spikes would leave all else in one grey
+        items.append(Shape("scatter", ([], []), {"marker": "s", "color": MISSING, "label": "missing height"}))
+    # a few spikes would leave the rest in one grey
     low, high = np.percentile(finite, (0.5, 99.5)) if finite.size else (0.0, 0.0)
     greys = ListedColormap(mpl.colormaps["gray"](np.linspace(darkest, 1.0, 256))).with_extremes(bad=MISSING)
     if high <= low:
-        draw_image(axes, heights, extent, cmap=greys, vmin=low - 1e-9, vmax=high + 1e-9)
-        return
-    image = draw_image(axes, heights, extent, cmap=greys, vmin=low, vmax=high)
-    left, right, bottom, top = extent
-    height_over_width = (top - bottom) / (right - left)
+        return [*items, Map(heights, extent, look={"cmap": greys, "vmin": low - 1e-9, "vmax": high + 1e-9})]
     below, above = finite.min() < low, finite.max() > high
-    axes.figure.colorbar(
-        image,
-        cax=axes.inset_axes((1.03, 0, 0.045 * (height_over_width if 1 < height_over_width <= LONGEST else 1), 1)),
-        extend="both" if below and above else "min" if below else "max" if above else "neither",
-        label="height $z$ (m)",
-    )
+    extend = "both" if below and above else "min" if below else "max" if above else "neither"
+    return [*items, Map(heights, extent, "height $z$ (m)", {"cmap": greys, "vmin": low, "vmax": high}, extend)]
 
 
-def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
+def _profile(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
     axis = "x" if surface.sizes["x"] > 1 else "y"
-    heights = surface["height"].values.ravel()
-    axes.plot(surface[axis].values, heights, color=FAINT, linewidth=0.7, rasterized=True, zorder=1)
-    _draw_marks(axes, surface[f"summit_{axis}"].values, contact.height, contact)
-    for separation in contact.flat:
-        axes.axhline(separation, **FLAT)
-        axes.autoscale_view()
-    axes.margins(x=0.01)
-    axes.set(title="Profile and summits", xlabel=f"${axis}$ (m)", ylabel="height $z$ (m)")
+    line = {"color": FAINT, "linewidth": 0.7, "zorder": 1}
+    items: list[Item] = [Curve(surface[axis].values, surface["height"].values.ravel(), "", line)]
+    items += _marks(surface[f"summit_{axis}"].values, contact.height, contact)
+    items += [Shape("axhline", (separation,), FLAT) for separation in contact.flat]
+    labels: dict[str, Any] = {"title": "Profile and summits", "x": f"${axis}$ (m)", "y": "height $z$ (m)"}
+    return Chart(items=items, margins=(0.01, 0.05), name="profile", **labels)
 
 
-def draw_distribution(axes: "Axes", contact: ContactAtStep) -> None:
-    """Draw the radius of each summit against its height."""
+def _distribution(contact: ContactAtStep) -> Chart:
+    """Return the radius of each summit against its height."""
     radii = contact.radius
-    _draw_marks(axes, contact.height, radii, contact)
-    for separation in contact.flat:
-        axes.axvline(separation, **FLAT)
-        axes.autoscale_view()
-    axes.set(title="Asperity distribution", xlabel="summit height $z$ (m)", ylabel="summit radius $R$ (m)")
+    items = [*_marks(contact.height, radii, contact), *(Shape("axvline", (at,), FLAT) for at in contact.flat)]
+    axes: dict[str, Any] = {}
     if not radii.size:
-        note_instead(axes, "no summits")
-    # radii of rough surfaces reach over decades
-    elif radii.max() > 20 * radii.min():
-        by_factors(axes.yaxis)
+        items, axes = [Note("no summits", (0.5, 0.5), (0, 0), {"color": FAINT})], {"xticks": [], "yticks": []}
     elif np.ptp(radii) <= 1e-12 * radii.max():
-        axes.set_ylim(0, 2 * radii.max())
+        axes = {"ylim": (0, 2 * radii.max())}
+    # radii of rough surfaces range over decades
+    log = "y" if radii.size and radii.max() > 20 * radii.min() else ""
+    labels: dict[str, Any] = {"title": "Asperity distribution", "x": HEIGHT, "y": RADIUS}
+    return Chart(items=items, log=log, axes=axes, **labels)
 
 
-def _draw_marks(axes: "Axes", x: Floats, y: Floats, contact: ContactAtStep) -> None:
-    """Mark summits by their state; of a surface alone they are all alike."""
+def _marks(x: Floats, y: Floats, contact: ContactAtStep) -> list[Item]:
+    """Return marks of summits by their state; a surface alone has one type of mark."""
     state, names = contact.state, STATES if contact.flat else ("",) * 4
     separated = np.flatnonzero(state == SEPARATED)
     label, count = names[SEPARATED], separated.size
     if count > MOST_MARKS:
-        # by lot, since every so many-th one of a regular array would be another array
+        # at random: every so many-th summit of a regular array would be another array
         separated = np.random.default_rng(0).choice(separated, MOST_MARKS, replace=False)
         label = f"{label or 'summit'} ({MOST_MARKS:,} of {count:,} drawn)"
-    dots: dict[str, Any] = {"color": NO_CONTACT, "markeredgewidth": 0, "label": label, "rasterized": True}
-    axes.plot(x[separated], y[separated], ".", ms=np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0), **dots)
+    dots = {"color": NO_CONTACT, "markeredgewidth": 0, "rasterized": True, "marker": ".", "linestyle": ""}
+    dots["ms"] = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
+    items: list[Item] = [Curve(x[separated], y[separated], label, dots)]
     marks: dict[str, Any] = {"edgecolors": INK, "linewidths": 0.35, "rasterized": True, "zorder": 3}
     marks["s"] = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
-    for value, fill in enumerate(STATE_COLOURS[1:], 1):
-        selected = state == value
-        axes.scatter(x[selected], y[selected], c=fill, label=names[value], **marks)
-    if (selected := state == TOUCHING).any():
-        axes.scatter(x[selected], y[selected], c="none", label="touching, not recorded", **marks)
+    fills = [*zip((1, 2, 3), STATE_COLOURS[1:], names[1:], strict=True)]
+    if (state == TOUCHING).any():
+        fills.append((TOUCHING, "none", "touching, not recorded"))
+    for value, fill, name in fills:
+        items.append(Shape("scatter", (x[state == value], y[state == value]), marks | {"c": fill, "label": name}))
+    return items
 
 
-# Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot.
-HIGHEST = 99.8
-BESIDE_APART, BESIDE_TOGETHER = 90.0, 35.0  # what summits add to the width, side by side and over one another [mm]
+HIGHEST = 99.8  # percentile of the radii at the end of the axis: a few flat summits would leave all others at its foot
+APART_WIDTH, JOINT_WIDTH = 90.0, 35.0  # extra width [mm] of summits side by side, and in one pair of axes
 
 
 @PICTURES.register
@@ -340,61 +318,51 @@ class SummitsPicture(Panel):
     kind, of = "summits", (SCENARIO, Summits)
 
     @property
-    def beside(self) -> float:
-        """Width of several surfaces [mm]."""
-        return BESIDE_APART if self.apart else BESIDE_TOGETHER
+    def extra_width(self) -> float:
+        """Extra width of several surfaces [mm]."""
+        return APART_WIDTH if self.apart else JOINT_WIDTH
 
     def default_size(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
-        """Return both columns where they stand apart."""
+        """Return both columns for surfaces side by side."""
         return TWO_COLUMNS if self.apart else 1.3 * COLUMN, 85.0
 
-    def draw(self, canvas: Canvas, data: Summits | dict[str, Summits] | Sequence[Summits]) -> None:
-        """Draw summits of one surface, or of several by their names."""
+    def sheet(self, data: Summits | dict[str, Summits] | Sequence[Summits]) -> Sheet:
+        """Return summits of one surface, or of several by their names."""
         surfaces: Any = {"summits": data} if isinstance(data, Summits) else data
-        summits: list[Summits] = list(surfaces.values() if isinstance(surfaces, dict) else surfaces)
-        names = surfaces if isinstance(surfaces, dict) else [f"surface {number + 1}" for number in range(len(summits))]
+        if not isinstance(surfaces, dict):
+            surfaces = {f"surface {number + 1}": summits for number, summits in enumerate(surfaces)}
+        summits: list[Summits] = list(surfaces.values())
         if not 1 <= len(summits) <= len(LINES):
             raise InputError(f"{counted(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}")
-        labels = self.called_as([*names], "surfaces")
+        labels = self.resolve_labels([*surfaces], "surfaces")
         top = max(float(np.percentile(sample.radius, HIGHEST)) for sample in summits)
-        units = scale_of("m", top), scale_of("m", *(sample.height for sample in summits))
-        grid = _grid(canvas, len(summits), apart=self.apart)
+        units = choose_scale("m", top), choose_scale("m", *(sample.height for sample in summits))
         size = float(np.clip(120 / np.sqrt(max(sample.height.size for sample in summits)), 1.3, 5.0))
-        for axes, sample, label, (colour, *_) in zip(grid, summits, labels, LINES, strict=False):
+        scatters = []
+        for sample, label, (colour, *_) in zip(summits, labels, LINES, strict=False):
             means = f"$R$ {_mean(sample.radius, *units[0])}, $z$ {_mean(sample.height, *units[1])}"
-            _draw_scatter(axes, sample, size, colour, f"{label}: {means} ({len(sample):,})")
-            if self.apart:
-                axes.set_title(label)
-            spec = axes.get_subplotspec()
-            if spec is None or spec.is_last_row():
-                axes.set_xlabel("summit height $z$ (m)")
-        grid[0].set(ylim=(0, 1.05 * top), ylabel="summit radius $R$ (m)")
+            scatters.append(_scatter(sample, size, colour, f"{label}: {means} ({len(sample):,})"))
+        axes = {"ylim": (0, 1.05 * top)}
+        if self.apart:
+            options: dict[str, Any] = {"share": "map", "axes": axes, "x": "height $z$ (m)", "y": RADIUS}
+            samples = zip("ABCDEFGH", scatters, labels, strict=False)
+            charts = {letter: Chart(items=items, title=label, **options) for letter, items, label in samples}
+        else:
+            charts = {"A": Chart(items=[item for items in scatters for item in items], x=HEIGHT, y=RADIUS, axes=axes)}
         beyond = sum(int(np.count_nonzero(sample.radius > 1.05 * top)) for sample in summits)
-        if beyond:
-            canvas.notice(f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis")
-        canvas.legend(extra="mean ± standard deviation (number of summits)")
+        notice = f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis" if beyond else ""
+        letters, across = "".join(charts), min(len(charts), 3)
+        rows = ";".join(letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across))
+        note = "mean ± standard deviation (number of summits)"
+        return Sheet(charts, narrow=rows, notices=(notice,), note=note)
 
 
-def _grid(canvas: Canvas, count: int, *, apart: bool) -> "list[Axes]":
-    """Return axes for each of some surfaces: all the same, or side by side."""
-    if not apart or count == 1:
-        return [canvas.axes()] * count
-    across = min(count, max(int(canvas.width / 28.0), 1))
-    grid = canvas.several(count).subplots(-(-count // across), across, sharex=True, sharey=True, squeeze=False)
-    for empty in grid.ravel()[count:]:
-        empty.remove()
-    return list(grid.ravel()[:count])
-
-
-def _draw_scatter(axes: "Axes", summits: Summits, size: float, colour: str, name: str) -> None:
+def _scatter(summits: Summits, size: float, colour: str, name: str) -> list[Item]:
     height, radius = summits.height, summits.radius
-    dots: dict[str, Any] = {"marker": ".", "linestyle": "", "ms": size, "mew": 0, "rasterized": True}
-    axes.plot(height, radius, color=colour, alpha=0.7, **dots)
-    has_deviation = height.size > 1
-    deviations = {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)} if has_deviation else {}
-    looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.5, "marker": "s", "ms": 4.5}
-    looks |= {"capsize": 2, "linewidth": 0.8, "label": name, "zorder": 4}
-    axes.errorbar(height.mean(), radius.mean(), **deviations, **looks)
+    dots = {"color": colour, "alpha": 0.7, "marker": ".", "linestyle": "", "ms": size, "mew": 0, "rasterized": True}
+    errors = {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)} if height.size > 1 else {"xerr": None}
+    look = {"color": colour, "mec": "white", "mew": 0.5, "marker": "s", "ms": 4.5, "linewidth": 0.8, "zorder": 4}
+    return [Curve(height, radius, "", dots), Curve(height.mean(), radius.mean(), name, look, errors=errors)]
 
 
 def _mean(values: Floats, factor: float, unit: str) -> str:
@@ -409,19 +377,15 @@ class MapPicture(Panel):
 
     kind, of = "map", (SCENARIO, Surface)
 
-    def draw(self, canvas: Canvas, data: Surface) -> None:
-        """Draw the heights, seen from above."""
-        axes = canvas.axes()
-        image = draw_image(axes, data.heights, (0.0, data.size[0], 0.0, data.size[1]), cmap="viridis")
-        # as high as the map, whatever room there is
-        axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)), label="height $z$ (m)")
-        axes.spines[["top", "right"]].set_visible(True)
-        axes.set(xlabel="$x$ (m)", ylabel="$y$ (m)")
+    def sheet(self, data: Surface) -> Chart:
+        """Return the heights, seen from above."""
+        extent = (0.0, data.size[0], 0.0, data.size[1])
+        return Chart(items=[Map(data.heights, extent, "height $z$ (m)", {"cmap": "viridis"})], **PLANE)
 
 
-DEEPEST = 99.8  # percentile of the heights lost up to which colours reach: a single spike would hide the rest
-NOT_THERE = "#d9d9d6"
-SHOWN = ("worn volume", "summits")  # lines of the summary that stand above the picture
+DEEPEST = 99.8  # percentile of the lost heights at the end of the colours: one spike would hide the rest
+NOT_MEASURED = "#d9d9d6"
+SHOWN = ("worn volume", "summits")  # lines of the summary above the picture
 
 
 @PICTURES.register
@@ -431,47 +395,46 @@ class BeforeAfterPicture(Titled):
 
     kind, of, size, own_figure = "before-after", (Registration,), (TWO_COLUMNS, 97.0), True
 
-    def draw(self, canvas: Canvas, data: Registration) -> None:
-        """Draw the difference of the maps, and the section along x where the most is lost."""
-        axes, section_axes = canvas.two(("height lost", "section"), 1.1, stacked=1.6)
-        _draw_difference(axes, data)
-        if section_axes is not None:
-            _draw_section(axes, section_axes, data)
-        canvas.caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN)
+    def sheet(self, data: Registration) -> Sheet:
+        """Return the difference of the maps, and the section along x with the greatest loss."""
+        lost = np.where(data.worn, data.difference.heights, -math.inf)
+        row = int(np.unravel_index(np.argmax(lost), lost.shape)[1]) if data.worn.any() else lost.shape[1] // 2
+        y = (row + 0.5) * data.difference.pixel_size[1]
+        caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN)
+        return Sheet({"M": _difference(data, y), "S": _section(data, row, y)}, wide="MMMMMSSSS", subtitle=caption)
 
 
-def _draw_difference(axes: "Axes", registration: Registration) -> None:
+def _difference(registration: Registration, section: float) -> Chart:
     import matplotlib as mpl
 
-    lost, size, pixel = (
-        registration.difference.heights,
-        registration.difference.size,
-        np.array(registration.difference.pixel_size),
-    )
+    difference = registration.difference
+    lost, size, pixel = difference.heights, difference.size, np.array(difference.pixel_size)
     limit = max(float(np.nanpercentile(np.abs(lost), DEEPEST)), 3 * registration.noise) or 1e-9
-    colours = mpl.colormaps[DIVERGING].with_extremes(bad=NOT_THERE)
-    image = draw_image(axes, lost, (0.0, size[0], 0.0, size[1]), cmap=colours, vmin=-limit, vmax=limit)
-    axes.figure.colorbar(image, ax=axes, shrink=0.8, extend="both", label="height lost (m)")
+    colours = mpl.colormaps[DIVERGING].with_extremes(bad=NOT_MEASURED)
+    look = {"cmap": colours, "vmin": -limit, "vmax": limit}
+    items: list[Item] = [Map(lost, (0.0, size[0], 0.0, size[1]), "height lost (m)", look, "both")]
     if registration.worn.any():
         x, y = ((np.arange(count) + 0.5) * side for count, side in zip(lost.shape, pixel, strict=True))
-        axes.contour(x, y, registration.worn.T, levels=[0.5], colors=[INK], linewidths=0.5)
+        items.append(Shape("contour", (x, y, registration.worn.T), {"levels": [0.5], "colors": INK, "linewidths": 0.5}))
     for fate, marker, name in ((LOWERED, "v", "summit flattened"), (LOST, "x", "summit lost")):
         positions = registration.summit_place[registration.fate == fate] + 0.5 * pixel
-        looks: dict[str, Any] = {"color": INK, "linestyle": "", "marker": marker, "ms": 3.5, "mfc": "none", "mew": 0.7}
-        axes.plot(*positions.T, label=name if positions.size else None, **looks)
-    axes.spines[["top", "right"]].set_visible(True)
-    axes.set(title="Height lost", xlabel="$x$ (m)", ylabel="$y$ (m)")
+        look = {"color": INK, "linestyle": "", "marker": marker, "ms": 3.5, "mfc": "none", "mew": 0.7}
+        x, y = positions.T
+        items.append(Curve(x, y, name if positions.size else "", look))
+    items.append(Shape("axhline", (section,), DASHED | {"linewidth": 0.7}))
+    return Chart(items=items, title="Height lost", height=44.0, **PLANE)
 
 
-def _draw_section(map_axes: "Axes", axes: "Axes", registration: Registration) -> None:
-    lost = np.where(registration.worn, registration.difference.heights, -math.inf)
-    row = int(np.unravel_index(np.argmax(lost), lost.shape)[1]) if registration.worn.any() else lost.shape[1] // 2
+def _section(registration: Registration, row: int, y: float) -> Chart:
     height_after = registration.after.heights[:, row]
     height_before = height_after + registration.difference.heights[:, row]
-    pixel = registration.difference.pixel_size
-    x, y = (np.arange(height_after.size) + 0.5) * pixel[0], (row + 0.5) * pixel[1]
-    axes.fill_between(x, height_after, height_before, where=registration.worn[:, row], color=FAINT, alpha=0.35, lw=0)
-    axes.plot(x, height_before, color=MARK, linewidth=0.9, label="before")
-    axes.plot(x, height_after, color=STATE_COLOURS[2], linewidth=0.9, linestyle=(0, (4, 1.5)), label="after")
-    map_axes.axhline(y, **DASHED | {"linewidth": 0.7})
-    axes.set(title=f"Section at $y$ = {quantity_text(y, 'm', 3)}", xlabel="$x$ (m)", ylabel="height (m)")
+    x = (np.arange(height_after.size) + 0.5) * registration.difference.pixel_size[0]
+    worn = {"where": registration.worn[:, row], "color": FAINT, "alpha": 0.35, "lw": 0}
+    dashes = {"color": STATE_COLOURS[2], "linewidth": 0.9, "linestyle": (0, (4, 1.5))}
+    items: list[Item] = [
+        Shape("fill_between", (x, height_after, height_before), worn),
+        Curve(x, height_before, "before", {"color": MARK, "linewidth": 0.9}),
+        Curve(x, height_after, "after", dashes),
+    ]
+    title = f"Section at $y$ = {quantity_text(y, 'm', 3)}"
+    return Chart(items=items, title=title, name="section", x="$x$ (m)", y="height (m)")

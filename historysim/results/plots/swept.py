@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -14,16 +14,14 @@ from historysim.basics.fields import one_of
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, field_error
-from historysim.results.plots.canvas import COLUMN, Canvas, Size
+from historysim.results.plots.canvas import COLUMN, Size
+from historysim.results.plots.chart import MOVED, Chart, Curve, Item, Note, Shape, Sheet, span
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, MOVED, by_factors, format_unit, scale_of, set_side_by_side
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from historysim.results.plots.style import FAINT, INK, LINES, choose_scale, format_unit
 
 SPREADS = {"deviation": "mean ± standard deviation", "quantiles": "median, 10 to 90 %", "none": "mean"}
 QUANTILES = (0.1, 0.9)
-BARS_APART = 3.0  # how far error bars stand from those of the next line [pt]
+BARS_APART = 3.0  # distance of error bars from those of the next line [pt]
 LEAST_FACTOR = 30.0  # greatest over smallest number of an axis, from which on it may be logarithmic
 
 
@@ -79,49 +77,51 @@ class CurvePicture(Panel):
         """Return a column, with room for the title."""
         return COLUMN, 75.0 if self.title else 70.0
 
-    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
-        """Draw a line for each member of a dimension; points of seeds, or that repeat, are not joined."""
+    def sheet(self, data: xr.Dataset) -> Sheet:
+        """Return a line for each member of a dimension; points of seeds, or that repeat, are not joined."""
         if self.from_zero and self.logarithmic:
             raise InputError("from_zero: a logarithmic axis has no zero; expected logarithmic = false")
-        sweep, quantity = _without_mean(selected(data, self.where), self.quantity)
+        sweep, quantity = _without_mean(select_cells(data, self.where), self.quantity)
         over, points, grouping = self._resolve_axes(sweep, quantity)
         members = [None] if grouping is None else list(range(sweep.sizes[grouping]))
         names = ["" if member is None else cell_name(sweep, str(grouping), member) for member in members]
-        labels = self.called_as(names, "lines")
+        labels = self.resolve_labels(names, "lines")
         numeric = over in sweep and _is_number(sweep, over)
-        axes = canvas.axes()
         scales = {"x": (1.0, "") if not numeric else _unit_scale(sweep[over], self.over_unit, "over_unit")}
         scales["y"] = _unit_scale(sweep[quantity], self.unit, "unit")
-        moved = False
+        items: list[Item] = []
+        limits = []
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
             curve_data = sweep if member is None else sweep.isel({grouping: member})
             line = self._line(curve_data, points, over if numeric else "", quantity)
             for column in line:
                 line[column] *= scales[column[0]][0]
             joined = "seed" not in over and line["x"].is_monotonic_increasing and line["x"].is_unique
-            # lines may lie on one another: those below are the larger ones
+            # lines may hide one another: those below have the larger marks
             size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
-            looks = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
-            looks |= {"label": labels[number] or None, "linewidth": 1.0}
-            # cells that have failed are gaps
-            moved |= self._draw_line(axes, line.dropna(subset="y"), looks, number, len(members))
-        for axis, name in ((axes.xaxis, over), (axes.yaxis, quantity)):
-            unit = scales[axis.axis_name][1]
-            axis.set_label_text(name_of(sweep, name) + (f" ({unit})" if unit else ""))
-        axes.margins(0.06, 0.08)
-        if self.from_zero:
-            axes.set_ylim(0.0, 1.08 * axes.dataLim.y1)
-        low, high = axes.xaxis.get_data_interval()
+            look = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
+            shift = BARS_APART * (number - (len(members) - 1) / 2)
+            # failed cells are gaps
+            items += self._curve(line.dropna(subset="y"), labels[number], look | {"linewidth": 1.0}, shift)
+            limits += line["x"].tolist()
+        low, high = np.nanmin(limits), np.nanmax(limits)
+        axes: dict[str, Any] = {"ylim": (0.0, None)} if self.from_zero else {}
+        log = "xy" if self.logarithmic else "x" if self.logarithmic is None and 0 < LEAST_FACTOR * low < high else ""
         if not numeric and points in sweep.coords:
-            axes.set_xticks(range(sweep.sizes[points]), [str(value) for value in sweep[points].values])
-        elif self.logarithmic or (self.logarithmic is None and 0 < LEAST_FACTOR * low < high):
-            by_factors(axes.xaxis)
-        if self.logarithmic:
-            by_factors(axes.yaxis)
+            axes |= {"xticks": range(sweep.sizes[points]), "xticklabels": [str(name) for name in sweep[points].values]}
+            log = log.replace("x", "")
+        x, y = (
+            quantity_label(sweep, name) + (f" ({scales[axis][1]})" if scales[axis][1] else "")
+            for axis, name in (("x", over), ("y", quantity))
+        )
         numbered = grouping is not None and not self.labels and "seed" not in grouping and _is_number(sweep, grouping)
-        canvas.legend(title=name_of(sweep, str(grouping)) if numbered else None, extra=MOVED if moved else "")
-        if not self.ends:
-            _write_caption(axes, sweep, quantity, {points, grouping}, self.spread)
+        moved = any(isinstance(item, Curve) and item.shift for item in items)
+        return Sheet(
+            {"A": Chart(items=items, x=x, y=y, log=log, margins=(0.06, 0.08), axes=axes)},
+            subtitle="" if self.ends else _describe_cells(sweep, quantity, {points, grouping}, self.spread),
+            note=MOVED if moved else "",
+            legend_title=quantity_label(sweep, str(grouping)) if numbered else None,
+        )
 
     def _line(self, curve_data: xr.Dataset, points: str, over: str, quantity: str) -> Any:
         """Return one row per point: position, cells and ends of error bars (DataFrame)."""
@@ -151,26 +151,25 @@ class CurvePicture(Panel):
         )
         return line.assign(x=np.asarray(along, dtype=float)).sort_values("x", kind="stable")
 
-    def _draw_line(self, axes: "Axes", line: Any, looks: dict[str, Any], number: int, count: int) -> bool:
-        """Draw one of some lines with its spread and fit; return whether its marks were moved sideways."""
+    def _curve(self, line: Any, label: str, look: dict[str, Any], shift: float) -> list[Item]:
+        """Return one of some lines with its spread and fit."""
         if line.empty:
-            return False
-        x, y, moved = line["x"].to_numpy(), line["y"].to_numpy(), False
+            return []
+        x, y = line["x"].to_numpy(), line["y"].to_numpy()
         if self.spread == "quantiles" and not self.ends:
-            axes.fill_between(x, line["y_low"], line["y_high"], color=looks["color"], alpha=0.2, linewidth=0)
-            axes.plot(x, y, **looks)
+            band = {"color": look["color"], "alpha": 0.2, "linewidth": 0}
+            items: list[Item] = [
+                Shape("fill_between", (x, line["y_low"], line["y_high"]), band),
+                Curve(x, y, label, look),
+            ]
         else:
-            lengths: dict[str, Any] = {}
+            errors: dict[str, Any] = {}
             for axis in "xy":
                 if f"{axis}_low" in line and line[f"{axis}_low"].notna().any():
                     low, high = line[axis] - line[f"{axis}_low"], line[f"{axis}_high"] - line[axis]
-                    lengths[f"{axis}err"] = np.maximum([low, high], 0.0)
-            bars = axes.errorbar(x, y, **lengths, **looks, capsize=2, elinewidth=0.8)
-            if moved := "yerr" in lengths and count > 1:
-                set_side_by_side(bars.get_children(), number, count, BARS_APART)
-        if self.fit is not None:
-            _draw_fit(axes, x, y, self.fit, looks["color"])
-        return moved
+                    errors[f"{axis}err"] = np.maximum([low, high], 0.0)
+            items = [Curve(x, y, label, look, errors=errors, shift=shift if "yerr" in errors else 0.0)]
+        return items if self.fit is None else [*items, *_fit(x, y, self.fit, look["color"])]
 
     def _resolve_axes(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
         """Return the quantity of the x axis, the dimension of the points and the dimension of the lines."""
@@ -228,12 +227,12 @@ def _is_number(sweep: xr.Dataset, name: str) -> bool:
     return name not in sweep or sweep[name].dtype.kind in "fiu"
 
 
-def _draw_fit(axes: "Axes", x: Floats, y: Floats, fit: str, colour: Any) -> None:
-    """Draw a straight line or a power law through points, by least squares, with R² or the exponent."""
+def _fit(x: Floats, y: Floats, fit: str, colour: Any) -> list[Item]:
+    """Return a straight line or a power law through points, by least squares, with R² or the exponent."""
     if fit == "power":
         x, y = x[(x > 0) & (y > 0)], y[(x > 0) & (y > 0)]
     if x.size < 2:
-        return
+        return []
     if fit == "power":
         exponent, constant = np.polyfit(np.log(x), np.log(y), 1)
         at = np.geomspace(x.min(), x.max(), 60)
@@ -242,19 +241,18 @@ def _draw_fit(axes: "Axes", x: Floats, y: Floats, fit: str, colour: Any) -> None
         slope, offset = np.polyfit(x, y, 1)
         at = np.array([x.min(), x.max()])
         law, label = slope * at + offset, f"straight line, $R^2$ = {np.corrcoef(x, y)[0, 1] ** 2:.3f}"
-    axes.plot(at, law, color=colour, linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1, label=label)
+    return [Curve(at, law, label, {"color": colour, "linewidth": 0.7, "linestyle": (0, (1, 1.5)), "zorder": 1})]
 
 
-def _write_caption(axes: "Axes", sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> None:
-    """Write above the axes how many cells a point summarises, if there are several."""
+def _describe_cells(sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> str:
+    """Describe the cells that a point summarises, if there are several."""
     rest = [str(name) for name in sweep[quantity].dims if name not in drawn_over]
     cells = math.prod(sweep.sizes[name] for name in rest)
     if cells > 1:
         over = ", ".join(label_words(sweep, name)[0] for name in rest)
         of = f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
-        axes.set_title(f"{SPREADS[spread]} {of}", fontsize=7, fontweight="normal")
-    elif "deviation" in sweep:
-        axes.set_title(SPREADS[spread], fontsize=7, fontweight="normal")
+        return f"{SPREADS[spread]} {of}"
+    return SPREADS[spread] if "deviation" in sweep else ""
 
 
 @PICTURES.register
@@ -288,38 +286,34 @@ class BarsPicture(Panel):
             if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
                 raise field_error(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
 
-    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
-        """Draw a bar for each cell; error bars are the standard deviation over seeds."""
-        sweep = selected(data, self.where)
+    def sheet(self, data: xr.Dataset) -> Sheet:
+        """Return a bar for each cell; error bars are the standard deviation over seeds."""
+        sweep = select_cells(data, self.where)
         dimension, values = self._dimension(sweep), sweep[self.quantity]
         cells = values.to_series().groupby(level=dimension, sort=False)
         mean, deviation = cells.mean().to_numpy(), cells.std().fillna(0.0).to_numpy()
-        unit = str(values.attrs.get("units", ""))
+        unit, top = str(values.attrs.get("units", "")), float((mean + deviation).max())
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
-        axes, top = canvas.axes(), float((mean + deviation).max())
+        items: list[Item] = []
         width, start = 0.8 / len(kinds), 0
         for number, (group, names) in enumerate(self.groups.items()):
-            bar_slice = slice(start, start := start + len(names))
+            heights, errors = (array[start : start + len(names)] for array in (mean, deviation))
+            start += len(names)
             lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
-            for name, position, height, error in zip(names, lefts, mean[bar_slice], deviation[bar_slice], strict=True):
-                looks: dict[str, Any] = {
-                    "color": LINES[kinds.index(name)][0],
-                    "alpha": 0.85,
-                    "ecolor": FAINT,
-                    "capsize": 2,
-                }
-                bar = axes.bar(position, height, 0.92 * width, yerr=error or None, **looks)
-                bar.set_label(name if number == 0 else "")
-                _write(axes, quantity_text(height, unit, 3).partition(" ")[0], (position, 0), 2, "white")
+            for name, position, height, error in zip(names, lefts, heights, errors, strict=True):
+                look = {"color": LINES[kinds.index(name)][0], "alpha": 0.85, "ecolor": FAINT, "capsize": 2}
+                look |= {"yerr": error or None, "label": name if number == 0 else ""}
+                items.append(Shape("bar", (position, height, 0.92 * width), look))
+                text = quantity_text(height, unit, 3).partition(" ")[0]
+                items.append(Note(text, (position, 0), (0, 2), {"color": "white"}))
             if len(names) == 2:
-                low, high = mean[bar_slice]
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
-                axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
-                drift = quantity_text(abs(high - low), unit, 3)
-                _write(axes, f"{group}: drift {drift}", (number, 1.06 * top), 4, INK)
-        axes.set_xticks(range(len(self.groups)), list(self.groups))
-        axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({format_unit(unit)})", ylim=(0, 1.2 * top))
-        _write_caption(axes, sweep, self.quantity, {dimension}, "deviation")
+                items.append(span(*ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5}))
+                drift = quantity_text(abs(heights[1] - heights[0]), unit, 3)
+                items.append(Note(f"{group}: drift {drift}", (number, 1.06 * top), (0, 4), {"color": INK}))
+        axes = {"xticks": range(len(self.groups)), "xticklabels": list(self.groups), "ylim": (0, 1.2 * top)}
+        chart = Chart(items=items, y=f"{quantity_label(sweep, self.quantity)} ({format_unit(unit)})", axes=axes)
+        return Sheet({"A": chart}, subtitle=_describe_cells(sweep, self.quantity, {dimension}, "deviation"))
 
     def _dimension(self, sweep: xr.Dataset) -> str:
         """Return the dimension with a cell for each bar."""
@@ -330,14 +324,10 @@ class BarsPicture(Panel):
         group_size = sum(map(len, self.groups.values()))
         if len(dims) != 1 or sweep.sizes[dims[0]] != group_size:
             raise InputError(
-                f"groups have {group_size} bars; expected one for each cell of one dimension besides seeds, of which "
-                f"there are {', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
+                f"groups have {group_size} bars; expected one for each cell of one dimension other than seeds, "
+                f"of which there are {', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
             )
         return dims[0]
-
-
-def _write(axes: "Axes", text: str, at: tuple[float, float], above: float, colour: str) -> None:
-    axes.annotate(text, at, (0, above), textcoords="offset points", ha="center", color=colour)
 
 
 OF_A_SCENARIO = " of the scenario"  # how the name of a swept key ends
@@ -390,7 +380,7 @@ def label_words(dataset: xr.Dataset, name: str) -> tuple[str, str]:
     return (words, symbol) if index is None else (f"{words} of asperity {index}", symbol)
 
 
-def name_of(dataset: xr.Dataset, name: str) -> str:
+def quantity_label(dataset: xr.Dataset, name: str) -> str:
     """Return the label of a variable or swept key, with its symbol."""
     return " ".join(filter(None, label_words(dataset, name)))
 
@@ -413,11 +403,11 @@ def member_text(dataset: xr.Dataset, name: str, member: int) -> str:
     value = dataset[name][member]
     if value.dtype.kind not in "fiu":
         return str(value.values)
-    factor, unit = scale_of(str(value.attrs.get("units", "")), value.values)
+    factor, unit = choose_scale(str(value.attrs.get("units", "")), value.values)
     return f"{float(value) * factor:.4g} {unit if value else ''}".strip()
 
 
-def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
+def select_cells(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
     """Return the cells of a sweep that have these values of swept keys, or of its coordinates.
 
     Raises

@@ -1,7 +1,8 @@
 """Pictures of the traction of an asperity: states over its radius, slip fronts, its memory, and arrows over a plane."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Annotated, Any
 
 import attrs
 import numpy as np
@@ -12,29 +13,17 @@ from historysim.basics.arguments import Floats
 from historysim.basics.fields import Quantity
 from historysim.basics.units import newtons, quantity_text
 from historysim.errors import InputError
-from historysim.results import rebuilt
+from historysim.results import recompute
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, find_column
 from historysim.results.analysis.slips import representative_step
-from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas
+from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS
+from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet, span, state_keys
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, as_history_list
-from historysim.results.plots.style import (
-    DASHED,
-    FAINT,
-    INK,
-    SPAN,
-    STATE_COLOURS,
-    line_colours,
-    patches,
-    swings,
-    zero_lines,
-)
+from historysim.results.plots.style import DASHED, FAINT, INK, STATE_COLOURS, line_colours
 from historysim.results.plots.style import LINES as STYLES
 from historysim.results.steps import named_states, resolve_step, state_label
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-ACROSS = ("radius", "diameter")
+ACROSS = {"radius": "radius", "diameter": "distance from the centre"}
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
 LINES, MOST_LINES, MOST_TICKS = 24, 200, 8
 POINTS = 401
@@ -53,19 +42,19 @@ class TractionPicture(Panel):
     steps
         Up to 10 states, by name or number; by default all that have a name, or else 5 of the swing.
     asperity
-        Which; by default the one that carries most.
+        Its label; by default the one that carries most.
     across
         ``"radius"`` or ``"diameter"``.
     limit
         Draws ±μp of each state.
     fronts
-        Marks where slip ends.
+        Marks the slip fronts.
     letters
-        What these marks are called, in the order of the states; of a single one the annulus of slip has a name, too.
+        Names of these marks, in the order of the states; of a single one the annulus of slip has a name, too.
     ellipse_at
         A normal load at which a sphere of the same shear strength slides: its ellipse is as high, and wider.
     change_from
-        A state from which on changes are drawn.
+        A state from which changes are drawn.
 
     Examples
     --------
@@ -97,44 +86,43 @@ class TractionPicture(Panel):
         load = float(history["normal_load"].sel(asperity=asperity).max())
         return f"{cls.caption}: asperity {asperity}, up to {quantity_text(load, 'N', 3)}."
 
-    def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
-        """Draw the states of one history, or of several one after the other."""
+    def sheet(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Chart:
+        """Return the states of one history, or of several in sequence."""
         if self.across not in ACROSS:
             raise InputError(f"across is {self.across!r}; expected one of {', '.join(ACROSS)}")
         histories = as_history_list(data)
         states = [state for history in histories for state in self._states(history, single=len(histories) == 1)]
         if len(states) > MOST_IN_ONE:
             raise InputError(f"{len(states)} steps given; at most {MOST_IN_ONE} fit in one figure")
-        labels = self.called_as([state.label for state in states], "states")
-        axes = canvas.axes()
-        # pictures drawn before, on these axes or on others with the same x axis, remain visible
-        radius_end = max(panel.dataLim.x1 for panel in axes.get_shared_x_axes().get_siblings(axes))
-        zero_lines(axes, vertical=False)
-        if self.limit:
-            self._draw_limits(axes, states)
+        labels = self.resolve_labels([state.label for state in states], "states")
         shades: Any = line_colours()(np.linspace(0, 1, len(states)))
-        # states with names are no course: each has a colour of its own, but grey, which limits have
+        # named states are separate: each has its colour, but not the grey of limits
         colours = [colour for colour, *_ in STYLES if colour != GREY]
         if len(states) <= len(colours) and all(state.named for state in states):
             shades = colours[: len(states)]
+        items = self._limits(states) if self.limit else []
         for colour, label, state in zip(shades, labels, states, strict=True):
-            self._draw_state(axes, state, label, colour)
+            items += self._state(state, label, colour)
         if self.fronts and self.letters:
-            self._name_fronts(axes, states)
-        radius_end = max(radius_end, *(float(state.profile["radius"][-1]) for state in states)) or 1.0
+            items += self._front_names(states)
+        reach = max(float(state.profile["radius"][-1]) for state in states)
         if self.ellipse_at is not None:
-            radius_end = max(radius_end, self._draw_ellipse(axes, states, self.ellipse_at))
-        axes.set_xlim(-radius_end if self.across == "diameter" else 0, radius_end)
-        along = "distance from the centre" if self.across == "diameter" else "radius"
-        axes.set(xlabel=f"{along} $r$ (m)", ylabel=r"traction $\tau$ (Pa)")
-        if any(history.sizes["asperity"] > 1 for history in histories):
-            axes.set_title(f"Traction of asperity {states[0].asperity}")
+            ellipse, radius = self._ellipse(states, self.ellipse_at)
+            items, reach = items + ellipse, max(reach, radius)
+        has_neighbours = any(history.sizes["asperity"] > 1 for history in histories)
+        return Chart(
+            items=[*items, _Reach(reach or 1.0, both=self.across == "diameter")],
+            x=f"{ACROSS[self.across]} $r$ (m)",
+            y=r"traction $\tau$ (Pa)",
+            title=f"Traction of asperity {states[0].asperity}" if has_neighbours else "",
+            zero="x",
+        )
 
     def _states(self, history: xr.Dataset, *, single: bool) -> "list[_State]":
         asperity, steps = _chosen(history, self.asperity, self.steps, STATES_IN_ONE)
-        profiles = rebuilt.profiles(history, asperity, steps, POINTS)
+        profiles = recompute.profiles(history, asperity, steps, POINTS)
         start = None if self.change_from is None else resolve_step(self.change_from, history)
-        base = None if start is None else rebuilt.profiles(history, asperity, [start], POINTS).isel(step=0)
+        base = None if start is None else recompute.profiles(history, asperity, [start], POINTS).isel(step=0)
         prefix = "" if single else f"{history.attrs.get('title', '')}, "
         return [
             _State(
@@ -148,27 +136,30 @@ class TractionPicture(Panel):
             for row, step in enumerate(steps)
         ]
 
-    def _draw_state(self, axes: "Axes", state: "_State", label: str, colour: Any) -> None:
+    def _state(self, state: "_State", label: str, colour: Any) -> list[Item]:
+        """Return the traction of a state, its change and its slip fronts."""
         profile = state.profile
         radius, traction = self._line(profile, "traction")
-        axes.plot(radius, traction, color=colour, linewidth=1.2, label=label)
+        items: list[Item] = [Curve(radius, traction, label, {"color": colour, "linewidth": 1.2})]
         if state.base is not None:
-            # both contacts are as large where the normal load is held; elsewhere the radii differ
+            # the radii differ where the normal load changes
             at, base = profile["radius"].values, state.base
             base_traction = np.append(np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0)
-            thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
-            axes.plot(
-                radius, traction - self._both_sides(base_traction), label=f"change from {self.change_from}", **thin
-            )
+            thin = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
+            change = traction - self._both_sides(base_traction)
+            items.append(Curve(radius, change, f"change from {self.change_from}", thin))
         stick = float(profile["stick_radius"])
         if self.fronts and stick > 0:
-            for side in (stick, -stick) if self.across == "diameter" else (stick,):
-                axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
+            sides = (stick, -stick) if self.across == "diameter" else (stick,)
+            look = {"marker": "|", "linestyle": "", "color": colour, "ms": 9, "mew": 1.6, "zorder": 4}
+            items.append(Curve(sides, [0] * len(sides), "", look))
+        return items
 
-    def _draw_limits(self, axes: "Axes", states: "Sequence[_State]") -> None:
-        """Draw ±μp of each state, dashed by friction coefficient; once for states with equal limits."""
+    def _limits(self, states: "Sequence[_State]") -> list[Item]:
+        """Return ±μp of each state, dashed by friction coefficient; once for states with equal limits."""
         frictions = list(dict.fromkeys(state.friction for state in states if state.friction))
         seen: list[Floats] = []
+        items: list[Item] = []
         for state in states:
             line = np.stack(self._line(state.profile, "friction_limit"))
             if not state.friction or any(np.allclose(drawn_line, line, rtol=1e-9, atol=0.0) for drawn_line in seen):
@@ -176,37 +167,37 @@ class TractionPicture(Panel):
             seen.append(line)
             pattern = (0, DASHES[frictions.index(state.friction) % len(DASHES)])
             name = r"$\pm\mu p$" + (rf", $\mu$ = {state.friction}" if len(frictions) > 1 else "")
-            for sign, label in ((1, name), (-1, None)):
-                looks = DASHED | {"linewidth": 0.8, "linestyle": pattern, "zorder": 1}
-                axes.plot(line[0], sign * line[1], label=label, **looks)
+            look = DASHED | {"linewidth": 0.8, "linestyle": pattern, "zorder": 1}
+            items += [Curve(line[0], line[1], name, look), Curve(line[0], -line[1], "", look)]
+        return items
 
-    def _name_fronts(self, axes: "Axes", states: "Sequence[_State]") -> None:
-        """Name the slip fronts above the axis, and below it the annulus of slip of a single one."""
-        looks: dict[str, Any] = {"ha": "center", "fontstyle": "italic", "textcoords": "offset points", "zorder": 6}
+    def _front_names(self, states: "Sequence[_State]") -> list[Item]:
+        """Return the names of the slip fronts above the axis, and below it the annulus of slip of a single one."""
         profiles = [state.profile for state in states if float(state.profile["stick_radius"]) > 0]
         ends = [(float(profile["stick_radius"]), float(profile["contact_radius"])) for profile in profiles]
         if len(self.letters) != len(ends):
             raise InputError(f"letters has {len(self.letters)}; expected one for each of {len(ends)} slip fronts")
-        for letter, (stick, _) in zip(self.letters, ends, strict=True):
-            axes.annotate(letter, (stick, 0), (-5, 3), **looks)
+        look = {"ha": "center", "fontstyle": "italic", "fontsize": 8}
+        items: list[Item] = [
+            Note(letter, (stick, 0), (-5, 3), look) for letter, (stick, _) in zip(self.letters, ends, strict=True)
+        ]
         if len(ends) == 1:
             (letter,), ((stick, edge),) = self.letters, ends
-            below: Any = axes.get_xaxis_transform()
-            axes.annotate("", (stick, 0.42), (edge, 0.42), xycoords=below, textcoords=below, arrowprops=SPAN)
-            axes.annotate(f"a - {letter}", ((stick + edge) / 2, 0.42), (0, -10), xycoords=below, **looks)
+            below = ("data", "axes fraction")
+            items.append(span((stick, 0.42), (edge, 0.42), xycoords=below, textcoords=below))
+            items.append(Note(f"a - {letter}", ((stick + edge) / 2, 0.42), (0, -2), look | {"xycoords": below}))
+        return items
 
-    def _draw_ellipse(self, axes: "Axes", states: "Sequence[_State]", load: float) -> float:
-        """Draw the friction limit of a sphere at another load, where μ goes as N^(-1/3), and return its radius."""
+    def _ellipse(self, states: "Sequence[_State]", load: float) -> tuple[list[Item], float]:
+        """Return the friction limit of a sphere at another load, where μ varies as N^(-1/3), and its radius."""
         reference = max(states, key=lambda state: float(state.profile["friction_limit"].max()))
         if reference.normal_load <= 0 or load <= 0:
             raise InputError("ellipse_at: expected a load above 0, and a state in contact")
         radius, bound = self._line(reference.profile, "friction_limit")
         radius = radius * (load / reference.normal_load) ** (1 / 3)
-        dots: dict[str, Any] = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
+        dots = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
         name = rf"slides at {quantity_text(load, 'N')}, $\mu \propto N^{{-1/3}}$"
-        for sign, label in ((1, name), (-1, None)):
-            axes.plot(radius, sign * bound, label=label, **dots)
-        return float(radius[-1])
+        return [Curve(radius, bound, name, dots), Curve(radius, -bound, "", dots)], float(radius[-1])
 
     def _line(self, profile: xr.Dataset, name: str) -> tuple[Floats, Floats]:
         """Return the radii of a profile and its values, up to the edge of the contact, where they are 0."""
@@ -217,6 +208,20 @@ class TractionPicture(Panel):
     def _both_sides(self, values: Floats, *, odd: bool = False) -> Floats:
         """Return values along the radius, or mirrored along the diameter; a radius itself is negative there."""
         return values if self.across == "radius" else _mirror(values, odd=odd)
+
+
+@attrs.frozen(eq=False)
+class _Reach:
+    """Limits of the radius that keep earlier curves visible, on these axes and on others with the same x axis."""
+
+    radius: float
+    both: bool
+
+    def draw(self, axes: Any) -> None:
+        """Set the limits."""
+        siblings = axes.get_shared_x_axes().get_siblings(axes)
+        reach = max(self.radius, *(panel.dataLim.x1 for panel in siblings))
+        axes.set_xlim(-reach if self.both else 0, reach)
 
 
 @attrs.frozen(eq=False)
@@ -242,19 +247,20 @@ def _mirror(values: Floats, *, odd: bool = False) -> Floats:
     return np.concatenate([-negative_side if odd else negative_side, values])
 
 
-# Height of the friction limit over the distance of two lines, and the most that a line comes down to the one below.
+# Height of the friction limit over the distance of two lines, and the greatest approach of a line to the one below.
 HIGHEST, CLOSEST = 1.6, 0.9
+ZONES = (("slips", "contact_radius", STATE_COLOURS[2], 0.8), ("sticks", "stick_radius", STATE_COLOURS[1], 1.6))
 
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class SlipFrontsPicture(Picture):
-    """The traction across an asperity step by step, with the fronts of its slip.
+    """The traction across an asperity step by step, with its slip fronts.
 
     Attributes
     ----------
     asperity
-        Which; by default the one that carries most.
+        Its label; by default the one that carries most.
     steps
         Up to 200 states, by number or name; by default 24 of the swing.
     """
@@ -266,34 +272,29 @@ class SlipFrontsPicture(Picture):
     caption = "The same step by step: what sticks is drawn thick, and its edge is the slip front."
     order, needs = 6, "stick_radius"
 
-    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
-        """Draw each line above the one before; the stick zone is thick, and where it ends is the slip front."""
+    def sheet(self, data: xr.Dataset) -> Sheet:
+        """Return each line above the one before; the stick zone is thick and ends at the slip front."""
         asperity, chosen = _chosen(data, self.asperity, self.steps, LINES)
         if len(chosen) > MOST_LINES:
             raise InputError(f"{len(chosen)} steps given; at most {MOST_LINES} fit in one figure")
-        profiles = rebuilt.profiles(data, asperity, chosen, POINTS)
+        profiles = recompute.profiles(data, asperity, chosen, POINTS)
         across = _mirror(profiles["radius"].values, odd=True)
         largest = float(profiles["friction_limit"].values.max(initial=0.0)) or 1.0
-        # each change is seen, and no line crosses the one before: from step to step a traction may turn round
+        # no line crosses the one before, although a traction may reverse from step to step
         step_up = np.diff(profiles["traction"].values, axis=0).min(initial=0.0) / largest
-        height = min(HIGHEST, CLOSEST / -step_up) if step_up else HIGHEST
-        axes = canvas.axes()
+        height, items = min(HIGHEST, CLOSEST / -step_up) if step_up else HIGHEST, []
         for row in range(len(chosen)):
             line = row + _mirror(profiles["traction"].values[row] / largest * height)
-            for name, radius_name, colour, width in (
-                ("slips", "contact_radius", STATE_COLOURS[2], 0.8),
-                ("sticks", "stick_radius", STATE_COLOURS[1], 1.6),
-            ):
-                radius = float(profiles[radius_name].values[row])
-                if radius > 0:
-                    inside = np.abs(across) <= radius
-                    looks: dict[str, Any] = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
-                    axes.plot(across[inside], line[inside], label=name, **looks)
+            for name, radius, colour, width in ZONES:
+                inside = np.abs(across) <= float(profiles[radius].values[row])
+                if profiles[radius].values[row] > 0:
+                    look = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
+                    items.append(Curve(across[inside], line[inside], name, look))
         ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
         labels = [f"{profiles['step'].values[row]},  {profiles['time'].values[row]:.4g} s" for row in ticks]
-        axes.set_yticks(ticks, labels)
-        axes.set(title=f"Slip fronts of asperity {asperity}", xlabel="$r$ (m)", ylabel="step, time")
-        canvas.legend(extra=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
+        title, axes = f"Slip fronts of asperity {asperity}", {"yticks": ticks, "yticklabels": labels}
+        chart = Chart(items=items, title=title, x="$r$ (m)", y="step, time", axes=axes)
+        return Sheet({"A": chart}, note=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
 
 
 def _chosen(
@@ -318,7 +319,7 @@ def _chosen(
 
 def _swing_steps(history: xr.Dataset, column: int, middle: int, count: int) -> list[int]:
     """Return steps of the swing around a step, up to where an asperity slides."""
-    ranges = list(swings(history["tangential_displacement"].values))
+    ranges = list(_swings(history["tangential_displacement"].values))
     start, stop = next(
         (limits for limits in ranges if limits[0] <= middle <= limits[1]), (0, history.sizes["step"] - 1)
     )
@@ -330,36 +331,50 @@ def _swing_steps(history: xr.Dataset, column: int, middle: int, count: int) -> l
     return [int(step) for step in np.unique(np.linspace(start, max(stop_step, start), count).round())]
 
 
+def _swings(x: Floats) -> Iterator[tuple[int, int]]:
+    """Yield the ends of each swing; a change of direction counts when it exceeds a tenth of the range."""
+    threshold = np.ptp(x) / 10
+    start = turn = 0
+    for index, value in enumerate(x):
+        if (value - x[turn]) * (x[turn] - x[start]) >= 0:
+            turn = index
+        elif abs(value - x[turn]) > threshold:
+            yield start, turn
+            start, turn = turn, index
+    if threshold > 0:
+        yield start, turn
+
+
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class AsperityPicture(Picture):
-    """The traction that one asperity remembers, within ± friction times the pressure; reversals are dotted."""
+    """The traction memory of one asperity, within ± friction times the pressure; reversals are dotted."""
 
     kind, of, size, own_figure = "asperity", (Asperity,), (COLUMN, 66.0), True
 
-    def draw(self, canvas: Canvas, data: Asperity) -> None:
-        """Draw it over the radius."""
+    def sheet(self, data: Asperity) -> Chart:
+        """Return the traction over the radius."""
         extent = 1.1 * data.contact_radius or 1.0
         radius = np.linspace(0.0, extent, 801)
-        axes = canvas.axes()
-        for sign, label in ((1, "± friction × pressure"), (-1, None)):
-            bound = sign * data.friction * data.pressure(radius)
-            axes.plot(radius, bound, color=FAINT, linewidth=0.8, linestyle="--", label=label)
-        traction = data.traction(radius)
+        bound, traction = data.friction * data.pressure(radius), data.traction(radius)
+        dashes = {"color": FAINT, "linewidth": 0.8, "linestyle": "--"}
+        items: list[Item] = [Curve(radius, bound, "± friction × pressure", dashes), Curve(radius, -bound, "", dashes)]
         names = ("traction in x", "traction in y") if traction.ndim > 1 else ("traction",)
         columns = traction.reshape(radius.size, -1).T
         for name, values, colour in zip(names, columns, STATE_COLOURS[1:], strict=False):
-            axes.plot(radius, values, color=colour, linewidth=1.2, label=name)
-        for reversal in data.reversal_points.radius if data.has_moved_straight else ():
-            axes.axvline(reversal, color=INK, linewidth=0.5, linestyle=":")
-        axes.set(xlim=(0.0, extent), xlabel="radius (m)", ylabel="tangential traction (Pa)")
-        label = "asperity" if data.index is None else f"asperity {data.index}"
-        axes.set_title(f"{label}, {data.state_text}")
+            items.append(Curve(radius, values, name, {"color": colour, "linewidth": 1.2}))
+        dots = {"color": INK, "linewidth": 0.5, "linestyle": ":"}
+        reversals = data.reversal_points.radius if data.has_moved_straight else ()
+        items += [Shape("axvline", (reversal,), dots) for reversal in reversals]
+        title = f"{'asperity' if data.index is None else f'asperity {data.index}'}, {data.state_text}"
+        label, axes = "tangential traction (Pa)", {"xlim": (0.0, extent)}
+        return Chart(items=items, x="radius (m)", y=label, title=title, axes=axes)
 
 
 RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)  # radii of the rings that have arrows, over the contact radius
 MOST_CIRCLES, CIRCLES = 12, 6
 SLIPPING, STICKING = "#c9c9c9", "#ffffff"
+ANNULUS_KEYS = partial(state_keys, (STICKING, SLIPPING), ("sticks", "slips"))
 
 
 @PICTURES.register
@@ -373,7 +388,7 @@ class SlipAnnulusPicture(Picture):
     Attributes
     ----------
     asperity
-        Which; by default the one that carries most.
+        Its label; by default the one that carries most.
     steps
         Up to 12 states, by number or name; by default all that have a name, or else 6 after the first move.
     """
@@ -385,40 +400,43 @@ class SlipAnnulusPicture(Picture):
     needs = "stick_radius"
     caption = "Tractions over the contact of the asperity that carries most; where it slips is grey."
 
-    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
-        """Draw a circle for each step."""
+    def sheet(self, data: xr.Dataset) -> Sheet:
+        """Return a circle for each step."""
         check_recorded(data, "slip_state", "normal_load", "contact_radius")
         check_any(data)
         steps = self._chosen(data)
         label = self.asperity
         if label is None:
             label = int(data["asperity"].values[data["normal_load"].isel(step=steps).values.max(axis=0).argmax()])
-        asperities = rebuilt.replay_asperities(data, label, steps)
-        edge = max(contact.contact_radius for contact in asperities)
+        contacts = recompute.replay_asperities(data, label, steps)
+        edge = max(contact.contact_radius for contact in contacts)
         if edge == 0:
             raise InputError(f"asperity {label} does not touch at any of the steps; expected one at which it does")
-        rings = [_ring_arrows(contact) for contact in asperities]
-        largest_traction = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
-        # the longest arrow is as long as rings stand apart
-        arrow: dict[str, Any] = {
-            "angles": "xy",
-            "scale_units": "xy",
-            "scale": (largest_traction or 1.0) / (0.25 * edge),
+        rings = [_ring_arrows(contact) for contact in contacts]
+        largest = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
+        # the longest arrow is as long as the distance of two rings
+        arrow = {"angles": "xy", "scale_units": "xy", "scale": (largest or 1.0) / (0.25 * edge), "color": INK}
+        arrow |= {"pivot": "mid", "width": 0.006, "minlength": 0.3, "zorder": 3}
+        limits = (-1.08 * edge, 1.08 * edge)
+        axes = {"aspect": "equal", "xlim": limits, "ylim": limits}
+        options: dict[str, Any] = {"share": "map", "axes": axes, "x": "$x$ (m)", "y": "$y$ (m)", "height": 34.0}
+        charts = {
+            letter: Chart(
+                items=[*_circles(contact), Shape("quiver", tuple(arrows.T), arrow)],
+                title=state_label(data, step),
+                keys=ANNULUS_KEYS(),
+                **options,
+            )
+            for letter, contact, arrows, step in zip("ABCDEFGHIJKL", contacts, rings, steps, strict=False)
         }
-        arrow |= {"color": INK, "pivot": "mid", "width": 0.006, "minlength": 0.3, "zorder": 3}
-        grid = canvas.maps(len(steps), max(1, round((len(steps) * canvas.height / canvas.width) ** 0.5)))
-        for axes, contact, arrows, step in zip(grid.flat, asperities, rings, steps, strict=False):
-            _draw_circles(axes, contact)
-            axes.quiver(*arrows.T, **arrow)
-            axes.set_title(state_label(data, step))
-            axes.set_aspect("equal")
-        for axes in grid.flat[len(steps) :]:
-            axes.set_visible(False)
-        grid[0, 0].set(xlim=(-1.08 * edge, 1.08 * edge), ylim=(-1.08 * edge, 1.08 * edge))
-        handles = patches((STICKING, SLIPPING), ("sticks", "slips"))
-        canvas.legend(extra=f"longest arrow: {quantity_text(largest_traction, 'Pa', 3)}", handles=handles)
-        title = str(data.attrs.get("title", ""))
-        canvas.heading(f"{title}: asperity {label}" if title else f"Asperity {label}")
+        letters = "".join(charts)
+        wide, narrow = (
+            ";".join(letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across))
+            for across in (min(len(letters), 3 if len(letters) < 7 else 4), min(len(letters), 2))
+        )
+        title = ": ".join(filter(None, (str(data.attrs.get("title", "")), f"asperity {label}")))
+        note = f"longest arrow: {quantity_text(largest, 'Pa', 3)}"
+        return Sheet(charts, wide=wide, narrow=narrow, subtitle=title[0].upper() + title[1:], note=note)
 
     def _chosen(self, data: xr.Dataset) -> list[int]:
         if self.steps is not None and not 0 < len(self.steps) <= MOST_CIRCLES:
@@ -449,12 +467,10 @@ def _ring_arrows(contact: Any) -> Floats:
     return np.concatenate(tractions)
 
 
-def _draw_circles(axes: "Axes", contact: Any) -> None:
-    """Draw the contact of an asperity and its stick zone."""
-    from matplotlib.patches import Circle
-
-    if contact.contact_radius > 0:
-        axes.add_patch(Circle((0, 0), contact.contact_radius, facecolor=SLIPPING, edgecolor=INK, linewidth=0.9))
-    if contact.stick_radius > 0:
-        looks: dict[str, Any] = {"facecolor": STICKING, "edgecolor": INK, "linewidth": 0.7, "linestyle": (0, (3, 2))}
-        axes.add_patch(Circle((0, 0), contact.stick_radius, **looks))
+def _circles(contact: Any) -> list[Item]:
+    """Return the contact of an asperity and its stick zone."""
+    angle = np.linspace(0, 2 * np.pi, 181)
+    edge = {"facecolor": SLIPPING, "edgecolor": INK, "linewidth": 0.9}
+    front = {"facecolor": STICKING, "edgecolor": INK, "linewidth": 0.7, "linestyle": (0, (3, 2))}
+    radii = ((contact.contact_radius, edge), (contact.stick_radius, front))
+    return [Shape("fill", (r * np.cos(angle), r * np.sin(angle)), look) for r, look in radii if r > 0]

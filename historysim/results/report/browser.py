@@ -22,15 +22,15 @@ from historysim.memory.binding import DISPLACED, are_in_plane
 from historysim.memory.paths import Goals, Paths, blank_rows, paths_to
 from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.analysis.slips import representative_step
-from historysim.results.origin import ask_origin
 from historysim.results.plots.style import STATES
-from historysim.results.rebuilt import AGREEMENT
+from historysim.results.recompute import AGREEMENT
+from historysim.results.source import query_source
 
 LIBRARY = Path(__file__).with_name("browser.wasm")
 SCRIPT = Path(__file__).with_name("browser.js")
-# Asperities that are drawn, those that carry most, and that are embedded; of a larger ensemble only recorded ones are.
+# Drawn asperities (those with the greatest loads) and embedded ones; of a larger ensemble the recorded ones.
 MOST_DRAWN, MOST_EMBEDDED = 2000, 20_000
-MOST_STEPS = 20_000  # each is a path of 96 bytes, and replayed when friction or moduli change
+MOST_STEPS = 20_000  # a path of 96 bytes each, replayed when friction or moduli change
 UNITS = ("tangential_displacement", "total_tangential_load")
 INSTALL = (
     "this installation has no library for browsers (browser.wasm); expected a wheel of historysim, or `pip install "
@@ -80,7 +80,7 @@ def encode(content: bytes) -> str:
 
 
 def find_trajectory(history: xr.Dataset) -> Trajectory:
-    """Find paths to the recorded steps: those of its events, or else straight ones between its recorded steps.
+    """Find paths to the recorded steps: of the events, or straight ones between the recorded steps.
 
     Raises InputError if the page cannot replay them.
     """
@@ -92,7 +92,7 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
             f"pages compute {MOST_STEPS:,} steps at most, and the history has {history.sizes['step']:,}; expected a "
             f"part of it, such as history.isel(step=slice({MOST_STEPS}))"
         )
-    job = ask_origin(history, lambda origin: origin.job)
+    job = query_source(history, lambda origin: origin.job)
     if job is None:
         return _from_steps(history)
     ensemble = job.ensemble
@@ -115,11 +115,11 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
     if labels.size > MOST_EMBEDDED:
         labels = history["asperity"].values.astype(np.int64)
         note = f"Of {len(ensemble):,} asperities, the page has the {labels.size:,} that were recorded."
-        ensemble = _some_of(ensemble, labels)
+        ensemble = _subset(ensemble, labels)
     return Trajectory(ensemble, labels, segments[0].paths, job.saturate, job.instrument, note)
 
 
-def _some_of(ensemble: Ensemble, labels: Integers) -> Ensemble:
+def _subset(ensemble: Ensemble, labels: Integers) -> Ensemble:
     height, radius, friction = (
         np.broadcast_to(values, (len(ensemble),))[labels]
         for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
@@ -136,14 +136,14 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
     unknown = "the history has no events to replay, and "
     if DIRECTION in history.sizes:
         raise InputError(
-            f"{unknown}between steps in two directions the path may be any; expected the result of historysim run"
+            f"{unknown}in two directions the path between steps is unknown; expected the result of historysim run"
         )
     pair = MaterialPair.from_moduli(
         contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
     )
-    places: dict[str, Any] = {name: history[name].values for name in ("x", "y") if name in history.coords}
+    coordinates: dict[str, Any] = {name: history[name].values for name in ("x", "y") if name in history.coords}
     height, radius, friction = (history[name].values for name in ("summit_height", "summit_radius", "friction"))
-    ensemble = Ensemble(pair, height, radius, friction, **places)
+    ensemble = Ensemble(pair, height, radius, friction, **coordinates)
     approach = ensemble.highest_summit - history["separation"].values
     paths = paths_to(Goals(DISPLACED, approach), Goals(DISPLACED, history["tangential_displacement"].values))
     rows = blank_rows(paths.size, None)
@@ -165,7 +165,7 @@ def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str
     directions = 2 if DIRECTION in history.sizes or are_in_plane(trajectory.paths) else 1
     peak = history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values
     heaviest = np.argsort(-peak, kind="stable")[:MOST_DRAWN]
-    drawn = np.searchsorted(labels, np.sort(history["asperity"].values[heaviest]))
+    drawn_positions = np.searchsorted(labels, np.sort(history["asperity"].values[heaviest]))
     rings = ensemble.rings
     settings = {
         "modulus": ensemble.pair.contact_modulus,
@@ -180,7 +180,7 @@ def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str
         "rows": history.sizes["step"],
         "first_shown": representative_step(history),
         "labels": labels.tolist(),
-        "drawn": drawn.tolist(),
+        "drawn": drawn_positions.tolist(),
     }
     columns = np.broadcast_arrays(ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
     arrays: dict[str, Array] = dict(zip(("height", "radius", "friction"), columns, strict=True))
@@ -189,19 +189,19 @@ def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str
     arrays["time"] = history["time"].values
     for name, variable in zip(("displacement", "load"), UNITS, strict=True):
         arrays[f"recorded_{name}"] = _components(history[variable].values, directions).astype(np.float32)
-    parts, places, start = [], {}, 0
+    blocks, layout, start = [], {}, 0
     for name, values in arrays.items():
         kind = "f4" if values.dtype == np.float32 else "f8"
         content = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
-        places[name] = [kind, start, values.size]
-        parts.append(content + bytes(-len(content) % 8))
-        start += len(parts[-1])
-    places["paths"] = ["u1", start, trajectory.paths.nbytes]
-    return settings | {"arrays": places}, b"".join(parts) + trajectory.paths.tobytes()
+        layout[name] = [kind, start, values.size]
+        blocks.append(content + bytes(-len(content) % 8))
+        start += len(blocks[-1])
+    layout["paths"] = ["u1", start, trajectory.paths.nbytes]
+    return settings | {"arrays": layout}, b"".join(blocks) + trajectory.paths.tobytes()
 
 
 def _components(values: Floats, directions: int) -> Floats:
-    """Return values (step, direction): those of one direction are along x."""
+    """Return values (step, direction); a single direction is x."""
     if values.ndim == 1 and directions == 2:
         values = np.stack([values, np.zeros_like(values)], axis=1)
     return values

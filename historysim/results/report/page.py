@@ -1,4 +1,4 @@
-"""One self-contained HTML page: sections of text, tables and pictures, and scripts that stand in the page itself."""
+"""One self-contained HTML page: sections of text, tables and pictures, and embedded scripts."""
 
 import base64
 import functools
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DOTS_PER_INCH = 160
 THUMBNAIL = 150  # height of a thumbnail [pixels]
-WIDEST_COLUMN = 4.0  # width of a figure up to which two stand side by side [inch]
+WIDEST_COLUMN = 4.0  # width of a figure up to which two fit side by side [inch]
 
 STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
@@ -32,21 +32,21 @@ class Section:
     """A part of a page."""
 
     title: str
-    parts: tuple[str, ...]  #: HTML, one after the other
+    parts: tuple[str, ...]  #: HTML, in sequence
     anchor: str = ""  #: the target of links in the page
 
 
 def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
     """Return a whole page; ``head`` is HTML that its scripts need."""
     body = "\n".join(
-        f"<section{_named(each)}><h2>{escape(each.title)}</h2>\n{chr(10).join(each.parts)}</section>"
-        for each in sections
+        f"<section{_anchor_attribute(section)}><h2>{escape(section.title)}</h2>\n{chr(10).join(section.parts)}</section>"
+        for section in sections
     )
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="generator" content="historysim {__version__}">\n<title>{escape(title)}</title>\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        # a browser that is asked for no icon looks for none
+        # without this link browsers request an icon
         f'<link rel="icon" href="data:,">\n<style>\n{STYLE}</style>\n{head}\n</head>\n'
         f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"
     )
@@ -59,29 +59,30 @@ EXPECTED = (
 
 
 @functools.singledispatch
-def page_of(what: Any) -> str:
-    """Return the report of an object as HTML; a type registers its own with `page_of.register`."""
-    raise InputError(f"this {type(what).__name__} has no report; {EXPECTED}")
+def render_page(subject: Any) -> str:
+    """Render the report of an object as HTML; a type registers a function with `render_page.register`."""
+    raise InputError(f"this {type(subject).__name__} has no report; {EXPECTED}")
 
 
-def _named(section: Section) -> str:
+def _anchor_attribute(section: Section) -> str:
     return f' id="{escape(section.anchor)}"' if section.anchor else ""
 
 
 def contents(groups: Mapping[str, Sequence[Section]]) -> Section:
-    """Return a section of links to others in groups, each with its first picture, small."""
-    parts = []
+    """Return a section of links to other sections in groups, each with a thumbnail of its first picture."""
+    blocks = []
     for name, sections in groups.items():
         links = (
-            f'<li><a href="#{escape(each.anchor)}">{thumbnail(each.parts, "")}<br>{escape(each.title)}</a></li>'
-            for each in sections
+            f'<li><a href="#{escape(section.anchor)}">{thumbnail(section.parts, "")}<br>'
+            f"{escape(section.title)}</a></li>"
+            for section in sections
         )
-        parts += [f"<h3>{escape(name)}</h3>", f'<ul class="thumbnails">{"".join(links)}</ul>']
-    return Section("Contents", tuple(parts))
+        blocks += [f"<h3>{escape(name)}</h3>", f'<ul class="thumbnails">{"".join(links)}</ul>']
+    return Section("Contents", tuple(blocks))
 
 
 def table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:
-    """Return a table of texts; the first of each row is its label."""
+    """Return a table of strings; the first of each row is its label."""
     return f'<div class="wide">{html_table(rows, heading)}</div>'
 
 
@@ -91,27 +92,27 @@ def paragraph(text: str, kind: str = "") -> str:
 
 
 def code(text: str) -> str:
-    """Return lines to be typed, or of a file."""
+    """Return lines of commands or of a file."""
     return f"<pre>{escape(textwrap.dedent(text).strip())}</pre>"
 
 
-def folded(label: str, text: str) -> str:
-    """Return lines of a file that show when their label is clicked."""
+def collapsible(label: str, text: str) -> str:
+    """Return lines of a file that appear when their label is clicked."""
     return f"<details><summary>{escape(label)}</summary>{code(text)}</details>"
 
 
 def picture(figure: "Figure", caption: str) -> str:
     """Return a figure, embedded without loss, with a caption below it."""
     kind = ' class="column"' if figure.get_figwidth() <= WIDEST_COLUMN else ""
-    # what is to be known of a picture stands beside it
+    # remarks on a picture are part of its caption
     below = " ".join([caption, *(f"Note: {text}." for text in getattr(figure, "notices", ()))])
     return f"<figure{kind}>{image(figure, caption)}<figcaption>{escape(below)}</figcaption></figure>"
 
 
-def numbered(caption: str, lines: Iterable[tuple[str, str]], labels: Sequence[str]) -> str:
-    """Return a caption with some lines (label, value) of a summary, the numbers that were found."""
-    found = [f"{label.strip()} {text}" for label, text in lines if label.strip() in labels]
-    return f"{caption.removesuffix('.')}: {'; '.join(found)}." if found else caption
+def add_values(caption: str, lines: Iterable[tuple[str, str]], labels: Sequence[str]) -> str:
+    """Return a caption with selected lines (label, value) of a summary."""
+    values = [f"{label.strip()} {text}" for label, text in lines if label.strip() in labels]
+    return f"{caption.removesuffix('.')}: {'; '.join(values)}." if values else caption
 
 
 def image(figure: "Figure", text: str) -> str:
@@ -121,23 +122,23 @@ def image(figure: "Figure", text: str) -> str:
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
     with Image.open(stream) as opened:
-        return _embedded(opened.convert("RGB"), text, lossless=True)
+        return _embed_image(opened.convert("RGB"), text, lossless=True)
 
 
-def thumbnail(parts: Iterable[str], text: str) -> str:
-    """Return the first picture in parts of a page, small; nothing where there is none."""
+def thumbnail(blocks: Iterable[str], text: str) -> str:
+    """Return the first picture in blocks of a page as a thumbnail; empty if there is none."""
     from PIL import Image
 
-    for part in parts:
-        if found := re.search(r'src="data:image/webp;base64,([^"]+)"', part):
-            with Image.open(io.BytesIO(base64.b64decode(found[1]))) as opened:
+    for block in blocks:
+        if match := re.search(r'src="data:image/webp;base64,([^"]+)"', block):
+            with Image.open(io.BytesIO(base64.b64decode(match[1]))) as opened:
                 small = opened.convert("RGB")
             small.thumbnail((10 * THUMBNAIL, THUMBNAIL), Image.Resampling.LANCZOS)
-            return _embedded(small, text, lossless=False, quality=60)
+            return _embed_image(small, text, lossless=False, quality=60)
     return ""
 
 
-def _embedded(image: "PILImage", text: str, **options: Any) -> str:
+def _embed_image(image: "PILImage", text: str, **options: Any) -> str:
     stream = io.BytesIO()
     image.save(stream, "WEBP", **options)
     data = base64.b64encode(stream.getvalue()).decode("ascii")

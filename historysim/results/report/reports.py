@@ -1,4 +1,4 @@
-"""Reports: of a recorded history, of loops or sliding of a record, of a sweep, of a model beside what was measured."""
+"""Reports of histories, of loops or sliding of a record, of sweeps, and of comparisons with measurements."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -19,23 +19,23 @@ from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import analysis
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
-from historysim.results.layout import missing_variables_reported, standard_layout
-from historysim.results.plots.found_loops import FrettingPicture, LoopLevelsPicture, LoopTrendsPicture
+from historysim.results.layout import report_missing_variables, standard_layout
+from historysim.results.plots.loop_pictures import FrettingPicture, LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
-from historysim.results.plots.style import scale_of
+from historysim.results.plots.style import choose_scale
 from historysim.results.plots.swept import CurvePicture
 from historysim.results.report.browser import interactive_part
 from historysim.results.report.page import (
     EXPECTED,
     Section,
+    add_values,
     code,
-    folded,
-    numbered,
+    collapsible,
     page,
-    page_of,
     paragraph,
     picture,
+    render_page,
     table,
 )
 from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary, with_unit
@@ -51,12 +51,12 @@ def _title(dataset: xr.Dataset, otherwise: str) -> str:
 
 
 def _without_warnings(lines: Iterable[tuple[str, str]]) -> Section:
-    # they stand in a section of their own
+    # they have a separate section
     return Section("Summary", (table(line for line in lines if line[0] != "warning"),))
 
 
 def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
-    """Return a history as one HTML page that fetches nothing; ``figures`` are pictures of its own, as HTML."""
+    """Render a history as one self-contained HTML page; ``figures`` are its pictures, as HTML."""
     try:
         script, interactive = _interactive_section(history)
     except InputError as error:
@@ -80,61 +80,61 @@ def _interactive_section(history: xr.Dataset) -> tuple[str, Section]:
     """Render the script of the interactive part, and its section."""
     if "slip_state" not in history:
         raise InputError("the history is of totals alone; expected one with asperities, to move through")
-    with missing_variables_reported(history):
+    with report_missing_variables(history):
         script, body, notes = interactive_part(history)
     return script, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
 
 
 def validity_section(history: xr.Dataset) -> Section:
-    """Return which assumptions of the model do not hold, each with its numbers and the remedy."""
-    found = analysis.validity(history)
-    if not found:
+    """Return the assumptions of the model that do not hold, each with its numbers and the remedy."""
+    findings = analysis.validity(history)
+    if not findings:
         text = "All assumptions that are checked hold where the asperities are pressed most."
         return Section("Validity", (paragraph(text),))
     intro = paragraph("Where the asperities are pressed most, the model is used beyond its assumptions:")
-    rows = [(each.name, f"{each.value:.3g}", f"{each.limit:.3g}") for each in found]
-    warnings = (paragraph(each.text, "warning") for each in found)
+    rows = [(finding.name, f"{finding.value:.3g}", f"{finding.limit:.3g}") for finding in findings]
+    warnings = (paragraph(finding.text, "warning") for finding in findings)
     return Section("Validity", (intro, *warnings, table(rows, ("assumption", "found", "limit"))))
 
 
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
-    """Return pictures of a history by their names, with what stands below them, as HTML.
+    """Render pictures of a history by their names, with captions, as HTML.
 
-    By default loop, loads and slip states, and the contact where nearest to half of it slips, or of one asperity its
-    traction, since its map is a point; yielding and wear, where there are any.
+    By default loop, loads and slip states, and the contact at its representative step, or the traction of a single
+    asperity, whose map is a point; yielding and wear, if there are any.
     """
     if names is None:
         names = ["history"]
         if "slip_state" in history:
             names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
-            names += [name for name in ("yielding", "wear") if PICTURES[name].reported(history)]
-    parts, lines = [], analysis.summary(history)
+            names += [name for name in ("yielding", "wear") if PICTURES[name].is_reported(history)]
+    blocks, lines = [], analysis.summary(history)
     for name in names:
         kind = PICTURES[name]
         try:
-            parts.append(
-                picture(draw(history, name), numbered(kind.report_caption(history), lines, kind.caption_lines))
+            blocks.append(
+                picture(draw(history, name), add_values(kind.report_caption(history), lines, kind.caption_lines))
             )
         except InputError as error:
-            parts.append(paragraph(f"No picture {name}: {error}", "note"))
-    return parts
+            blocks.append(paragraph(f"No picture {name}: {error}", "note"))
+    return blocks
 
 
 def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
-    names = [name for name, kind in PICTURES.items() if kind.reported(history)]
+    names = [name for name, kind in PICTURES.items() if kind.is_reported(history)]
     names.sort(key=lambda name: PICTURES[name].order)
-    parts = [*figures, *history_pictures(history, names)]
+    blocks = [*figures, *history_pictures(history, names)]
     if history.sizes.get("asperity") == 1:
-        parts.append(paragraph("No contact map: one asperity is a point in it.", "note"))
-    return Section("Pictures", tuple(parts))
+        blocks.append(paragraph("No contact map: one asperity is a point in it.", "note"))
+    return Section("Pictures", tuple(blocks))
 
 
 def provenance_sections(history: xr.Dataset) -> list[Section]:
-    """Return where a history comes from, and the commands that make it again."""
+    """Return the provenance of a history, and the commands that reproduce it."""
     rows = [(name, text) for name, text in readable_attributes(history).items() if name not in SEVERAL_LINES]
-    parts = [table(rows)]
+    blocks = [table(rows)]
     if scenario := history.attrs.get("scenario"):
-        parts.append(folded("the scenario, as it stands in the result", str(scenario)))
+        blocks.append(collapsible("the scenario, as stored in the result", str(scenario)))
     name = shell_word(Path(history.encoding.get("source") or "result.nc").name)
     if "log_digest" in history.attrs:
         where = "The result holds its events, from which it is made again and compared bit for bit:"
@@ -150,25 +150,25 @@ def provenance_sections(history: xr.Dataset) -> list[Section]:
     if not _VERSION.fullmatch(version):
         made_with = [paragraph("The result does not name the version of historysim that it was made with.")]
     reproduce = Section("How to reproduce", (paragraph(where), code(again), *made_with))
-    return [Section("Provenance", tuple(parts)), reproduce]
+    return [Section("Provenance", tuple(blocks)), reproduce]
 
 
-page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
-page_of.register(LoopTable, lambda levels: loops_page(levels.to_dataset()))
+render_page.register(Loops, lambda loops: loops_page(loops.to_dataset()))
+render_page.register(LoopTable, lambda levels: loops_page(levels.to_dataset()))
 
-LABELS = {"critical_asperity"}  # variables of a sweep that name something, and are no quantity to draw
+LABELS = {"critical_asperity"}  # variables of a sweep that are labels, not quantities
 MOST_ROWS = 500  # cells of a sweep that a page lists
 
 
 def loops_page(loops: xr.Dataset) -> str:
-    """Return what `Loops.to_dataset` or `LoopTable.to_dataset` gives, loops one by one or by their loads, as a page."""
+    """Render loops (`Loops.to_dataset`), or their means by load (`LoopTable.to_dataset`), as a page."""
     lines = loop_summary(loops)
     pictures: tuple[str, ...] = ()
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     if loops.attrs["content"] == LOOPS:
         means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
         caption = "How the loops change from one to the next; lines are their means."
-        caption = numbered(caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal"))
+        caption = add_values(caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal"))
         figure = LoopTrendsPicture().figure(loops)
         if "energy_ratio" in loops and np.isfinite(loops["energy_ratio"]).any():
             text = "Fretting: energy friction coefficient, slip amplitude, and energy ratios of each loop."
@@ -193,7 +193,7 @@ def loops_page(loops: xr.Dataset) -> str:
 
 
 def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[str]]:
-    """Return the lines of groups, each below its load or amplitude, as the rows of a table with a column for each."""
+    """Return the lines of loads or amplitudes as table rows, with a column for each load or amplitude."""
     heading, rows = [""], dict[str, list[str]]()
     for label, text in lines:
         if label.startswith(" "):
@@ -203,9 +203,9 @@ def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[s
     return [[label, *texts] for label, texts in rows.items()], heading
 
 
-@page_of.register(Sliding)
+@render_page.register(Sliding)
 def sliding_page(sliding: Sliding) -> str:
-    """Return friction over time or distance as one HTML page that fetches nothing."""
+    """Render friction over time or distance as one self-contained HTML page."""
     windows = (sliding.window_place, sliding.window_mean, sliding.window_deviation, sliding.window_count)
     rows = [
         (f"{middle:.6g}", f"{mean:.4g}", f"{deviation:.2g}", f"{count:,}")
@@ -213,7 +213,7 @@ def sliding_page(sliding: Sliding) -> str:
     ]
     heading = (f"middle of the window [{UNITS[sliding.over]}]", "mean T/N", "standard deviation of a sample", "samples")
     caption, lines = "The friction coefficient, its windows and the approach to the steady value.", sliding.summary()
-    caption = numbered(caption, lines, ("friction coefficient", "static peak", "steady value"))
+    caption = add_values(caption, lines, ("friction coefficient", "static peak", "steady value"))
     return page(
         f"Friction over {sliding.over}",
         [
@@ -224,29 +224,31 @@ def sliding_page(sliding: Sliding) -> str:
     )
 
 
-def _first_rows(rows: Sequence[Sequence[str]], heading: Sequence[str], of: str) -> tuple[str, ...]:
-    """Return a table of no more rows than a page can show, and how many there are."""
-    shown = table(rows[:MOST_ROWS], heading)
+def _first_rows(rows: Sequence[Sequence[str]], heading: Sequence[str], noun: str) -> tuple[str, ...]:
+    """Return a table limited to the rows that a page can show, and their total number."""
+    first_rows = table(rows[:MOST_ROWS], heading)
     if len(rows) <= MOST_ROWS:
-        return (shown,)
-    return shown, paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} {of}", "note")
+        return (first_rows,)
+    return first_rows, paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} {noun}", "note")
 
 
-@page_of.register(WrittenTable)
+@render_page.register(WrittenTable)
 def table_page(written: WrittenTable) -> str:
-    """Return a table that was written to a file as one HTML page that fetches nothing."""
+    """Render a table that was written to a file as one self-contained HTML page."""
     columns = written.columns
-    rows = [[_cell(value) for value in row] for row in zip(*(each.values for each in columns.values()), strict=True)]
-    heading = [with_unit(name, each.attrs) for name, each in columns.items()]
+    rows = [
+        [_cell(value) for value in row] for row in zip(*(column.values for column in columns.values()), strict=True)
+    ]
+    heading = [with_unit(name, column.attrs) for name, column in columns.items()]
     try:
-        shown = picture(TablePicture().figure(written), "Its columns over the first one.")
+        shown_picture = picture(TablePicture().figure(written), "Its columns over the first one.")
     except InputError as error:
-        shown = paragraph(str(error), "note")
+        shown_picture = paragraph(str(error), "note")
     return page(
         written.name,
         [
             Section("Summary", (table(written.summary()),)),
-            Section("Picture", (shown,)),
+            Section("Picture", (shown_picture,)),
             Section("Rows", _first_rows(rows, heading, "rows.")),
         ],
     )
@@ -257,7 +259,7 @@ def _cell(value: object) -> str:
 
 
 def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
-    """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing, its own pictures first."""
+    """Render a sweep of `historysim.sweep` as one self-contained HTML page; ``figures`` come first."""
     lines = sweep_summary(sweep)
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
@@ -267,7 +269,7 @@ def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
     provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
     if "scenario" in attributes:
-        provenance.append(folded("the scenario, as it stands in the file", attributes["scenario"]))
+        provenance.append(collapsible("the scenario, as stored in the file", attributes["scenario"]))
     return page(
         _title(sweep, "Sweep"),
         [
@@ -282,14 +284,14 @@ def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
 
 
 def sweep_pictures(sweep: xr.Dataset) -> list[str]:
-    """Return pictures of the numbers of each cell of a sweep that are not the same in all."""
+    """Render pictures of the numbers that vary between the cells of a sweep."""
     pictures = []
     swept = {dim for name in sweep.coords for dim in sweep[name].dims}
     for name, values in sweep.data_vars.items():
-        # a label is no number
-        known = values.dtype.kind == "f" and name not in LABELS
-        if known and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
-            factor, unit = scale_of(str(values.attrs.get("units", "")), values.values)
+        # a label is not a number
+        is_quantity = values.dtype.kind == "f" and name not in LABELS
+        if is_quantity and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
+            factor, unit = choose_scale(str(values.attrs.get("units", "")), values.values)
             ends = " to ".join(f"{float(end) * factor:.3g}" for end in (values.min(), values.max()))
             label = f"{values.attrs.get('long_name', name)}: {ends} {unit}".rstrip()
             pictures.append(picture(CurvePicture(quantity=str(name)).figure(sweep), label))
@@ -299,23 +301,23 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
 def comparison_page(
     comparison: Comparison, title: str, scenario: str, *, fitted: Iterable[tuple[str, str]] = (), result: str = ""
 ) -> str:
-    """Return a model beside what was measured as one HTML page that fetches nothing.
+    """Render a comparison of a model with a measurement as one self-contained HTML page.
 
     `scenario` and `result` are the strings of the scenario without and with fitted values; `fitted` are lines
-    (label, value) of what was fitted, and how sure it is.
+    (label, value) of the fitted parameters and their uncertainty.
     """
     fitted = list(fitted)
-    found = [Section("What was fitted", (table(fitted),))] if fitted else []
+    fit_section = [Section("What was fitted", (table(fitted),))] if fitted else []
     rows: Sequence[tuple[str, str, str]] = comparison.rows()
     means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
-    caption = numbered("Measured loops and loads, and those of the model.", comparison.summary(), ("rms difference",))
-    texts = [folded("the scenario", scenario)]
+    caption = add_values("Measured loops and loads, and those of the model.", comparison.summary(), ("rms difference",))
+    texts = [collapsible("the scenario", scenario)]
     if result:
-        texts.append(folded("the scenario with the fitted values", result))
+        texts.append(collapsible("the scenario with the fitted values", result))
     return page(
         title,
         [
-            *found,
+            *fit_section,
             Section("Summary", (table(comparison.summary()),)),
             Section("Loops", (means,)),
             Section("Pictures", (picture(ComparisonPicture(title=title).figure(comparison), caption),)),
@@ -330,21 +332,21 @@ def _again(command: str) -> Section:
     return Section("How to reproduce", (paragraph(text), code(command)))
 
 
-def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
-    """Return the page of a Dataset of this program, by its content; ``figures`` are pictures of its own, as HTML.
+def dataset_page(dataset: xr.Dataset, figures: Sequence[str] = ()) -> str:
+    """Render the page of a Dataset of this program, by its content; ``figures`` are its pictures, as HTML.
 
     Raises
     ------
     InputError
         Another Dataset.
     """
-    if what.attrs.get("content") == SWEEP:
-        return sweep_page(what, figures)
-    content = what.attrs.get("content")
+    if dataset.attrs.get("content") == SWEEP:
+        return sweep_page(dataset, figures)
+    content = dataset.attrs.get("content")
     if content in {LOOPS, CONTENT_OF_TABLE}:
-        return loops_page(what)
+        return loops_page(dataset)
     if content in {TABLE, TIME_SERIES, CONTENT_OF_FRETTING}:
-        return table_page(WrittenTable.of(what, _title(what, "Table")))
-    if "total_normal_load" in what:
-        return history_page(standard_layout(what), figures)
+        return table_page(WrittenTable.of(dataset, _title(dataset, "Table")))
+    if "total_normal_load" in dataset:
+        return history_page(standard_layout(dataset), figures)
     raise InputError(f"this Dataset has no report; {EXPECTED}")

@@ -6,7 +6,7 @@ import pytest
 import historysim as hs
 from historysim.errors import InputError
 from historysim.results.plots.friction_loops import LOOP
-from historysim.results.plots.swept import selected
+from historysim.results.plots.swept import select_cells
 
 BALL = """
 title = "A ball"
@@ -140,7 +140,7 @@ def test_unsuitable_results_and_selections_are_refused(swept):
     with pytest.raises(InputError, match="labels has 1"):
         hs.plots.loops(found, labels=["one"])
     with pytest.raises(InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"):
-        selected(found, {"friction": 0.1})
+        select_cells(found, {"friction": 0.1})
     with pytest.raises(InputError, match=r"has no value 0\.3"):
-        selected(found, {"friction.coefficient": 0.3})
-    assert selected(found, {"loading.waypoints[0].normal_load": ["20 mN", "50 mN"]}).equals(found)
+        select_cells(found, {"friction.coefficient": 0.3})
+    assert select_cells(found, {"loading.waypoints[0].normal_load": ["20 mN", "50 mN"]}).equals(found)

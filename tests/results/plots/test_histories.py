@@ -8,7 +8,7 @@ import pytest
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.results.plots import histories, style
+from historysim.results.plots import histories, style, tractions
 from historysim.results.plots.pictures import PICTURES
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -69,12 +69,12 @@ def test_thinning_keeps_the_peaks_of_each_period():
     period[333], period[667] = 5.0, -3.0
     load = np.tile(period, 200)
     load[7] = np.nan
-    kept = style.kept_samples(load.size, [load], 2_000)
+    kept = style.thin_samples(load.size, [load], 2_000)
     assert kept.size <= 2_000
     assert kept[[0, -1]].tolist() == [0, load.size - 1]
     # in pieces of one period each peak has its own
     assert np.count_nonzero(load[kept] == 5) == np.count_nonzero(load[kept] == -3) == 200
-    assert style.kept_samples(10, [load[:10]], 10).tolist() == list(range(10))
+    assert style.thin_samples(10, [load[:10]], 10).tolist() == list(range(10))
 
 
 def test_states_differ_in_lightness():
@@ -86,7 +86,7 @@ def test_states_differ_in_lightness():
 def test_swings_ignore_noise():
     steps = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)])
     noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
-    swings = list(style.swings(noisy))
+    swings = list(tractions._swings(noisy))
     assert len(swings) == 3
     assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)
 
@@ -100,8 +100,8 @@ def test_the_picture_of_wear_shows_wear():
     before, after = right.get_lines()
     assert (after.get_xdata() < before.get_xdata()).all()
     assert [axes.get_title(loc="left") for axes in hs.plot(history, panels=["wear"]).axes] == ["Wear"]
-    assert PICTURES["wear"].reported(history)
-    assert not PICTURES["wear"].reported(replayed())
+    assert PICTURES["wear"].is_reported(history)
+    assert not PICTURES["wear"].is_reported(replayed())
 
 
 def test_the_picture_shows_first_loading_and_flattened_summits():

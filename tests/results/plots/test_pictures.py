@@ -8,7 +8,7 @@ from pictured import ball, friction_changes
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.results import analysis, rebuilt
+from historysim.results import analysis, recompute
 from historysim.results.plots.pictures import PICTURES
 from historysim.results.plots.style import STATE_COLOURS
 
@@ -64,7 +64,7 @@ def test_the_colour_of_the_loop_is_the_slipping_area(history):
 def test_tractions_equal_the_profiles_of_the_asperity_at_each_step(history):
     figure = hs.plots.traction(history, asperity=1, steps=[3, 8, -1])
     lines = {line.get_label(): line for line in figure.axes[0].get_lines()}
-    expected = rebuilt.profiles(history, 1, [3, 8, -1], 401)
+    expected = recompute.profiles(history, 1, [3, 8, -1], 401)
     for row, step in enumerate((3, 8, 36)):
         line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
         # and where the contact ends
@@ -128,7 +128,7 @@ def test_pictures_without_patch_data_are_refused():
 
 def test_a_path_in_the_plane_fits_its_size(planar):
     both = hs.plot(planar, picture="hodograph")
-    assert [axes.get_xlabel() for axes in both.axes] == ["displacement $U_x$ (nm)", "tangential load $T_x$ (µN)"]
+    assert [axes.get_xlabel() for axes in both.axes] == ["displacement $U_x$ (nm)", "tangential load $T_x$ (mN)"]
     assert both.notices == ()
     for size, panels in (((90, 120), 2), ((180, 120), 2), ((90, 70), 1)):
         figure = hs.plot(planar, picture="hodograph", size=size)

@@ -14,7 +14,7 @@ from historysim.recording import surface_group
 from historysim.results.plots import style
 from historysim.results.plots import surfaces as plots
 from historysim.results.plots.canvas import draw_on_target as drawn_at
-from historysim.results.plots.surfaces import draw_surface, load_surface, read_contact, step_number
+from historysim.results.plots.surfaces import load_surface, read_contact, step_number, surface_sheet
 from historysim.surfaces.distribution import textured_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
@@ -40,8 +40,7 @@ def plot_surface(surface, history=None, step="partial"):
     title = str((surface if history is None else history).attrs.get("title", ""))
 
     def draw(canvas):
-        draw_surface(canvas, surface, contact)
-        canvas.legend()
+        canvas.draw(surface_sheet(surface, contact))
         canvas.heading(title, canvas.caption)
 
     return drawn_at({}, (180.0, 97.0), draw)

@@ -304,7 +304,7 @@ def test_a_history_without_events_is_computed_from_its_steps_or_the_page_says_wh
     reversed_within = without_origin(hs.replay(ENSEMBLE, at_once, substeps=10))
     with pytest.raises(InputError, match="recorded steps leave out part of the load path"):
         browser.find_trajectory(reversed_within)
-    with pytest.raises(InputError, match="in two directions the path may be any"):
+    with pytest.raises(InputError, match="in two directions the path between steps is unknown"):
         browser.find_trajectory(without_origin(hs.replay(ENSEMBLE, IN_PLANE)))
 
 

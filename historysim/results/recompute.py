@@ -30,15 +30,15 @@ from historysim.replaying import Replay
 from historysim.results.analysis.recorded import (
     check_all_recorded,
     check_recorded,
-    described,
+    describe,
     displacement_ratio,
     find_column,
     present_friction,
     shape_in_step,
     sliding_reach,
 )
-from historysim.results.asking import question
-from historysim.results.origin import Origin, ask_origin
+from historysim.results.queries import query
+from historysim.results.source import ReplaySource, query_source
 from historysim.results.steps import find_step, resolve_step
 
 # difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
@@ -46,7 +46,7 @@ AGREEMENT = 1e-6
 STEPS_AT_ONCE = 1 << 16  # steps whose paths and rows are held in memory together
 
 
-@question(per_step=True, table=None, planar=True)
+@query(per_step=True, table=None, planar=True)
 def asperity(
     history: xr.Dataset,
     asperity: int,
@@ -76,8 +76,7 @@ def asperity(
     ------
     InputError
         A step, a time or an asperity that the history does not have, several of step, time and state, a history without
-        asperities or of patches, or one in which steps leave out part of what the asperity remembers, without events in
-        its file.
+        asperities or of patches, or one whose steps leave out part of the load history, without events in its file.
     """
     chosen = [name for name, value in (("step", step), ("time", time), ("state", state)) if value is not None]
     if len(chosen) > 1:
@@ -118,7 +117,7 @@ def replay_asperities(history: xr.Dataset, asperity: int, steps: Sequence[int | 
     check_recorded(history, "normal_load", "tangential_load", "summit_radius", "summit_height", "friction")
     column = find_column(asperity, history)
     positions = [resolve_step(step, history) for step in steps]
-    # between steps in two directions the path may be any
+    # in two directions the path between steps is unknown
     result = None if DIRECTION in history.sizes else _from_steps(history, column, positions)
     if result is None:
         result = _from_events(
@@ -132,9 +131,9 @@ def replay_asperities(history: xr.Dataset, asperity: int, steps: Sequence[int | 
     return result
 
 
-@question(per_step=True, table="reversal,radius")
+@query(per_step=True, table="reversal,radius")
 def reversal_points(history: xr.Dataset, asperity: int, step: int | str) -> xr.Dataset:
-    """Return the reversals of the displacement that an asperity remembers at a step, from the edge inward.
+    """Return the reversals in the traction memory of an asperity at a step, from the edge inward.
 
     Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
     displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity`.
@@ -142,13 +141,13 @@ def reversal_points(history: xr.Dataset, asperity: int, step: int | str) -> xr.D
     (at_step,) = replay_asperities(history, asperity, [step])
     points = at_step.reversal_points
     variables = {
-        "radius": described("reversal", points.radius, "stick radius at the reversal", "m"),
-        "displacement": described("reversal", points.displacement, "displacement U there", "m"),
+        "radius": describe("reversal", points.radius, "stick radius at the reversal", "m"),
+        "displacement": describe("reversal", points.displacement, "displacement U there", "m"),
     }
     return xr.Dataset(variables, {"reversal": np.arange(points.size)})
 
 
-@question(per_step=True, table="radius,pressure")
+@query(per_step=True, table="radius,pressure")
 def profiles(
     history: xr.Dataset, asperity: int, steps: int | str | Sequence[int | str], points: int = 201
 ) -> xr.Dataset:
@@ -188,15 +187,15 @@ def profiles(
     limit = pressure * np.array([[contact.friction] for contact in asperities])
     along = ("step", "radius")
     variables = {
-        "pressure": described(along, pressure, "normal pressure", "Pa"),
-        "traction": described(along, traction, "tangential traction", "Pa"),
-        "friction_limit": described(along, limit, "friction limit of the traction", "Pa"),
-        "contact_radius": described("step", [contact.contact_radius for contact in asperities], "contact radius", "m"),
-        "stick_radius": described("step", [contact.stick_radius for contact in asperities], "stick radius", "m"),
+        "pressure": describe(along, pressure, "normal pressure", "Pa"),
+        "traction": describe(along, traction, "tangential traction", "Pa"),
+        "friction_limit": describe(along, limit, "friction limit of the traction", "Pa"),
+        "contact_radius": describe("step", [contact.contact_radius for contact in asperities], "contact radius", "m"),
+        "stick_radius": describe("step", [contact.stick_radius for contact in asperities], "stick radius", "m"),
     }
     coords = {
-        "step": described("step", positions, "position of the step in the history"),
-        "radius": described("radius", radius, "distance from the middle of the contact", "m"),
+        "step": describe("step", positions, "position of the step in the history"),
+        "radius": describe("radius", radius, "distance from the middle of the contact", "m"),
         "time": ("step", history["time"].values[positions], history["time"].attrs),
     }
     return xr.Dataset(variables, coords, {"asperity": int(asperity)})
@@ -205,7 +204,7 @@ def profiles(
 def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[Asperity] | None:
     """Return the asperity at steps, replayed from step to step; None where its loads differ from the recorded ones."""
     if "largest_traction_ratio" in history:
-        # where friction changes under a held load the displacement jumps, and a step has the last of it alone
+        # where friction changes under a held load the displacement jumps, and a step records its end only
         return None
     rows = slice(0, max(positions) + 1)
     column_data = history.isel(asperity=column)
@@ -213,7 +212,7 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
     pair = MaterialPair.from_moduli(
         contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
     )
-    # no other asperity has a part in what this one remembers
+    # no other asperity affects this traction memory
     single = Ensemble(pair, height, float(column_data["summit_radius"]), float(column_data["friction"]))
     approach = height - history["separation"].isel(step=rows).values
     displacement = history["tangential_displacement"].isel(step=rows).values
@@ -238,7 +237,7 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
 
 def _from_events(history: xr.Dataset, label: int, times: Sequence[float]) -> list[Asperity] | None:
     """Return the asperity at times [s], replayed from the events of the history; None if it has none."""
-    return ask_origin(
+    return query_source(
         history,
         lambda origin: [require_asperities(origin.job.ensemble).asperity(label, origin.state(time)) for time in times],
     )
@@ -247,7 +246,7 @@ def _from_events(history: xr.Dataset, label: int, times: Sequence[float]) -> lis
 Answer = TypeVar("Answer")
 
 SEPARATED, STICKS, SLIPS = 0, 1, 2
-SOLVED = "solved_pressure"  # what the surface of a result holds where its asperities press on one another
+SOLVED = "solved_pressure"  # variable of the surface of a result with interacting asperities
 
 
 class PointMaps(NamedTuple):
@@ -258,7 +257,7 @@ class PointMaps(NamedTuple):
     contact_state: npt.NDArray[np.int8]  #: `SEPARATED`, `STICKS` or `SLIPS`
 
 
-def compute_point_maps(origin: Origin, state: State) -> PointMaps:
+def compute_point_maps(origin: ReplaySource, state: State) -> PointMaps:
     """Return the maps of a state of the contact that a history comes from."""
     arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
     ensemble = origin.job.ensemble
@@ -276,18 +275,19 @@ def compute_point_maps(origin: Origin, state: State) -> PointMaps:
     return PointMaps(pressure, traction, contact_state.astype(np.int8))
 
 
-def map_sides(origin: Origin) -> tuple[float, float]:
+def map_sides(origin: ReplaySource) -> tuple[float, float]:
     """Return the lengths of the map [m]: the last point is one step before the end."""
     x, y = (np.asarray(origin.surface[name]) for name in ("x", "y"))
     return float(x[-1] + x[1] - x[0]), float(y[-1] + y[1] - y[0])
 
 
-def ask_map_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
-    """Evaluate a function of the origin of a history with maps; InputError without origin or maps."""
-    reply = ask_origin(history, lambda origin: (origin, question(origin) if SOLVED in origin.surface else None))
+def query_map_source(history: xr.Dataset, function: Callable[[ReplaySource], Answer]) -> Answer:
+    """Evaluate a function of the source of a history with maps; InputError without source or maps."""
+    reply = query_source(history, lambda origin: (origin, function(origin) if SOLVED in origin.surface else None))
     if reply is None:
         raise InputError(
-            "contact maps need the event log: pass the file written by `historysim run`, or keep NAME.history beside it"
+            "contact maps need the event log: pass the file written by `historysim run`, or keep "
+            "NAME.history next to it"
         )
     origin, answer = reply
     if answer is None:
@@ -298,7 +298,7 @@ def ask_map_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) ->
     return answer
 
 
-@question(table="x,pressure")
+@query(table="x,pressure")
 def point_maps(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     """Return pressures, tractions, stick and slip of all points of the map at a step.
 
@@ -311,18 +311,18 @@ def point_maps(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     """
     step = resolve_step(step, history)
     at = float(history["time"].values[step])
-    maps, sides = ask_map_origin(
+    maps, sides = query_map_source(
         history, lambda origin: (compute_point_maps(origin, origin.state(at)), map_sides(origin))
     )
     axes = {
-        name: described(name, np.arange(size) * side / size, f"position along {name}", "m")
+        name: describe(name, np.arange(size) * side / size, f"position along {name}", "m")
         for name, size, side in zip("xy", maps.pressure.shape, sides, strict=True)
     }
     along = ("x", "y")
     variables = {
-        "pressure": described(along, maps.pressure, "contact pressure", "Pa"),
-        "traction": described(along, maps.traction, "tangential traction", "Pa"),
-        "contact_state": described(along, maps.contact_state, "whether points touch, and slip"),
+        "pressure": describe(along, maps.pressure, "contact pressure", "Pa"),
+        "traction": describe(along, maps.traction, "tangential traction", "Pa"),
+        "contact_state": describe(along, maps.contact_state, "whether points touch, and slip"),
     }
     flags = np.array([SEPARATED, STICKS, SLIPS], dtype=np.int8)
     variables["contact_state"][2].update(flag_values=flags, flag_meanings="separated sticks slips")
@@ -337,15 +337,15 @@ CURVES = {
 }
 
 
-@question(table="approach,normal_load")
+@query(table="approach,normal_load")
 def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
     """Return normal load, real contact area and normal stiffness over the approach, on first loading.
 
     ``normal_load`` [N], ``contact_area`` [m²], ``normal_stiffness`` dN/dδ [N/m] and ``contact_count`` along
     ``approach`` [m] of the highest summit from first touch, evenly up to that at the greatest load of the history; the
-    area is left out where it is not known. Beside them stand ``theory_normal_load`` and so on: of 20 summits or more
-    the integrals of Greenwood and Williamson with the mean radius, and the mean and deviation of the heights, of all
-    summits; of fewer the highest one alone, after Hertz. The attribute ``theory`` names it; patches have none.
+    area is left out if it is unknown. ``theory_normal_load`` and so on hold, for 20 summits or more, the integrals of
+    Greenwood and Williamson with the mean radius, and the mean and deviation of the heights, of all summits; for fewer
+    the highest summit, after Hertz. The attribute ``theory`` names the theory; patches have none.
 
     Raises
     ------
@@ -357,7 +357,7 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
     if largest == 0:
         raise InputError("the history has no normal load, so it has no approach; expected one that presses")
 
-    def curve(origin: Origin) -> xr.Dataset:
+    def curve(origin: ReplaySource) -> xr.Dataset:
         ensemble = origin.job.ensemble
         state = ensemble.initial_state()
         approach = np.linspace(0.0, ensemble.advance(state, normal_load=largest).approach, count)
@@ -374,19 +374,19 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         }
         simulated["normal_stiffness"] = stiffness
         curves = [(name, *of) for name, of in CURVES.items() if simulated[name] is not None]
-        data = {name: described("approach", np.asarray(simulated[name]), text, unit) for name, text, unit in curves}
+        data = {name: describe("approach", np.asarray(simulated[name]), text, unit) for name, text, unit in curves}
         for name, text, unit in curves if theory_values else []:
-            data[f"theory_{name}"] = described("approach", theory_values[name], f"{text}, {theory}", unit)
-        data["contact_count"] = described("approach", rows["contact_count"].values, "asperities in contact")
-        along = described("approach", approach, "approach of the highest summit from first touch", "m")
+            data[f"theory_{name}"] = describe("approach", theory_values[name], f"{text}, {theory}", unit)
+        data["contact_count"] = describe("approach", rows["contact_count"].values, "asperities in contact")
+        along = describe("approach", approach, "approach of the highest summit from first touch", "m")
         attributes = {"title": history.attrs.get("title", ""), "theory": theory}
         return xr.Dataset(data, {"approach": along}, attributes)
 
-    result = ask_origin(history, curve)
+    result = query_source(history, curve)
     if result is None:
         raise InputError(
-            "the load curve needs the contact itself: pass the file that historysim run has written, or what hs.run or "
-            "hs.replay has returned"
+            "the load curve needs the contact itself: pass the file written by historysim run, or the history returned "
+            "by hs.run or hs.replay"
         )
     return result
 
@@ -407,14 +407,14 @@ def _theory(ensemble: AsperitySet, approach: Floats) -> tuple[str, dict[str, Flo
     return "Greenwood and Williamson", {key: getattr(greenwood_williamson, key)(separation) for key in CURVES}
 
 
-@question(per_step=True, table="rank,displacement", earlier="sliding_order")
+@query(per_step=True, table="rank,displacement", earlier="sliding_order")
 def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
-    """Return at which tangential displacement the first, the second, … of all asperities in contact slides.
+    """Return the tangential displacements at which the first, the second, … of all asperities in contact slides.
 
     Along ``rank``, from 1: ``displacement`` θ μ_i δ_i [m] in ascending order, for one-way loading from the virgin state
     at the normal load and friction of the step, and the label ``asperity``. The last one is the preliminary
-    displacement. ``greenwood_williamson`` [m] is what Gaussian heights with the mean and deviation of those of all
-    summits, all of the mean radius and the mean friction, have under the same load: of n in contact, (k - 1/2)/n slide
+    displacement. ``greenwood_williamson`` [m] is the result for Gaussian heights with the mean and deviation of all
+    summits, the mean radius and the mean friction, under the same load: of n in contact, (k - 1/2)/n slide
     at the k-th. It is left out of fewer than 20 summits, or where these are not known (a history without its file or
     replay). The attribute ``equal_asperities`` [m] is that of n equal ones of the mean radius, which share the load
     (Winogrodzka, section 6.2.1).
@@ -430,13 +430,13 @@ def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Datas
     order = touching[np.argsort(reach[touching], kind="stable")]
     text = "tangential displacement at which it slides"
     data: dict[str, Any] = {
-        "displacement": described("rank", reach[order], text, "m"),
-        "asperity": described("rank", history["asperity"].values[order], "label of the asperity"),
+        "displacement": describe("rank", reach[order], text, "m"),
+        "asperity": describe("rank", history["asperity"].values[order], "label of the asperity"),
     }
     attributes: dict[str, Any] = {"title": history.attrs.get("title", "")}
     load, count = float(history["total_normal_load"].values[at]), touching.size
     if count:
-        friction = np.broadcast_to(present_friction(history).of(at), reach.shape)[touching]
+        friction = np.broadcast_to(present_friction(history).at(at), reach.shape)[touching]
         mean = displacement_ratio(history) * float(friction.mean())
         radius = float(shape_in_step(history, "summit_radius", at)[touching].mean())
         modulus = float(history.attrs["contact_modulus"])
@@ -444,13 +444,13 @@ def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Datas
             hertz.approach(load / count, summit_radius=radius, contact_modulus=modulus)
         )
         share = (np.arange(count) + 0.5) / count
-        approaches = ask_origin(
+        approaches = query_source(
             history, lambda origin: _gaussian_approaches(require_asperities(origin.job.ensemble), load, share)
         )
         if approaches is not None:
             text = f"{text}, Greenwood and Williamson"
-            data["greenwood_williamson"] = described("rank", mean * approaches, text, "m")
-    rank = described("rank", np.arange(1, count + 1), "how many asperities slide there")
+            data["greenwood_williamson"] = describe("rank", mean * approaches, text, "m")
+    rank = describe("rank", np.arange(1, count + 1), "how many asperities slide there")
     return xr.Dataset(data, {"rank": rank}, attributes)
 
 

@@ -1,6 +1,6 @@
-"""Pressures, stick ratio and stiffness: of each asperity element by element, where they are read, and of the surface.
+"""Pressures, stick ratio, stiffness and power of each asperity, computed when they are read, and of the surface.
 
-A history may be larger than memory, and so may these.
+A history may be larger than memory, and so may these arrays.
 """
 
 import math
@@ -15,18 +15,18 @@ from xarray.core import indexing
 from historysim.basics.arguments import Floats, scalar
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import SLOPE, check_recorded, is_complete
-from historysim.results.asking import question
+from historysim.results.queries import query
 
 PEAK_OVER_MEAN = 1.5  # greatest over mean pressure of a Hertz contact
-# what sticks while the displacement goes on, and as it turns round
+# radius of the stiffness while the displacement continues, and at a reversal
 RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     """Return c/a of each asperity at each step: 1 in full stick, 0 in gross slip, NaN where it does not touch.
 
-    Along ``step`` and ``asperity``, computed where it is read. InputError: no asperities, or patches.
+    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches.
     """
     check_recorded(history, "stick_radius", "contact_radius")
 
@@ -37,7 +37,7 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     return _derive(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
 
 
-@question(per_step=True)
+@query(per_step=True)
 def slope_load(history: xr.Dataset) -> xr.DataArray:
     """Return the part of the tangential load that needs no friction [N]: Σ N sin α of inclined asperities.
 
@@ -51,26 +51,26 @@ def slope_load(history: xr.Dataset) -> xr.DataArray:
     return load.assign_attrs(units="N", long_name="tangential load that needs no friction")
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def mean_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the mean pressure of each asperity or patch [Pa], N over its contact area; 0 where it does not touch.
 
-    Along ``step`` and ``asperity``, computed where it is read. InputError: no asperities, or patches without areas.
+    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches without areas.
     """
     return _pressure(history, "mean_pressure", "mean pressure of the asperity")
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def peak_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the greatest pressure of each asperity [Pa], 3N/(2πa²) in its middle (Hertz); 0 where it does not touch.
 
-    Along ``step`` and ``asperity``, computed where it is read. InputError: no asperities, or patches.
+    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches.
     """
     check_recorded(history, "contact_radius")
     return _pressure(history, "peak_pressure", "greatest pressure of the asperity", PEAK_OVER_MEAN)
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the mean pressure of the whole contact [Pa], N over the real contact area; 0 where nothing touches.
 
@@ -82,7 +82,7 @@ def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
     return pressure.assign_attrs(units="Pa", long_name="mean pressure of the real contact area")
 
 
-@question(per_step=True, planar=True)
+@query(per_step=True, planar=True)
 def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> xr.DataArray:
     """Return the normal load over the nominal area [Pa]; the area [m²] defaults to the area of the surface.
 
@@ -97,16 +97,16 @@ def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> 
     return pressure.assign_attrs(units="Pa", long_name="normal load over the nominal area")
 
 
-@question()
+@query()
 def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.DataArray:
     """Return the tangential stiffness of each asperity at each step, dT/dU at a fixed approach [N/m].
 
-    An asperity with the stick radius c has 8 G* c while the displacement goes on, which is 0 where it slides; where the
-    displacement turns round, what slid sticks again and it has 8 G* a (Mindlin 1949). The sum over all asperities that
+    An asperity with the stick radius c has 8 G* c while the displacement continues, which is 0 where it slides; at a
+    reversal all of the contact sticks again and it has 8 G* a (Mindlin 1949). The sum over all asperities that
     touch is the recorded ``tangential_stiffness`` (onward), except where a fall of friction lets discs inside a stick
     zone slide.
 
-    ``direction`` is "onward" or "reversed". Along ``step`` and ``asperity``, computed where it is read; 0 where an
+    ``direction`` is "onward" or "reversed". Along ``step`` and ``asperity``, computed when it is read; 0 where an
     asperity does not touch. InputError: another direction, or a history without asperities or of patches.
     """
     if direction not in RADIUS:
@@ -121,12 +121,12 @@ def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.D
     return _derive(history, "tangential_stiffness", stiffness, [RADIUS[direction]], units="N m-1", long_name=text)
 
 
-@question(planar=True)
+@query(planar=True)
 def dissipated_power(history: xr.Dataset) -> xr.DataArray:
     """Return the mean power that each asperity dissipates over the time up to each step [W].
 
     The energy dissipated since the step before over the time since then; 0 at the first step. Times the lengths of the
-    steps, the powers add up to the dissipated energy. Along ``step`` and ``asperity``, computed where it is read.
+    steps, the powers add up to the dissipated energy. Along ``step`` and ``asperity``, computed when it is read.
     InputError: no asperities.
     """
     check_recorded(history, "dissipated_energy")
@@ -161,7 +161,7 @@ def _ratio(values: Floats, sizes: Floats, without: float) -> Floats:
 
 
 class _Derived(BackendArray):
-    """An array that is computed from variables of its own dimensions where it is indexed, and nowhere else."""
+    """An array computed from variables of the same dimensions when it is indexed."""
 
     def __init__(self, compute: Callable[..., Floats], sources: Sequence[xr.Variable]) -> None:
         self.dims, self.shape = sources[0].dims, sources[0].shape
@@ -169,9 +169,9 @@ class _Derived(BackendArray):
         self._compute, self._sources = compute, sources
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._at)
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._compute_at)
 
-    def _at(self, key: tuple[Any, ...]) -> Floats:
+    def _compute_at(self, key: tuple[Any, ...]) -> Floats:
         where = dict(zip(self.dims, key, strict=True))
         return self._compute(*(source.isel(where).values for source in self._sources))
 

@@ -1,4 +1,4 @@
-"""The source of a history: the replay that made it, the log beside its file, or its file, which holds its events."""
+"""The source of a history: the replay that made it, the log next to its file, or its file, which holds its events."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -19,11 +19,11 @@ from historysim.recording.provenance import MADE_BY
 from historysim.replaying import Replay
 
 Answer = TypeVar("Answer")
-# steps below which a history is replayed for a smooth picture, and how many there are to be then
+# steps below which a history is replayed for a smooth picture, and its steps then
 FEW_STEPS, SMOOTH_STEPS = 240, 480
 
 
-class Origin(NamedTuple):
+class ReplaySource(NamedTuple):
     """The replay that produced a history, with the surface and settings of its log or file."""
 
     job: Replay
@@ -32,46 +32,46 @@ class Origin(NamedTuple):
     settings: Mapping[str, Any]  #: further settings in the head of the log
 
 
-def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer | None:
-    """Evaluate a function of the origin of a history; None without origin, or if it raises InputError."""
+def query_source(history: xr.Dataset, function: Callable[[ReplaySource], Answer]) -> Answer | None:
+    """Evaluate a function of the source of a history; None without source, or if it raises InputError."""
     job, source = history.encoding.get(MADE_BY), history.encoding.get("source")
     if isinstance(job, Replay):
         with suppress(InputError):
-            return question(Origin(job, lambda at: job.state(until=at), {}, {}))
+            return function(ReplaySource(job, lambda at: job.state(until=at), {}, {}))
     elif isinstance(job, LogReference):
         with suppress(InputError):
             lazy = job.history
-            return question(Origin(lazy.job, lazy.state, lazy.head.surface, lazy.head.settings))
+            return function(ReplaySource(lazy.job, lazy.state, lazy.head.surface, lazy.head.settings))
     elif source:
         with suppress(InputError), EventLog(log_path_for(Path(source))) as log:
             if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
                 # with its snapshots, while it is open
-                return question(Origin(log.job(), lambda at: log.state(at=at), log.surface, log.settings))
+                return function(ReplaySource(log.job(), lambda at: log.state(at=at), log.surface, log.settings))
         with suppress(InputError):
             head, content = embedded_log.read(Path(source))
             replay = head.replay(content.events)
-            return question(Origin(replay, lambda at: replay.state(until=at), head.surface, head.settings))
+            return function(ReplaySource(replay, lambda at: replay.state(until=at), head.surface, head.settings))
     return None
 
 
-def dense(history: xr.Dataset) -> xr.Dataset:
-    """Return the totals of a history at so many steps that curves look smooth.
+def refine(history: xr.Dataset) -> xr.Dataset:
+    """Return the totals of a history at enough steps for smooth curves.
 
-    It is replayed with more substeps, which change no result, where it has few steps and an origin.
+    A history with few steps and a source is replayed with more substeps, which do not change the result.
     """
     steps = history.sizes["step"]
     if steps >= FEW_STEPS or steps < 2:
         return history
 
-    def again(origin: Origin) -> xr.Dataset:
+    def replay(origin: ReplaySource) -> xr.Dataset:
         substeps = origin.job.substeps * -(-SMOOTH_STEPS // steps)
         return attrs.evolve(origin.job, substeps=substeps, record="totals").dataset()
 
-    replayed = ask_origin(history, again)
+    replayed = query_source(history, replay)
     if replayed is None:
         return history
     replayed_limits, recorded_limits = (item["time"].values[[0, -1]] for item in (replayed, history))
-    # a part of a history is drawn as it is
+    # a part of a history is drawn unchanged
     return (
         replayed.assign_attrs(history.attrs)
         if np.allclose(replayed_limits, recorded_limits, rtol=1e-12, atol=0)

@@ -9,7 +9,7 @@ from springs import Contact, SpringRow
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.results import analysis, rebuilt
+from historysim.results import analysis, recompute
 from historysim.results.analysis import history_summary, recorded, slips
 
 E, G, MU = 40e9, 8e9, 0.2
@@ -265,7 +265,7 @@ QUESTIONS = [
     analysis.stick_ratio,
     analysis.tangential_stiffness,
     analysis.total_mean_pressure,
-    lambda history: rebuilt.profiles(history, 1, [3, 9]),
+    lambda history: recompute.profiles(history, 1, [3, 9]),
 ]
 
 

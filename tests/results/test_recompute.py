@@ -9,7 +9,7 @@ from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.log.result import RunOptions, write_result
 from historysim.recording.provenance import named_states_attribute
-from historysim.results import rebuilt
+from historysim.results import recompute
 
 E, G, MU = 40e9, 8e9, 0.2
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=E, shear_modulus=G)
@@ -36,7 +36,7 @@ def test_the_tractions_agree_with_cattaneo_and_mindlin():
     a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
     c = a * np.cbrt(1 - peak / (MU * LOAD))
     b = a * np.cbrt(1 - (peak - back) / (2 * MU * LOAD))
-    found = rebuilt.profiles(history, 0, [1, -1], points=50)
+    found = recompute.profiles(history, 0, [1, -1], points=50)
 
     def disc(radius):
         inside = np.clip(radius**2 - found["radius"].values ** 2, 0, None)
@@ -50,10 +50,10 @@ def test_the_tractions_agree_with_cattaneo_and_mindlin():
         np.testing.assert_allclose(found["traction"].values[row], MU * expected, atol=1e-6 * disc(a).max())
     assert found["stick_radius"].values == pytest.approx([c, b], rel=1e-9)
     assert found["step"].values.tolist() == [1, 2]
-    points = rebuilt.reversal_points(history, 0, -1)
+    points = recompute.reversal_points(history, 0, -1)
     assert points["radius"].values == pytest.approx([c], rel=1e-9)
     assert points["displacement"].values == pytest.approx(history.tangential_displacement.values[1:2], rel=1e-9)
-    assert rebuilt.reversal_points(history, 0, 1).sizes["reversal"] == 0
+    assert recompute.reversal_points(history, 0, 1).sizes["reversal"] == 0
 
 
 @pytest.mark.parametrize("substeps", [1, 7])
@@ -63,7 +63,7 @@ def test_recomputed_asperities_equal_those_of_the_engine(substeps):
     for step in (substeps, 2 * substeps, -1):
         state = job.state(until=float(history.time[step]))
         for label in history.asperity.values[::5].tolist():
-            found, expected = rebuilt.asperity(history, label, step), MANY.asperity(label, state)
+            found, expected = recompute.asperity(history, label, step), MANY.asperity(label, state)
             assert found.index == label
             assert found.slip_state == expected.slip_state
             radius = np.linspace(0, expected.contact_radius, 20)
@@ -92,7 +92,7 @@ def test_where_the_steps_do_not_suffice_the_log_is_replayed(result, log):
     if log == "none":
         result.with_suffix(".history").unlink()
     with xr.open_dataset(result, decode_times=False) as history:
-        points = rebuilt.reversal_points(history, 0, 1)
+        points = recompute.reversal_points(history, 0, 1)
         a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
         assert points["radius"].values == pytest.approx([a * np.cbrt(0.05)], rel=1e-9)
 
@@ -102,7 +102,7 @@ def test_without_its_events_it_is_refused(result):
         alone = history.load()
     del alone.encoding["source"]
     with pytest.raises(InputError, match="leave out part of its load history"):
-        rebuilt.asperity(alone, 0, -1)
+        recompute.asperity(alone, 0, -1)
 
 
 CHANGE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.FrictionChange(2.0, 0.15)]
@@ -111,11 +111,11 @@ CHANGE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.Frict
 @pytest.mark.parametrize("events", [AT_ONCE, CHANGE], ids=["at once", "a change of friction"])
 def test_incomplete_steps_need_their_replay(events):
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
-    found = rebuilt.asperity(history, 0, -1)
+    found = recompute.asperity(history, 0, -1)
     assert found.tangential_load == pytest.approx(history["tangential_load"].values[-1, 0], rel=1e-12)
     history.encoding.clear()
     with pytest.raises(InputError, match="leave out part of its load history"):
-        rebuilt.asperity(history, 0, -1)
+        recompute.asperity(history, 0, -1)
 
 
 def test_an_asperity_is_found_by_step_time_or_name():

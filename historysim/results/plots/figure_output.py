@@ -1,4 +1,4 @@
-"""Figures with one output format, whoever saves them."""
+"""Figures with the output format of this program."""
 
 import io
 import re
@@ -14,19 +14,19 @@ from historysim._version import __version__
 
 # journals reject Type 3 fonts; 42 embeds TrueType
 PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path"}
-# a record is drawn whole, and Agg refuses long noisy lines in one piece
+# Agg rejects long noisy lines in one piece
 PRINT |= {"agg.path.chunksize": 20_000}
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 DOTS_PER_INCH, NOTEBOOK = 200, 110
-# What the formats call the program that has made a picture.
+# Metadata key of the program that made a picture.
 MAKER = {"png": "Software", "pdf": "Creator", "svg": "Creator"}
 MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 
 
 class PrintedFigure(Figure):
-    """A figure with files that have their fonts in them, and 200 dots per inch where nothing else is given."""
+    """A figure whose files contain their fonts, with 200 dots per inch by default."""
 
-    notices: tuple[str, ...] = ()  #: what is to be known of the picture, such as panels that its size has no room for
+    notices: tuple[str, ...] = ()  #: remarks on the picture, such as panels that do not fit its size
 
     def _repr_png_(self) -> bytes:
         """Return the picture as a notebook shows it, with or without IPython's support of matplotlib."""
@@ -40,17 +40,17 @@ class PrintedFigure(Figure):
         kind = (options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")).lower()
         arguments = {"dpi": DOTS_PER_INCH, **options}
         if kind in MAKER:
-            # by which the program recognises its own pictures, and replaces no others
+            # the program replaces its own pictures only
             arguments["metadata"] = {MAKER[kind]: MADE_BY} | (options.get("metadata") or {})
         with mpl.rc_context(PRINT), warnings.catch_warnings():
-            # a sign that the font does not have is drawn as a box
+            # a missing glyph is drawn as a box
             warnings.filterwarnings("ignore", message="Glyph .* missing from")
             if kind != "svg":
                 super().savefig(fname, **arguments)
                 return
             stream = io.StringIO()
             super().savefig(stream, **arguments | {"format": "svg"})
-        # comments hold the strings as they are, with what no XML may hold
+        # comments hold the raw strings, with characters that XML forbids
         text = NO_XML.sub("\ufffd", stream.getvalue())
         if named:
             Path(fname).write_text(text, encoding="utf-8")

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.recording.provenance import named_states_attribute
-from historysim.results.asking import questions
+from historysim.results.queries import all_queries
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [hs.NormalLoad(0.0, 4e-3)]
@@ -46,7 +46,7 @@ def read(path):
 # tests/results/plots/test_contact_map.py; slopes are of inclined
 # asperities; and a load curve needs the contact itself, see test_load_curve.py
 OTHERS = {"asperity", "load_curve", "point_maps", "slope_load"}
-TABLES = [name.replace("_", "-") for name in questions() if name not in OTHERS]
+TABLES = [name.replace("_", "-") for name in all_queries() if name not in OTHERS]
 NEEDED = {
     **{question: ["--asperity", "0", "--step", "6"] for question in ("profiles", "reversal-points")},
     **{question: ["--with", "first=5", "--with", "second=9"] for question in ("branch-drift", "drift")},
