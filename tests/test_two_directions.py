@@ -244,7 +244,7 @@ def test_a_column_along_y_needs_that_along_x(tmp_path):
         f'{SCENARIO}[loading]\nfile = "record.csv"\ncolumns.time = "t"\ncolumns.normal_load = "N"\n'
         'columns.tangential_displacement_y = "y"\n'
     )
-    with pytest.raises(InputError, match="expected tangential_displacement, too"):
+    with pytest.raises(InputError, match="expected tangential_displacement, the component along x"):
         hs.load(path)
 
 
@@ -384,7 +384,7 @@ def test_a_sweep_uses_the_magnitude_of_vectors(scenario):
 
 def test_a_file_that_is_open_is_refused_as_its_dataset_is(tmp_path):
     hs.Replay(ENSEMBLE, MOVED).write(tmp_path / "a.nc")
-    with open_result(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question goes with one"):
+    with open_result(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question supports one"):
         check_one_direction(file, "a question")
 
 

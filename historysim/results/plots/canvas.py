@@ -81,13 +81,14 @@ class Canvas:
         for key, axes in panels.items():
             room = sum(room for row, room in zip(rows, rooms, strict=True) if key in row)
             charts[key].draw(axes, room + LABELS * (sum(key in row for row in rows) - 1))
+        shares = {key: chart.share for key, chart in charts.items()} | {".": ""}
         for upper, lower in itertools.pairwise(rows):
             for key, below in zip(upper, lower, strict=False):
-                if key != below and charts[key].share and charts[key].share == charts[below].share:
+                if key != below and shares[key] and shares[key] == shares[below]:
                     panels[key].tick_params(labelbottom=False)
                     panels[key].set_xlabel("")
         for left, right in (pair for row in rows for pair in itertools.pairwise(row)):
-            if left != right and charts[left].share == charts[right].share == "map":
+            if left != right and shares[left] == shares[right] == "map":
                 panels[right].tick_params(labelleft=False)
                 panels[right].set_ylabel("")
         omitted = dict.fromkeys(chart.name or chart.title.lower() for key, chart in charts.items() if key not in panels)
