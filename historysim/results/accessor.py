@@ -43,8 +43,8 @@ class Queries:
         self.history = history
 
 
-for _name, _question in all_queries().items():
-    setattr(Queries, _name, _method(_question))
+for _name, _query in all_queries().items():
+    setattr(Queries, _name, _method(_query))
 for _earlier, _name in earlier_names().items():
     setattr(Queries, _earlier, getattr(Queries, _name))
 

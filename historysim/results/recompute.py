@@ -225,9 +225,9 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
     for stop in sorted({*positions, *range(STEPS_AT_ONCE, max(positions), STEPS_AT_ONCE)}):
         block = slice(start, stop + 1)
         paths = paths_to(Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block]))
-        walked = blank_rows(stop + 1 - start, 1)
-        state = single.advance_along(state, paths, rows=walked, asperities=[0])
-        loads[:, block] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
+        path_rows = blank_rows(stop + 1 - start, 1)
+        state = single.advance_along(state, paths, rows=path_rows, asperities=[0])
+        loads[:, block] = path_rows.normal_load[:, 0], path_rows.tangential_load[:, 0]
         if stop in positions:
             replayed[stop] = Asperity.from_readout(Readout(single, state, [0]), 0, int(column_data["asperity"]))
         start = stop + 1
