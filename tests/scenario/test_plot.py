@@ -79,6 +79,19 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
 
 
 @pytest.mark.parametrize(
+    ("name", "options", "title"),
+    [
+        ("r.nc", {"step": "peak"}, "Asperity distribution"),
+        ("s.toml", {"picture": "distribution"}, "Asperity distribution"),
+        ("s.toml", {"adhesion": True}, "Adhesion map"),
+        ("map.txt", {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"}, "Surface and summits"),
+    ],
+)
+def test_files_are_drawn_by_their_type(files, name, options, title):
+    assert title in titles(hs.plot(str(files / name), **options))
+
+
+@pytest.mark.parametrize(
     ("name", "options", "said"),
     [
         (
