@@ -99,7 +99,7 @@ def test_every_module_imports_only_from_above():
 
 def test_the_architecture_has_every_room_in_its_order():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    table = text[text.index("| room |") :].split("\n\n")[0]
+    table = text[text.index("| package |") :].split("\n\n")[0]
     listed = re.findall(r"^\| `([\w.]+?)(?:/|\.py)` \|", table, re.MULTILINE)
     assert listed == list(ROOMS)
 

@@ -1,6 +1,6 @@
 """Arguments and options of the commands: files, quantities with units, common options, arguments of functions.
 
-`of_function` builds options from the signature and the docstring of the function that a command calls.
+`from_function` builds options from the signature and the docstring of the function that a command calls.
 """
 
 import ast
@@ -119,7 +119,7 @@ def quantity_option(name: str, unit: str, help: str, **options: Any) -> "Decorat
     return click.option(name, type=str, callback=read, metavar="QUANTITY", help=help, **options)
 
 
-def of_function(function: str, *names: str, **settings: dict[str, Any]) -> "Decorator":
+def from_function(function: str, *names: str, **settings: dict[str, Any]) -> "Decorator":
     """Return a decorator that adds arguments of a function of this package, as ``"scenario.run:run"``, as options.
 
     Type, default and help come from its signature and its docstring (the first sentence). ``settings`` by name

@@ -50,8 +50,8 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     Lists its blocks, its columns as in a scenario, and a [loading] section, in which "?" marks unknown values.
     """
     layout, files = options.text_format(**text), check_outputs([file], (output, SUGGESTED))
-    from historysim.scenario.suggestion import suggest_loading, suggest_scenario
     from historysim.tables import describe, summarise_text
+    from historysim.tables.suggestion import suggest_loading, suggest_scenario
 
     if file.suffix == ".toml":
         raise InputError(
@@ -79,7 +79,7 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
 
 @click.command()
 @options.common("file")
-@options.of_function("scenario.record_search:loops", "skip", "dead_band", "skip_per_level")
+@options.from_function("scenario.record_search:loops", "skip", "dead_band", "skip_per_level")
 @click.option(
     "--load-share",
     type=float,
@@ -222,7 +222,7 @@ def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]
 
 @click.command()
 @options.common("file")
-@options.of_function("scenario.record_search:sliding", "over", "windows")
+@options.from_function("scenario.record_search:sliding", "over", "windows")
 @options.output_option("Also write the windows to this file (.nc, .csv), or draw them there.")
 @options.common("size", "json", "force", "set")
 def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any], **choices: Any) -> None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @options.flag("--plot", "with_picture", help="Also draw the result, next to it, with .png.")
 @options.path_option("--picture", help="Also draw the result to this file (PNG, PDF, SVG).")
 @options.common("quiet")
-@options.of_function("scenario.run:run", "resume", "snapshot_every", "record", "cluster", "compression", "threads")
+@options.from_function("scenario.run:run", "resume", "snapshot_every", "record", "cluster", "compression", "threads")
 @options.common("json", "force", "set")
 def run(
     scenario: Path,
@@ -146,13 +146,13 @@ def _tables_over(axes: "Iterable[Axis]", *further_keys: str) -> tuple[OutputForm
 @click.command()
 @options.common("scenario")
 @options.output_option("The unit (.fmu). [default: SCENARIO's name with .fmu, here]")
-@options.of_function("exchange.fmu.unit_file:write_fmu", "at", "normal", "tangential")
+@options.from_function("exchange.fmu.unit_file:write_fmu", "at", "normal", "tangential")
 @click.option(
     "--saturate/--refuse",
     default=None,
     help="Hold a tangential load at the friction limit, or refuse the step. [default: as in SCENARIO]",
 )
-@options.of_function(
+@options.from_function(
     "exchange.fmu.unit_file:write_fmu", "directions", "fmi", "platforms", platforms={"metavar": "NAME,NAME"}
 )
 @options.common("quiet", "json", "force", "set")
@@ -175,7 +175,7 @@ def fmu(scenario: Path, output: Path | None, platforms: str | None, values: dict
 
 @click.command()
 @options.common("scenario")
-@options.of_function("exchange.reduced.reducing:reduce", "elements", "normal_load", elements={"short": ["-e"]})
+@options.from_function("exchange.reduced.reducing:reduce", "elements", "normal_load", elements={"short": ["-e"]})
 @options.path_option(
     "-o",
     "--output",

@@ -62,8 +62,8 @@ def _height_map_options(command: Any) -> Any:
         "multiple": True,
         "help": 'Spacing of the points, as "0.5 µm", if the file has none; twice for x and y.',
     }
-    command = options.of_function("verbs:show", "form")(command)
-    return options.of_function(
+    command = options.from_function("verbs:show", "form")(command)
+    return options.from_function(
         "surfaces.reading:read_surface",
         *("pixel_size", "height_unit", "lateral_unit", "missing", "channel"),
         missing=missing,

@@ -1,27 +1,23 @@
 """Comparison of the model of a scenario with its record, and ``[fit]``: parameters fitted to the record."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping, MutableMapping
+from collections.abc import Iterable, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
-import numpy as np
 import tomlkit
 from tomlkit.items import InlineTable
 
-from historysim.asperities.asperity_set import require_asperities
-from historysim.asperities.body import Body, require
-from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.patches import Patches
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
-from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, at
+from historysim.measured import fit_model
 from historysim.measured.comparison import Comparison, Observation, compute_response, observe
 from historysim.measured.creep import Creep, separate_creep
+from historysim.measured.fit_model import Model, starting_value
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.measured.search import OFFSET
 from historysim.results.plots.pictures import make_figure
@@ -32,8 +28,6 @@ from historysim.scenario.sections import FitSection
 
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
-
-Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 
 # Samples of a record beyond which a fit averages neighbours, and how many are then left: a fit replays them some 1,000
 # times, each in about 1.5 µs per sample. A hundred branches have a hundred means each.
@@ -50,59 +44,12 @@ def build_model(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]
         with at("fit", "parameters"):
             if "friction" in section.parameters and scenario.sections.friction is None:
                 raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
-            if ensemble.evolves or ensemble.laws:
-                raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
-            require(ensemble, "fit")
+            model = fit_model.build_model(ensemble, instrument)
             start = {
-                name: _offset_start(scenario) if name == OFFSET else _start(name, ensemble, instrument)
+                name: _offset_start(scenario) if name == OFFSET else starting_value(name, ensemble, instrument)
                 for name in section.parameters
             }
-
-    def model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
-        springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
-        return _with_parameters(ensemble, values), attrs.evolve(instrument, **springs)
-
     return section, model, start
-
-
-def _with_parameters(ensemble: Body, values: Mapping[str, float]) -> Body:
-    """Return an ensemble with these values of the fitted parameters."""
-    pair = ensemble.pair
-    if "shear_modulus" in values:
-        moduli = {"contact_modulus": pair.contact_modulus, "shear_modulus": values["shear_modulus"]}
-        pair = MaterialPair.from_moduli(**moduli, **pair.limits)
-    friction = values.get("friction", ensemble.friction)
-    if isinstance(ensemble, Patches):
-        coefficient = float(np.ravel(friction)[0])
-        top, tolerance = ensemble.highest_summit, ensemble.tolerance
-        return Patches(pair, ensemble.curves, coefficient, highest_summit=top, tolerance=tolerance)
-    summits = require_asperities(ensemble)
-    height, mean = summits.summit_height, summits.summit_height.mean()
-    stretched = mean + values.get("height_scale", 1.0) * (height - mean)
-    return Ensemble(pair, stretched, summits.summit_radius, friction, tolerance=ensemble.tolerance)
-
-
-def _start(name: str, ensemble: Body, instrument: Instrument) -> float:
-    if name == "friction":
-        coefficients = np.unique(ensemble.friction)
-        if coefficients.size > 1 or coefficients[0] == 0:
-            raise InputError("friction: expected one coefficient for all asperities, greater than 0, to start from")
-        return float(coefficients[0])
-    if name == "lateral_stiffness":
-        if instrument.rigid:
-            raise InputError("lateral_stiffness: expected [instrument] with a lateral_stiffness to start from")
-        return instrument.stiffness
-    if name == "parallel_stiffness":
-        if not instrument.parallel_stiffness:
-            raise InputError("parallel_stiffness: expected [instrument] with a parallel_stiffness to start from")
-        return instrument.parallel_stiffness
-    if name == "height_scale":
-        if not ensemble.has_radii:
-            raise InputError("height_scale: is part of the normal curve already; expected a surface of summits")
-        if np.ptp(ensemble.coordinates["summit_height"]) == 0:
-            raise InputError("height_scale: all summits are equally high; expected a rough surface")
-        return 1.0
-    return ensemble.pair.shear_modulus
 
 
 def _offset_start(scenario: Scenario) -> float:

@@ -229,7 +229,8 @@ class Scenario:
 
         Raises InputError: as for `measurement`.
         """
-        from historysim.scenario.loading_kinds.measured_loading import EACH, count_run_samples
+        from historysim.scenario.loading_kinds.channels import EACH
+        from historysim.scenario.loading_kinds.record_assembly import count_run_samples
 
         loading = self.measured_loading()
         if loading.run != EACH:

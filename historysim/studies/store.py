@@ -56,7 +56,7 @@ def stamp(path: Path) -> Stamp:
 
 @functools.lru_cache(maxsize=256)
 def _content_digest(of: Stamp) -> str:
-    """Return the SHA-256 of the content of a file; a string of its own where it cannot be read."""
+    """Return the SHA-256 of the content of a file; a fixed string if it cannot be read."""
     path = Path(of[0])
     with contextlib.suppress(OSError):
         if is_file(path):

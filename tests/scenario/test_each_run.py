@@ -100,7 +100,7 @@ def test_commands_have_a_row_for_each_run(folder, monkeypatch):
     assert "the tangential displacement rests" in lines[4]
     done = call("loops", "e.toml", "-o", "l.nc")
     assert done.exit_code == 2
-    assert "can be written for one run; expected its number" in done.output
+    assert "can only be written for one run; expected its number" in done.output
     done = call("sliding", "e.toml")
     assert done.exit_code == 2
     assert "none of 3 runs can be used" in done.output

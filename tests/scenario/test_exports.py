@@ -12,8 +12,8 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
-from historysim.scenario.suggestion import suggest_loading
 from historysim.tables import Format, describe, summarise_text
+from historysim.tables.suggestion import suggest_loading
 
 HEAD = """
 [materials]

@@ -7,8 +7,8 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.scenario.record_search import each_run
-from historysim.scenario.run_column import find_run_column
 from historysim.tables import Format
+from historysim.tables.run_column import find_run_column
 
 CYCLES, FRICTION = (1, 10, 100, 1000, 10_000), (0.2, 0.3, 0.5, 0.7, 0.8)
 

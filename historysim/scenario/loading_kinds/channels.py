@@ -27,13 +27,16 @@ from historysim.basics.wording import shown
 from historysim.errors import InputError, at, field_error
 from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.measured import correction
-from historysim.scenario.schema import explicit_fields, from_table
-from historysim.tables import Column
+from historysim.scenario.loading_kinds import Loading
+from historysim.scenario.loading_kinds.inline import WaypointBlock
+from historysim.scenario.schema import NumbersFile, explicit_fields, from_table
+from historysim.tables import REFUSE_OR_DROP, Column
 from historysim.tables.columns import fit_unit
 
 # Larger swings are reversals of a channel, not hum: fraction of the range of a displacement, or of the largest load.
 HUM_DEAD_BAND = 0.2
 
+EACH = "each"  # run = "each": all runs of a file, evaluated separately
 COMBINED = ("sum", "mean", "difference")  # keys that combine several columns into one channel
 
 Area = Annotated[float, Quantity("m2")]
@@ -275,6 +278,11 @@ class DeadBand:
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
 
 
+def factor_channel(channel: Channel) -> str | None:
+    """Return the channel that multiplies a column of coefficients; None for a load or a displacement."""
+    return getattr(channel, "times", None)
+
+
 def column_names(key: str, channel: Channel) -> list[str]:
     """Return the names of the columns of a channel in a table."""
     is_numbered = len(channel.sources) > 1
@@ -316,3 +324,91 @@ def filter_channel(channel: Channel, time: Floats, values: Floats) -> Floats:
         with at("low_pass"):
             values = correction.low_pass(time, values, channel.low_pass)
     return values
+
+
+@attrs.frozen(kw_only=True)
+class RecordKeys(NumbersFile, Loading):
+    """Keys of ``[loading]`` with a measured record."""
+
+    columns: LoadColumns  #: replayed columns: ``time``, and a load or displacement of one channel or both, as below
+    #: Waypoints before the record, such as conditioning loops; the record starts one sample after them.
+    blocks: tuple[WaypointBlock, ...] = ()
+    response: Channels = attrs.Factory(Channels)  #: measured response, to compare with; the same keys
+    #: Of a file with several runs: the number of the run, from 1, counted at restarts of the clock; or its value in
+    #: ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
+    run: int | str | None = None
+    runs_by: Column | None = None  #: column with the number of the run
+    #: Constant sampling rate, instead of a column for time: rows are 1/rate apart.
+    rate: Frequency | None = attrs.field(default=None, validator=POSITIVE)
+    start: Time | None = None  #: samples before this time are left out
+    end: Time | None = None  #: samples after this time are left out
+    #: ``"refuse"``, or ``"drop"``: incomplete samples are left out and counted.
+    missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
+    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)  #: A longer time between samples is an error
+    #: Resamples the record at this interval by linear interpolation.
+    interval: Time | None = attrs.field(default=None, validator=POSITIVE)
+    #: For each channel the swing below which there is no reversal. Used by ``loops``, ``compare``, ``fit``, and by
+    #: ``run`` with ``reduce``.
+    dead_band: DeadBand = attrs.Factory(DeadBand)
+    reduce: bool = False  #: replays only the samples that the contact remembers, using the dead bands
+
+    @classmethod
+    def hint_for_key(cls, key: str) -> str:
+        """Suggest a column or a constant for the key of a channel; empty for other keys."""
+        return f"expected columns.{key} = {{ constant = … }}, or a column of the file" if key in LOAD_KINDS else ""
+
+    def __attrs_post_init__(self) -> None:
+        """Check the keys against each other."""
+        Loading.__attrs_post_init__(self)
+        is_number = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
+        if self.run not in {None, EACH} and not is_number:
+            raise field_error(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
+        if self.runs_by is not None and self.run is None:
+            raise field_error('missing; expected the value of runs_by that is the run, or "each"', "run")
+        if self.rate is not None and self.columns.time is not None:
+            raise field_error("together with columns.time; expected one of them: rate if the clock was rounded", "rate")
+        if self.rate is not None and self.broken == "drop":
+            raise field_error('counts rows, and broken = "drop" would leave some out; expected one of them', "rate")
+        if self.start is not None and self.end is not None and self.end < self.start:
+            raise field_error(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
+        replayed, names = explicit_fields(self.columns), [key for _, key in self.channels]
+        if self.reduce and any(key.endswith(ACROSS) for key in replayed):
+            raise field_error("supports one tangential direction only; expected reduce = false", "reduce")
+        for key in explicit_fields(self.response).keys() & replayed.keys():
+            problem = "is replayed by columns already; expected another measured channel"
+            raise field_error(problem, "response", key)
+        for key in LOAD_KINDS:
+            if getattr(self.dead_band, key) and key not in names:
+                raise field_error(
+                    "has no effect, since neither columns nor response has this channel", "dead_band", key
+                )
+        self._check_channels(names)
+
+    def _check_channels(self, names: list[str]) -> None:
+        """Check that the record has the channels and times that the keys of each channel need."""
+        for path, channel in self.channels.items():
+            if getattr(channel, "free_play", 0) and "tangential_load" not in names:
+                problem = "needs the tangential load, which closes the clearance; expected a column for it"
+                raise field_error(problem, *path, "free_play")
+            if (factor := factor_channel(channel)) and factor not in names:
+                problem = "was not measured; expected a column or a constant for normal_load"
+                raise field_error(problem, *path, "times")
+            for needs in ("time", "shift", "notch", "low_pass"):
+                if self.columns.time is None and self.rate is None and getattr(channel, needs):
+                    problem = (
+                        "needs the times of the record; expected a column for loading.columns.time, or a constant "
+                        'sampling rate, as in loading.rate = "5 kHz"'
+                    )
+                    raise field_error(problem, *path, needs)
+        if self.columns.time is None and not any(channel.sources for channel in self.channels.values()):
+            raise field_error("only constants, and no time; expected a column", "columns")
+
+    @property
+    def channels(self) -> dict[tuple[str, str], Channel]:
+        """Its channels, replayed ones first, by their paths: ``("columns", "normal_load")``."""
+        return {
+            (group, key): channel
+            for group in ("columns", "response")
+            for key, channel in explicit_fields(getattr(self, group)).items()
+            if isinstance(channel, Channel)
+        }

@@ -14,11 +14,9 @@ from historysim.basics.arguments import Floats
 from historysim.basics.units import conversion_factor, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.loads.events import ACROSS
-from historysim.scenario.run_column import find_run_column
-from historysim.scenario.schema import column_from_toml
-from historysim.tables import Format, Listing, read_table
+from historysim.tables import Column, Format, Listing, read_table
 from historysim.tables.columns import split_unit
+from historysim.tables.run_column import find_run_column
 
 # A word starts at the start of a name, or after a device or a group, and ends before a non-letter.
 _AT, _END = r"^(?:.*[./:|>])?\W*", r"(?![^\W\d_])"
@@ -167,7 +165,8 @@ parameters = ["friction"]  # and "lateral_stiffness", with [instrument]
 
 def _values(path: Path, listing: Listing, layout: Format, unit: str) -> Floats:
     """Return the finite values of a column in a unit, the default for an unknown unit; empty if it cannot be read."""
-    column = column_from_toml(tomllib.loads(f"column = {_reference(listing)}")["column"])
+    reference = tomllib.loads(f"column = {_reference(listing)}")["column"]
+    column = Column(**reference) if isinstance(reference, dict) else Column(reference)
     column = attrs.evolve(column, unit=listing.unit or _unit_in_name(listing) or unit)
     try:
         values = read_table(path, {"read": column}, {"read": unit}, layout, missing=True).columns["read"]
@@ -298,7 +297,7 @@ def _tangential_keys(
 ) -> list[str]:
     """Return the key of a tangential channel and, if it has a column along y, the key of that column."""
     keys = [_key(key, listing, unit)]
-    return keys if listing not in across else [*keys, _key(key + ACROSS, across[listing], unit)]
+    return keys if listing not in across else [*keys, _key(f"{key}_y", across[listing], unit)]
 
 
 def _along_y(listings: Sequence[Listing]) -> dict[Listing | None, Listing]:
