@@ -441,7 +441,7 @@ class _Record:
                 self.check_order(rising=True)
                 drift = correction.drift_of_cycles(self.time, values, dead_band=of_cycles)
             values = values - drift.value * (self.time - self.time[0])
-            self.remark(f"{name}: drift removed", f"{uncertain_text(drift.value, drift.standard_error, unit)}/s")
+            self.remark(f"{name}: drift removed", uncertain_text(drift.value, drift.standard_error, f"{unit}/s"))
         if channel.centred:
             with at("centred"):
                 offset = correction.offset_of_cycles(values, dead_band=of_cycles)
