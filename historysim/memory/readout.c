@@ -481,7 +481,6 @@ void hs_end_recording(hs_recorder *recorder) {
 int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated) {
     const hs_rows *rows = recorder->rows;
     const hs_evolved *evolved = memory->evolved;
-    const hs_contact *contact = memory->contact;
     int64_t columns = rows->columns, at = row * columns;
     if (columns && place_columns(recorder, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     record_totals(recorder, memory, rows->totals + row, saturated);
