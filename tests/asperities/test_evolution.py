@@ -131,7 +131,7 @@ def compare(ensemble, coefficient, targets, **options):
 
 
 @pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_random_histories_under_each_law_agree_with_springs(name, seed):
     law, coefficient = LAWS[name]
     targets = random_targets(np.random.default_rng(seed), coefficient, 5 if seed == 1 else 8)
@@ -149,7 +149,7 @@ WEAR = {
 
 
 @pytest.mark.parametrize("name", WEAR)
-@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.slow)])
 def test_random_histories_of_wear_agree_with_springs(name, seed):
     wear, lost = WEAR[name]
 
@@ -161,11 +161,10 @@ def test_random_histories_of_wear_agree_with_springs(name, seed):
     assert np.ptp(state.evolved.summit_height - HEIGHT) > 1e-4
 
 
-@pytest.mark.parametrize("seed", [7, pytest.param(8, marks=pytest.mark.slow)])
-def test_other_summits_are_new_contacts(seed):
+def test_other_summits_are_new_contacts():
     """Some of the asperities change under loads that are restored; the others remember."""
 
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(7)
     ensemble, row = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), springs(constant)
     state = ensemble.initial_state()
     for target in random_targets(rng, constant, 5):
@@ -264,7 +263,7 @@ def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
         state = after
 
 
-@pytest.mark.parametrize(("wear", "most"), [(0.0, 1e-12), (1e-4, 1e-4), (1e-2, 1e-4)])
+@pytest.mark.parametrize(("wear", "most"), [(0.0, 1e-12), (1e-2, 1e-4)])
 def test_friction_that_rises_with_the_way_begins_to_rise_where_sliding_begins(wear, most):
     """In as many parts as one likes, up to 0.7 of the rise at which springs that slide stick again."""
     rng = np.random.default_rng(0)
@@ -303,6 +302,9 @@ COULOMB_LIMITS = {
 }
 
 
+CONTROLS = [*itertools.product(["load", "displacement"], repeat=2)]
+
+
 def random_events(rng, normal, tangential, heights, largest):
     """Five joint waypoints; tangential loads up to a multiple of the friction limit at each of them."""
     events, approach = [], 0.0
@@ -329,12 +331,8 @@ def replayed(options, heights, events, **replay):
 
 
 @pytest.mark.parametrize("name", COULOMB_LIMITS)
-@pytest.mark.parametrize("normal", ["load", "displacement"])
-@pytest.mark.parametrize("tangential", ["load", "displacement"])
-@pytest.mark.parametrize(
-    "heights", [pytest.param((0.0,), marks=pytest.mark.slow), (0.0, -0.4 * PEAK, -0.8 * PEAK)], ids=["one", "three"]
-)
-def test_each_law_in_its_coulomb_limit_is_coulombs(name, normal, tangential, heights):
+def test_each_law_in_its_coulomb_limit_is_coulombs(name):
+    heights = (0.0, -0.4 * PEAK, -0.8 * PEAK)
     force = COEFFICIENT * 4 / 3 * PEAK**1.5
     scales = {
         "total_tangential_load": 1e-4 * force,
@@ -342,8 +340,11 @@ def test_each_law_in_its_coulomb_limit_is_coulombs(name, normal, tangential, hei
         "total_dissipated_energy": 1e-3 * COEFFICIENT * PEAK * force,
         "separation": 1e-9 * PEAK,
     }
-    for case, (stiffness, saturate, substeps) in enumerate(itertools.product([np.inf, 0.1], [True, False], [1, 3])):
+    for case, (stiffness, saturate, substeps) in enumerate(
+        zip([np.inf, 0.1] * 4, [True] * 4 + [False] * 4, [1, 3, 3, 1] * 2, strict=True)
+    ):
         rng = np.random.default_rng([6, case])
+        normal, tangential = CONTROLS[case % 4]
         events = random_events(rng, normal, tangential, heights, 1.6 if saturate else rng.choice([0.6, 1.2]))
         options = {
             "instrument": hs.Instrument(lateral_stiffness=stiffness),
@@ -360,22 +361,6 @@ def test_each_law_in_its_coulomb_limit_is_coulombs(name, normal, tangential, hei
             assert difference <= tolerance, (case, quantity, float(difference / tolerance))
 
 
-@pytest.mark.parametrize("stiffness", [np.inf, 0.1])
-def test_constant_shear_strength_under_a_constant_load_is_coulombs(stiffness):
-    load, strength = 4 / 3 * PEAK**1.5, 0.05
-    instrument = hs.Instrument(lateral_stiffness=stiffness)
-    states = []
-    for friction in (ShearStrength(strength), strength * np.pi * PEAK / load):
-        ensemble = hs.Ensemble(PAIR, 0.0, 1.0, friction)
-        state = ensemble.advance(ensemble.initial_state(), normal_load=load)
-        for target in ({"tangential_load": 0.7}, {"tangential_displacement": -0.3}, {"tangential_load": -0.4}):
-            scaled = {key: value * (strength * np.pi * PEAK) for key, value in target.items()}
-            state = ensemble.advance(state, instrument=instrument, **scaled)
-        states.append(state)
-    for quantity in ("tangential_load", "tangential_displacement", "dissipated_energy"):
-        assert getattr(states[0], quantity) == pytest.approx(getattr(states[1], quantity), rel=1e-6)
-
-
 @pytest.mark.parametrize("name", ["power", "strength", "slid"])
 def test_a_path_to_a_load_is_that_to_the_displacement_where_it_ends(name):
     ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, LAWS[name][0])
@@ -389,15 +374,14 @@ def test_a_path_to_a_load_is_that_to_the_displacement_where_it_ends(name):
     assert to_displacement.dissipated_energy == pytest.approx(to_load.dissipated_energy, rel=1e-3)
 
 
-@pytest.mark.parametrize("kind", ["archard", "energy"])
-@pytest.mark.parametrize("shape", ["truncated", "blunted"])
-def test_erased_energy_does_not_depend_on_the_number_of_paths(kind, shape):
-    wear = ArchardWear(coefficient=0.1, hardness=2.0, shape=shape)
-    if kind == "energy":
-        wear = EnergyWear(volume_per_energy=0.3, shape=shape)
+@pytest.mark.parametrize(
+    "wear",
+    [ArchardWear(coefficient=0.1, hardness=2.0), EnergyWear(volume_per_energy=0.3, shape="blunted")],
+)
+def test_erased_energy_does_not_depend_on_the_number_of_paths(wear):
     ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.3, wear=wear)
     erased = []
-    for paths in (1, 200):
+    for paths in (1, 100):
         state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.04, tangential_displacement=0.0)
         for share in np.arange(1, paths + 1) / paths:
             approach, displacement = 0.04 - 0.01 * share, 0.04 * share
@@ -421,3 +405,141 @@ def test_worn_asperities_first_slide_when_they_would_without_wear():
     ]
     assert np.isfinite(times[0]).all()
     assert times[1] == pytest.approx(times[0], rel=1e-12)
+
+
+# -- blunted wear, lift-off, slid distances ----------------------------------------------------------
+
+GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+MODULUS, SHEAR = GLASS.contact_modulus, GLASS.shear_modulus
+
+
+class InnermostSprings:
+    """Blunted wear by small explicit steps: while it slides, an asperity's springs are all at the limit, whatever its
+    shape, so that the innermost spring alone says whether it slides."""
+
+    def __init__(self, height, radius, friction, rate):
+        self.lag, self.curvature = -np.array(height), 1 / np.full(len(height), radius)
+        self.friction, self.rate, self.ratio = friction, rate, MODULUS / 4 / SHEAR
+        self.strain, self.approach, self.displacement = np.zeros(len(height)), 0.0, 0.0
+
+    def loads(self, approach):
+        return 4 / 3 * MODULUS / np.sqrt(self.curvature) * np.maximum(approach - self.lag, 0.0) ** 1.5
+
+    def approach_at(self, load, guess):
+        for _ in range(50):
+            missing = load - self.loads(guess).sum()
+            slope = 2 * MODULUS * np.sqrt(np.maximum(guess - self.lag, 0.0) / self.curvature).sum()
+            guess += missing / slope
+            if abs(missing) < 1e-13 * load:
+                break
+        return guess
+
+    def go(self, load, displacement, steps):
+        lag, curvature = self.lag.copy(), self.curvature.copy()
+        first = self.approach
+        last = self.approach_at(load, max(self.approach, 1e-8))
+        moved = (displacement - self.displacement) / steps
+        for k in range(1, steps + 1):
+            # as the program has it: the normal load that the shape at the start carries on a straight approach
+            own = np.maximum(first + (last - first) * k / steps - lag, 0.0)
+            self.approach = self.approach_at(
+                (4 / 3 * MODULUS / np.sqrt(curvature) * own**1.5).sum(), self.approach or last
+            )
+            own = np.maximum(self.approach - self.lag, 0.0)
+            limit, trial = self.ratio * self.friction * own, self.strain + moved
+            slides = (np.abs(trial) > limit) & (own > 0)
+            self.strain = np.where(own > 0, np.clip(trial, -limit, limit), 0.0)
+            lost = np.where(slides, self.rate * self.loads(self.approach) * abs(moved), 0.0)
+            square = np.where(slides, own / self.curvature, 1.0)
+            self.lag += 2 * lost / np.pi / square
+            self.curvature *= np.exp(-4 * lost / np.pi / square**2 / self.curvature)
+        self.displacement = displacement
+
+
+def test_blunted_summits_agree_with_springs_at_any_substeps():
+    row, path = (
+        InnermostSprings([0.0, -20e-9, -50e-9], 10e-6, 0.3, 0.1 / 6e9),
+        ((0.01, 0.0), (0.02, 200e-9), (0.005, -200e-9)),
+    )
+    for load, displacement in path:
+        row.go(load, displacement, 1600)
+    wear = ArchardWear(coefficient=0.1, hardness=6e9, shape="blunted")
+    ensemble = hs.Ensemble(GLASS, [0.0, -20e-9, -50e-9], 10e-6, 0.3, wear=wear)
+    for substeps in (1, 10, 100):
+        found = end_of(ensemble, path, substeps).evolved
+        # the steps of the springs are of first order
+        assert found.summit_radius == pytest.approx(1 / row.curvature, rel=1e-3)
+        assert found.summit_height == pytest.approx(-row.lag, rel=1e-3)
+
+
+def end_of(ensemble, path, substeps, kinds=(hs.NormalLoad, hs.TangentialDisplacement), **options):
+    """State after straight paths to pairs of values."""
+    events = [kind(float(k), value) for k, pair in enumerate(path) for kind, value in zip(kinds, pair, strict=True)]
+    return hs.Replay(ensemble, events, substeps=substeps, record="totals", **options).state()
+
+
+UNDER_LOAD = (hs.NormalDisplacement, hs.TangentialLoad)
+NEARLY_STEADY = {
+    "plain": {"friction": 0.4},
+    "wear": {"friction": 0.4, "wear": ArchardWear(coefficient=1e-2, hardness=1e10)},
+    "law": {"friction": ShearStrength(3e8)},
+}
+
+
+@pytest.mark.parametrize("substeps", [1, 50])
+@pytest.mark.parametrize("name", NEARLY_STEADY)
+def test_lift_off_under_a_load_leaves_no_displacement(name, substeps):
+    """The last spring to leave never slipped, and is anchored where it touched."""
+    ensemble = hs.Ensemble(GLASS, 0.0, 10e-6, **NEARLY_STEADY[name])
+    path = [(80e-9, 0.0), (80e-9, 0.6e-3)]
+    assert end_of(ensemble, path, substeps, UNDER_LOAD).tangential_displacement > 1e-9
+    lifted = end_of(ensemble, [*path, (-10e-9, 0.0)], substeps, UNDER_LOAD)
+    assert (lifted.tangential_displacement, lifted.tangential_load) == (0.0, 0.0)
+
+
+def test_the_displacement_stays_while_the_limit_of_a_sliding_contact_falls():
+    """A load held at the limit while the contact lifts off: the displacement stays where sliding began."""
+    shape = GLASS, [0.0, -20e-9], 10e-6, 0.4
+    wearing = hs.Ensemble(*shape, wear=ArchardWear(coefficient=1e-6, hardness=1e10))
+    path = [(80e-9, 0.6e-3), (-10e-9, 0.2e-3)]
+    ends = [end_of(wearing, path, parts, UNDER_LOAD, saturate=True).tangential_displacement for parts in (1, 4, 50)]
+    # with the load straight in the share, as where asperities evolve, in many paths
+    many = [path[0], *zip(np.linspace(80e-9, -10e-9, 301)[1:], np.linspace(0.6e-3, 0.2e-3, 301)[1:], strict=True)]
+    plain = end_of(hs.Ensemble(*shape), many, 1, UNDER_LOAD, saturate=True)
+    assert ends == pytest.approx([plain.tangential_displacement] * 3, rel=5e-3)
+
+
+def test_slid_distance_counts_gross_slip_only():
+    """Friction falls after a reversal: the inner springs slip while the annulus sticks, and that counts for nothing."""
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, follow_sliding=True)
+    events = [hs.NormalDisplacement(0.0, 0.02), hs.TangentialDisplacement(0.0, 0.0), hs.events.FrictionRamp(0.0, 0.5)]
+    targets = [(0.5, 0.008), (0.5, 0.0), (0.15, 0.003), (0.15, 0.009)]
+    for k, (friction, displacement) in enumerate(targets, 1):
+        events += [hs.TangentialDisplacement(float(k), displacement), hs.events.FrictionRamp(float(k), friction)]
+    slid = hs.replay(ensemble, events, record="all").slid_distance.values[1:, 0]
+    count, steps = 400, 4000
+    own = 0.02 * (1 - ((np.arange(count) + 0.5) / count) ** 2)
+    strain, at, before, whole, inner = np.zeros(count), 0.0, 0.5, 0.0, 0.0
+    for (friction, displacement), found in zip(targets, slid, strict=True):
+        for share in np.arange(1, steps + 1) / steps:
+            limit = (before + (friction - before) * share) * own
+            trial = strain + (displacement - at) / steps
+            strain = np.clip(trial, -limit, limit)
+            slips = np.sign(trial) * (np.abs(trial) > limit)
+            whole += abs(displacement - at) / steps * abs(slips.mean() == slips[0] != 0)
+            inner += abs(displacement - at) / steps * (slips[0] != 0)
+        at, before = displacement, friction
+        assert found == pytest.approx(whole, abs=3e-5)
+    assert inner > whole + 1e-3
+    assert whole > 1e-3
+
+
+def of_jkr(load, _total, radius, _slid):
+    pull = 3 * np.pi * 1e-5 * radius
+    square = np.cbrt(0.75 * radius * (load + pull + np.sqrt(2 * pull * load + pull**2))) ** 2
+    return np.where(load > 0, 0.05 * np.pi * square / np.maximum(load, 1e-300), 0.0)
+
+
+def test_jkr_friction_near_touch_and_lift_off_agrees_with_springs():
+    law = ShearStrength(0.05, area="jkr", work_of_adhesion=1e-5)
+    compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, law, follow_sliding=True), of_jkr, LIFTED)

@@ -65,11 +65,11 @@ def test_a_request_beyond_the_limit_does_not_run_away():
     ]
     oracle = Polylines([0.0, -0.3], 1.0, [0.18, 0.8])
     for step, (normal, tangential) in enumerate(RUNAWAY):
-        oracle.to(("load", normal), ("load", tangential), steps=200)
+        oracle.to(("load", normal), ("load", tangential), steps=60)
         for row in (history.isel(step=step) for history in histories):
-            assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-3)
+            assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=4e-3)
             assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=1e-9)
-            assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, rel=2e-3)
+            assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, rel=1.5e-2)
     for history in histories:
         assert history.tangential_displacement[-1] < 0.6
         assert history.total_dissipated_energy[-1] - history.total_dissipated_energy[-2] < 0.02

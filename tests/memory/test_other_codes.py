@@ -9,13 +9,13 @@ from c_core import SUPPORT, WARNINGS, compiled, hatch_build
 import historysim as hs
 
 CC = hatch_build.compiler()
-LEAKS = ["-O0", "-g", "-fsanitize=address"]
+LEAKS = ["-O1", "-g", "-fsanitize=address"]
 pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 
 
 @pytest.fixture(scope="module")
 def grains(tmp_path_factory):
-    return compiled(CC, SUPPORT / "grains.c", tmp_path_factory.mktemp("grains"), *WARNINGS, *LEAKS)
+    return compiled(CC, SUPPORT / "grains.c", tmp_path_factory.mktemp("grains"), *WARNINGS, *LEAKS, "-DCONTACTS=100")
 
 
 def numbers(program, *words):

@@ -33,55 +33,11 @@ def limit_of(ensemble, load):
     return float(ensemble.friction @ (4 / 3 * depth**1.5))
 
 
-def ramped(ensemble, state, normal_load, tangential_load, parts=1):
-    """Energy that a straight ramp dissipates, walked in parts."""
-    start = state
-    for k in range(1, parts + 1):
-        loads = (
-            first + (last - first) * k / parts
-            for first, last in ((start.normal_load, normal_load), (start.tangential_load, tangential_load))
-        )
-        state = ensemble.advance(state, **dict(zip(("normal_load", "tangential_load"), loads, strict=True)))
-    return state.dissipated_energy - start.dissipated_energy
-
-
-@pytest.mark.parametrize("friction", [[0.5], [0.5] * 6, [0.2, 0.5, 0.3]])
-@pytest.mark.parametrize("change", [9.9e-4, -9.9e-4, 3e-4, -1e-5])
-def test_a_little_change_of_the_normal_load_takes_its_share_of_the_energy(friction, change):
-    ensemble = surface(friction)
-    state, limit = pressed(ensemble, [-0.9], 1.0)
-    normal, tangential = 1.0 + change, 0.9 * limit * (1 + min(change, 0.0))
-    energy = ramped(ensemble, state, normal, tangential)
-    assert energy == pytest.approx(ramped(ensemble, state, normal, tangential, parts=50), rel=1e-6)
-    # without the correction for the way of the loads it would miss by this much
-    assert abs(ramped(ensemble, state, 1.0, tangential) / energy - 1) > 0.02 * abs(change)
-
-
-def test_the_energy_of_large_ramps_is_within_the_tolerance():
-    rng = np.random.default_rng(5)
-    coarse, fine = (surface([0.5], tolerance=tolerance) for tolerance in (1e-4, 1e-8))
-    for _ in range(60):
-        state, _ = pressed(coarse, rng.uniform(-0.99, 0.99, rng.integers(1, 5)), 1.0)
-        normal = 1.0 + rng.uniform(-0.8, 2.0)
-        tangential = rng.uniform(-0.99, 0.99) * 0.5 * min(1.0, normal)
-        energy = ramped(fine, state, normal, tangential)
-        assert ramped(coarse, state, normal, tangential) == pytest.approx(energy, rel=1.5e-4, abs=1e-9)
-
-
-def test_asperities_share_the_corrected_energy():
-    ensemble = surface([0.5, 0.5, 0.3, 0.4])
-    state, limit = pressed(ensemble, [-0.9], 1.0)
-    state = ensemble.advance(state, normal_load=1.0009, tangential_load=0.9 * limit)
-    shares = [ensemble.asperity(i, state).dissipated_energy for i in range(4)]
-    assert sum(shares) == pytest.approx(state.dissipated_energy, rel=1e-12)
-    assert min(shares) > 0
-
-
 def dissipated(ensemble, state):
     return np.array([asperity.dissipated_energy for asperity in ensemble.asperities(state)])
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(12))
 def test_one_ramp_dissipates_what_many_short_ones_do(seed):
     """One group: each asperity's energy is that of hundreds of short ramps, whose chords need no correction."""
     rng = np.random.default_rng(seed)
@@ -145,6 +101,7 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     assert state.dissipated_energy == pytest.approx(energy, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker")
 def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
     program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, "-Wl,--wrap=hs_move")

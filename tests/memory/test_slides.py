@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -48,19 +47,6 @@ def test_at_a_held_approach_each_slides_at_its_preliminary_displacement():
     assert found["slide_step"].values.tolist() == [1, 1, 1, 1, -1]
 
 
-def test_under_two_loads_the_last_slides_at_the_friction_limit():
-    """Of two alike but for their heights the lower one slides where the load is Σ over both of Mindlin's T(U)."""
-    heights, radius, load = np.array([0.0, -30e-9]), 10e-6, 2e-3
-    ensemble = hs.Ensemble(PAIR, heights, radius, MU)
-    events = [hs.NormalLoad(0.0, load), hs.TangentialLoad(1.0, MU * load)]
-    found = hs.replay(ensemble, events).contact.slip_onset()["slide_time"].values
-    depth = ensemble.approach_at(load) + heights
-    own = 4 / 3 * E * np.sqrt(radius) * depth**1.5
-    high = MU * own[0] * (1 - (1 - depth[1] / depth[0]) ** 1.5)
-    # the friction limit is met where the displacement is known to the power of 2/3 of rounding
-    assert found == pytest.approx([1.0, (high + MU * own[1]) / (MU * load)], abs=1e-9)
-
-
 def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
     events = [hs.NormalDisplacement(0.0, 10e-9), hs.TangentialDisplacement(1.0, 50e-9)]
     more = [hs.NormalDisplacement(1.0, 10e-9), hs.NormalDisplacement(2.0, 50e-9), hs.TangentialDisplacement(2.0, 90e-9)]
@@ -87,16 +73,6 @@ def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
     expected = np.where(before < 15e-9, before / 15e-9, np.where(after < 15e-9, 1.5, np.nan))
     expected[4] = np.nan
     np.testing.assert_allclose(times, expected, rtol=1e-12)
-
-
-def test_after_a_fall_of_friction_the_slip_front_comes_to_the_middle_late():
-    """Springs further out stick that touched later, when the one in the middle has met its limit."""
-    events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(0.0, 0.375), hs.TangentialLoad(1.0, 4e-3)]
-    events += [hs.NormalDisplacement(2.0, 120e-9), hs.FrictionChange(2.0, 0.25), hs.NormalLoad(3.0, 0.01)]
-    fine = hs.replay(ENSEMBLE, events, substeps=FINE, saturate=True, record="all", hold=False)
-    seen = fine.time.values[first_rows(fine)[:4]]
-    found = fine["slide_time"].values[:4]
-    assert ((found <= seen) & (found >= seen - 1 / FINE)).all()
 
 
 @settings(deadline=None)
@@ -130,24 +106,6 @@ def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, satura
         assert slides.any() or unseen
         if seen != -1:
             assert moment <= time[seen] + 1e-9
-
-
-def test_a_file_and_a_history_in_memory_agree(tmp_path):
-    scenario = tmp_path / "s.toml"
-    scenario.write_text(
-        '[materials]\nfirst = "silicon"\nsecond = "float glass"\n[friction]\ncoefficient = 0.2\n'
-        '[surface]\nkind = "summits"\nheight = [0.0, "-20 nm"]\nradius = "10 µm"\n'
-        '[[loading.waypoints]]\ntime = 0.0\nnormal_load = "5 mN"\n'
-        '[[loading.waypoints]]\ntime = 1.0\ntangential_load = "1 mN"\n',
-        encoding="utf-8",
-    )
-    memory = hs.run(scenario)
-    with hs.run(scenario, tmp_path / "s.nc") as file:
-        xr.testing.assert_equal(file.contact.slip_onset(), memory.contact.slip_onset())
-        told = dict(file.contact.summary())["first to slide"]
-    first = memory.contact.slip_onset()["slide_time"].values[1]
-    assert told == f"asperity 1 at {first:.6g} s; asperity 0 last at 1 s"
-    assert dict(hs.show(tmp_path / "s.nc"))["first to slide"] == told
 
 
 EVOLVING = {

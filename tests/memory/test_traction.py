@@ -27,12 +27,6 @@ def superpositions(state):
     return [ENSEMBLE.asperity(i, state).superposition for i in range(2)]
 
 
-def test_a_virgin_contact_has_its_edge_alone():
-    for (radius, weight), own, gap in zip(superpositions(state_after()), (0.7, 1.9), (0.0, 0.006), strict=True):
-        assert radius == pytest.approx([np.sqrt(own * (DEPTH - gap))], rel=8 * EPS)
-        assert not weight.any()
-
-
 def test_both_asperities_see_the_same_vertices_each_with_its_own_radius():
     # slip of half the preliminary displacement reaches half the depth, a reversal by a fifth a tenth
     fronts = DEPTH * np.array([1.0, 0.9, 0.5])
@@ -58,7 +52,3 @@ def test_the_superposition_is_a_copy():
     for values in asperity.superposition:
         values[:] = 7.0
     assert [values.tobytes() for values in asperity.superposition] == before
-
-
-def test_no_contact_has_no_memory():
-    assert [values.size for values in ENSEMBLE.asperity(0, ENSEMBLE.initial_state()).superposition] == [0, 0]

@@ -10,7 +10,9 @@
 
 #include "historysim.h"
 
+#ifndef CONTACTS
 #define CONTACTS 500
+#endif
 #define STEPS 600
 #define FRICTION 0.4
 #define RATIO 0.7 /* E* over 4 G* */

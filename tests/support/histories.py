@@ -1,11 +1,15 @@
 """Random load histories within the friction limit: mixed control that switches midway, lift-off, friction changes."""
 
+import copy
+import math
 from typing import NamedTuple
 
 import numpy as np
 from hypothesis import strategies as st
-from springs import Contact
+from scipy.optimize import brentq
+from springs import Contact, SpringRow
 
+import historysim as hs
 from historysim.loads.events import (
     FrictionChange,
     NormalDisplacement,
@@ -42,6 +46,74 @@ class Move(NamedTuple):
     tangential_kind: str
     tangential_value: float
     friction: tuple[float, ...] | None = None
+
+    @property
+    def targets(self):
+        """Arguments of `advance`."""
+        return {
+            f"normal_{self.normal_kind}": self.normal_value,
+            f"tangential_{self.tangential_kind}": self.tangential_value,
+        }
+
+
+class History(NamedTuple):
+    """Moves of a contact below a largest normal load [N], behind an instrument of a lateral stiffness [N/m]."""
+
+    contact: Contact
+    moves: list[Move]
+    largest_load: float
+    stiffness: float = math.inf
+
+    @property
+    def ensemble(self):
+        contact = self.contact
+        pair = hs.MaterialPair.from_moduli(contact_modulus=contact.contact_modulus, shear_modulus=contact.shear_modulus)
+        return hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
+
+    @property
+    def instrument(self):
+        return hs.Instrument(self.stiffness)
+
+    @property
+    def limit(self):
+        """Friction limit under the largest normal load [N], with the largest coefficients of the history."""
+        return self._strongest * self.contact.limit(self.contact.approach(self.largest_load))
+
+    @property
+    def slide(self):
+        """Largest displacement at which the last asperity slides [m]."""
+        contact = self.contact
+        approach = contact.approach(self.largest_load)
+        return self._strongest * contact.compliance_ratio * contact.friction.max() * approach
+
+    @property
+    def _strongest(self):
+        return max(
+            [1.0, *(float(np.max(move.friction / self.contact.friction)) for move in self.moves if move.friction)]
+        )
+
+    def replay(self, **options):
+        """Replay the moves as events; every asperity is recorded."""
+        options = {"record": "all", "instrument": self.instrument, **options}
+        return hs.replay(self.ensemble, to_events(self.moves), **options)
+
+    def states(self, state=None):
+        """Yield the state after each move."""
+        ensemble = self.ensemble
+        state = ensemble.initial_state() if state is None else state
+        for move in self.moves:
+            state = ensemble.advance(state, **move.targets, friction=move.friction, instrument=self.instrument)
+            yield state
+
+    def straight(self):
+        """Return the history with every path straight in (approach, U): none then depends on how it is cut."""
+        moves = [
+            move._replace(normal_kind="displacement", normal_value=float(self.contact.approach(move.normal_value)))
+            if move.normal_kind == "load"
+            else move
+            for move in self.moves
+        ]
+        return self._replace(moves=moves)
 
 
 class _RandomSource:
@@ -140,7 +212,9 @@ class _Writer:
         return self.source.between(-1.3, 1.3) * self.slide
 
 
-def _write(source, contact, largest_load, count, friction_changes):
+def random_moves(rng, contact, largest_load, count=10, friction_changes=False, source=_RandomSource):
+    """Return moves drawn from a numpy Generator; their normal load stays below `largest_load` [N]."""
+    source = source(rng)
     writer = _Writer(source, contact, largest_load)
     moves = []
     for _ in range(count):
@@ -151,23 +225,122 @@ def _write(source, contact, largest_load, count, friction_changes):
     return moves
 
 
-def random_moves(rng, contact, largest_load, count=10, friction_changes=False):
-    """Return a history drawn from a numpy Generator; its normal load stays below `largest_load` [N]."""
-    return _write(_RandomSource(rng), contact, largest_load, count, friction_changes)
-
-
-@st.composite
-def histories(draw, contact, largest_load, longest=10, friction_changes=False):
-    """Strategy for the same histories of 1 to `longest` moves."""
-    count = draw(st.integers(1, longest))
-    return _write(_DrawnSource(draw), contact, largest_load, count, friction_changes)
-
-
 def random_contact(rng, count, several_coefficients=False):
     """Return asperities with heights and radii that scatter about an approach and a radius of order one."""
     friction = rng.uniform(0.2, 0.6, count if several_coefficients else 1)
     height = rng.normal(0.0, 0.01, count)
     return Contact.build(1.0, 0.25, height, rng.lognormal(0.0, 0.3, count), friction)
+
+
+@st.composite
+def contacts(draw, counts=(1, 3, 8), groups=(1, 3)):
+    """Draw asperities of unequal height and radius with one coefficient or three.
+
+    θ and the largest radius differ from 1, so that a forgotten factor shows.
+    """
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    count, several = draw(st.sampled_from(counts)), draw(st.sampled_from(groups)) > 1
+    contact = random_contact(rng, count)._replace(contact_modulus=2.0, shear_modulus=0.3)
+    friction = rng.choice([0.25, 0.4, 0.55], count) if several else contact.friction
+    return contact._replace(friction=friction)
+
+
+@st.composite
+def histories(draw, counts=(1, 3, 8), groups=(1, 3), steep=(False, True), compliance=False, extremes=False, longest=10):
+    """Draw a History.
+
+    Parameters
+    ----------
+    counts, groups : sequence of int
+        Numbers of asperities and of friction coefficients to choose from.
+    steep : sequence of bool
+        Whether friction changes, which leaves polylines steeper than the limit.
+    compliance : bool
+        Whether an instrument is in series, of a thirtieth to thirty times the lateral stiffness of the contact.
+    extremes : bool
+        Draw every number by itself, with a preference for 0 and for the ends of its range.
+    longest : int
+        Most moves.
+    """
+    contact = draw(contacts(counts, groups))
+    rng, source = np.random.default_rng(draw(st.integers(0, 2**32 - 1))), _RandomSource
+    if extremes:
+        rng, source = draw, _DrawnSource
+    largest_load = 0.02 * contact.friction.size
+    count = draw(st.integers(1, longest)) if extremes else longest
+    moves = random_moves(rng, contact, largest_load, count, draw(st.sampled_from(steep)), source)
+    history = History(contact, _touch_straight(contact, moves), largest_load)
+    if not compliance:
+        return history
+    history = history._replace(
+        stiffness=10 ** draw(st.floats(-1.5, 1.5)) * history.limit / history.slide,
+        moves=[
+            move._replace(normal_kind="displacement", normal_value=float(contact.approach(move.normal_value)))
+            if move.normal_kind == move.tangential_kind == "load" and np.ptp(contact.friction) > 0
+            else move
+            for move in history.moves
+        ],
+    )
+    stretch = 1 + history.limit / history.slide / history.stiffness
+    moves = [
+        move._replace(tangential_value=move.tangential_value * stretch)
+        if move.tangential_kind == "displacement"
+        else move
+        for move in history.moves
+    ]
+    return history._replace(moves=moves)
+
+
+def _touch_straight(contact, moves):
+    """With several coefficients the limit of a ramp of loads from nothing bends: touch along (approach, U) instead."""
+    written, loaded = [], False
+    for move in moves:
+        if move.normal_kind == move.tangential_kind == "load" and not loaded and np.ptp(contact.friction) > 0:
+            approach = float(contact.approach(move.normal_value))
+            written.append(move._replace(normal_kind="displacement", normal_value=approach))
+        else:
+            written.append(move)
+        loaded = move.normal_value > 0
+    return written
+
+
+class DrivenRow(SpringRow):
+    """Springs behind one more: a prescribed displacement is that of the drive, and U is sought by bisection.
+
+    They take sub-steps only where these matter: on ramps of both loads.
+    """
+
+    def __init__(self, *arguments, stiffness=math.inf):
+        super().__init__(*arguments)
+        self.stiffness = stiffness
+        self.drive = None
+
+    def apply(self, normal, tangential, substeps=400):
+        self.drive = None
+        if tangential[0] == "load" or math.isinf(self.stiffness):
+            super().apply(normal, tangential, substeps if normal[0] == tangential[0] == "load" else 1)
+            return
+        self.drive = tangential[1]
+        end = normal[1] if normal[0] == "displacement" else self._approach_at(normal[1])
+
+        def excess(displacement):
+            trial = copy.deepcopy(self)
+            SpringRow.apply(trial, ("displacement", end), ("displacement", displacement), 1)
+            return displacement + trial.total_tangential_load / self.stiffness - self.drive
+
+        bent = 1.01 * self.contact.limit(max(end, 0.0)) / self.stiffness
+        displacement = self.drive
+        if bent > 0:
+            displacement = brentq(excess, self.drive - bent, self.drive + bent, xtol=1e-15 * bent, rtol=1e-15)
+        super().apply(("displacement", end), ("displacement", displacement), 1)
+
+    def friction_change(self, friction, missing=None):
+        if self.drive is not None:
+
+            def missing(displacement, load):
+                return displacement + load / self.stiffness - self.drive
+
+        super().friction_change(friction, missing)
 
 
 def to_events(moves):
