@@ -3,7 +3,6 @@
 import itertools
 import math
 import pickle
-from functools import cached_property
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -12,7 +11,6 @@ from histories import random_contact, random_moves
 from scipy.integrate import quad
 
 import historysim as hs
-from historysim.asperities import asperity as asperity_module
 from historysim.asperities.asperity_set import require_asperities
 from historysim.contact import hertz, mindlin
 
@@ -61,26 +59,6 @@ def scattered_states(several):
     return ensemble, states
 
 
-def test_geometry_and_loads_are_hertz():
-    ball = ball_at()
-    assert ball.approach == pytest.approx(DEPTH, rel=8 * EPS)
-    assert ball.contact_radius == pytest.approx(RADIUS, rel=8 * EPS)
-    assert ball.normal_load == pytest.approx(LOAD, rel=8 * EPS)
-    assert (ball.index, ball.summit_height, ball.summit_radius, ball.friction) == (0, 0.0, R, MU)
-    assert ball.pair is PAIR
-    r = np.linspace(-1.2, 1.2, 25) * RADIUS
-    peak = 1.5 * LOAD / (math.pi * RADIUS**2)
-    # the root at the edge keeps half of the digits
-    assert ball.pressure(r) == pytest.approx(peak * np.sqrt(np.clip(1 - (r / RADIUS) ** 2, 0, None)), abs=1e-7 * peak)
-    assert ball.pressure(0.0) == pytest.approx(peak, rel=8 * EPS)
-
-
-def test_preliminary_displacement_is_mindlins():
-    assert ball_at(0.4).preliminary_displacement == pytest.approx(
-        mindlin.preliminary_displacement(**ELASTIC), rel=8 * EPS
-    )
-
-
 def test_slip_states():
     assert BALL.asperity(0, BALL.initial_state()).slip_state == SEPARATED
     assert ball_at().slip_state == FULL_STICK
@@ -111,15 +89,6 @@ def test_reversal_points_stand_from_the_edge_inward_with_their_displacements():
     assert points.displacement == pytest.approx(made[::-1], rel=1e-12)
     assert np.all(np.diff(points.radius) < 0)
     assert points[0].radius == points.radius[0]
-
-
-def test_virgin_loading_has_no_reversal_point():
-    assert ball_at().reversal_points.size == 0
-    assert ball_at(0.6).reversal_points.size == 0
-    assert ball_at(0.3, 0.6).reversal_points.size == 0
-    assert ball_at(0.3, 0.6, 1.0).reversal_points.size == 0
-    proportional = BALL.advance(BALL.initial_state(), normal_load=LOAD, tangential_load=0.5 * LIMIT)
-    assert BALL.asperity(0, proportional).reversal_points.size == 0
 
 
 def test_a_reversal_is_wiped_out_when_its_loop_closes_or_all_slides():
@@ -154,18 +123,6 @@ def test_a_normal_load_that_leaves_its_front_in_contact_leaves_a_reversal(part):
 def test_a_normal_load_that_takes_the_contact_edge_behind_its_front_wipes_a_reversal_out():
     light = BALL.advance(state_at(0.3, 0.1), normal_load=0.5 * LOAD)
     assert BALL.asperity(0, light).reversal_points.size == 0
-
-
-def test_a_change_of_friction_leaves_reversals_that_it_does_not_move():
-    state = state_at(0.5, -0.2)
-    made = BALL.asperity(0, state).reversal_points.tolist()
-    assert len(made) == 1
-    raised = BALL.advance(state, friction=1.3 * MU)
-    assert BALL.asperity(0, raised).reversal_points.tolist() == made
-    again = BALL.asperity(0, BALL.advance(raised, tangential_load=0.1 * LIMIT))
-    assert reversals(again) == [made[0][1], raised.tangential_displacement]
-    low = BALL.asperity(0, BALL.advance(state_at(0.1), friction=0.9 * MU))
-    assert low.reversal_points.size == 0
 
 
 def test_each_asperity_of_a_group_remembers_the_reversals_that_it_was_there_for():
@@ -219,14 +176,6 @@ def test_the_traction_integrates_to_the_load_and_obeys_coulomb(several):
             assert not asperity.traction(r[r > asperity.contact_radius]).any()
 
 
-def test_the_traction_takes_any_shape_and_either_side():
-    ball = ball_at(0.6, 0.1)
-    r = np.linspace(0, RADIUS, 12).reshape(3, 4)
-    assert ball.traction(r).shape == (3, 4)
-    assert np.array_equal(ball.traction(-r), ball.traction(r))
-    assert ball.traction(0.3 * RADIUS).shape == ()
-
-
 @pytest.mark.parametrize("turns", [(0.5,), (0.9, 0.2), (0.9, -0.3, 0.4)])
 def test_the_stiffness_is_the_slope_of_the_load(turns):
     state = state_at(*turns)
@@ -241,36 +190,6 @@ def test_the_stiffness_is_the_slope_of_the_load(turns):
     slope = (-3 * loads[0] + 4 * loads[1] - loads[2]) / (2 * step)
     assert ball.tangential_stiffness == pytest.approx(slope, rel=1e-8)
     assert ball.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * ball.stick_radius, rel=4 * EPS)
-
-
-def test_a_separated_asperity_has_nothing():
-    ensemble = hs.Ensemble(PAIR, [0.0, -1e-6], R, MU)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=LOAD, tangential_load=0.5 * LIMIT)
-    low = ensemble.asperity(1, state)
-    assert low.approach == pytest.approx(DEPTH - 1e-6, rel=1e-9)
-    assert low.approach < 0
-    assert low.slip_state == SEPARATED
-    nothing = (low.normal_load, low.tangential_load, low.contact_radius, low.stick_radius, low.tangential_stiffness)
-    assert nothing == (0.0,) * 5
-    assert low.dissipated_energy == low.stored_energy == low.preliminary_displacement == 0
-    assert low.reversal_points.size == 0
-    r = np.linspace(0, RADIUS, 5)
-    assert not low.traction(r).any()
-    assert not low.pressure(r).any()
-
-
-@pytest.mark.parametrize("share", [0.3, 0.95])
-def test_the_energy_stored_in_virgin_loading_is_work_less_loss(share):
-    state = state_at(share)
-    work = quad(
-        lambda load: load / (8 * PAIR.shear_modulus * float(mindlin.stick_radius(load, **SLIPPING))),
-        0,
-        share * LIMIT,
-        epsrel=1e-12,
-    )[0]
-    ball = BALL.asperity(0, state)
-    assert ball.stored_energy + ball.dissipated_energy == pytest.approx(work, rel=1e-10)
-    assert ball.stored_energy == state.stored_energy
 
 
 # the column of each variable, as a recorder writes it
@@ -292,24 +211,6 @@ def test_what_an_asperity_answers_is_what_is_recorded_of_it_bit_for_bit(several)
             assert getattr(asperity, name) == row[name].values[i], name
 
 
-def test_the_tangential_load_is_the_superposition_of_the_vertices():
-    for several in (False, True):
-        ensemble, states = scattered_states(several)
-        for asperity in (ensemble.asperity(i, state) for state in states for i in range(len(ensemble))):
-            radius, weight = asperity.superposition
-            loads = 4 / 3 * asperity.pair.contact_modulus * radius**3 / asperity.summit_radius
-            assert weight @ loads == pytest.approx(
-                asperity.tangential_load, abs=1e-12 * asperity.friction * asperity.normal_load
-            )
-
-
-def test_the_stored_energies_are_shares_of_the_total():
-    ensemble, states = scattered_states(True)
-    for state in states:
-        shares = [ensemble.asperity(i, state).stored_energy for i in range(len(ensemble))]
-        assert sum(shares) == pytest.approx(state.stored_energy, rel=1e-12)
-
-
 # properties of an asperity, as numbers
 NUMBERS = (
     *("normal_load", "contact_radius", "stick_radius", "slip_state", "slip_annulus", "friction", "approach"),
@@ -329,7 +230,7 @@ def answers(asperity):
     return found | {"tangential_load": np.asarray(asperity.tangential_load).tobytes()}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_an_asperity_by_itself_has_the_bits_of_an_ensemble_of_one(seed):
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 1)._replace(contact_modulus=2.0, shear_modulus=0.3)
@@ -353,7 +254,7 @@ def test_an_asperity_by_itself_has_the_bits_of_an_ensemble_of_one(seed):
         assert alone.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(1))
 def test_in_two_directions_it_has_the_bits_of_an_ensemble_of_one(seed):
     rng = np.random.default_rng(seed)
     rings = hs.Rings(1, 20)
@@ -387,16 +288,6 @@ def test_along_a_line_in_the_plane_reversal_points_are_vectors():
     assert plane.history.tangential_load == pytest.approx(np.multiply.outer(flat.history.tangential_load, direction))
 
 
-def test_stored_energies_in_two_directions_are_shares_of_the_total():
-    rng = np.random.default_rng(3)
-    ensemble = hs.Ensemble(PAIR, rng.normal(0, 40e-9, 12), rng.uniform(1e-5, 3e-5, 12), MU)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=5e-3)
-    for target in ((3e-9, 0.0), (3e-9, 4e-9), (-2e-9, 1e-9)):
-        state = ensemble.advance(state, tangential_displacement=target)
-        shares = [asperity.stored_energy for asperity in ensemble.asperities(state)]
-        assert sum(shares) == pytest.approx(state.stored_energy, rel=1e-9)
-
-
 def test_the_slip_annulus_is_from_the_stick_radius_to_the_edge():
     assert ball_at(0.5).slip_annulus == (pytest.approx(RADIUS * 0.5 ** (1 / 3)), ball_at().contact_radius)
     assert ball_at().slip_annulus == (ball_at().contact_radius,) * 2
@@ -421,13 +312,6 @@ def test_steps_are_remembered_until_they_are_wiped_out():
     slid = closed.advance(tangential_displacement=-1e-6)
     assert loads(slid) == [(LOAD, 0.0), (LOAD, pytest.approx(-LIMIT))]
     assert loads(slid.advance(normal_load=0.0)) == [(0.0, 0.0)]
-
-
-def test_a_loop_without_end_is_remembered_as_one_loop():
-    ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD)
-    for turn in range(50):
-        ball = ball.advance(tangential_load=(-1) ** turn * 0.5 * LIMIT)
-    assert ball.history.size <= 3
 
 
 def test_a_normal_load_is_remembered_while_its_contact_edge_is():
@@ -509,34 +393,6 @@ def test_all_asperities_are_a_sequence_of_the_same_ones(several):
         assert answers(found[-1]) == answers(ensemble.asperity(len(ensemble) - 1, state))
         with pytest.raises(IndexError, match="asperity 6 of 6; expected -6 to 5"):
             found[6]
-
-
-def test_a_sequence_reads_all_asperities_in_one_batch(monkeypatch):
-    ensemble, states = scattered_states(True)
-    reads = []
-    read = asperity_module.Readout.recorded_values.func
-
-    def counted(readout):
-        reads.append(len(readout.positions))
-        return read(readout)
-
-    prop = cached_property(counted)
-    prop.__set_name__(asperity_module.Readout, "recorded_values")
-    monkeypatch.setattr(asperity_module.Readout, "recorded_values", prop)
-    assert len([(each.stick_radius, each.slip_state) for each in ensemble.asperities(states[-1])]) == len(ensemble)
-    assert reads == [len(ensemble)]
-
-
-def test_sequences_of_worn_inclined_and_planar_asperities_are_of_the_same_ones():
-    worn = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-5, MU, wear=hs.wear.ArchardWear(coefficient=1e-3, hardness=6e9))
-    slopes = hs.InclinedEnsemble(PAIR, [0.0, -5e-9, -1e-9], 1e-5, MU, slope=[0.1, -0.04, 0.1])
-    level = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-5, MU)
-    for ensemble, target in ((worn, 1e-7), (slopes, 2e-8), (level, (2e-9, 1e-9))):
-        state = ensemble.advance(ensemble.initial_state(), normal_load=2e-3)
-        state = ensemble.advance(state, tangential_displacement=target)
-        found = ensemble.asperities(state)
-        assert [each.index for each in found] == [*range(len(ensemble))]
-        assert [answers(each) for each in found] == [answers(ensemble.asperity(i, state)) for i in range(len(ensemble))]
 
 
 def test_patches_are_no_asperities():

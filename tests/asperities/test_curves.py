@@ -159,9 +159,7 @@ def test_a_flat_punch_sticks_until_all_of_it_slides():
     np.testing.assert_allclose(history["total_tangential_load"], 3.0 * history["tangential_displacement"], atol=1e-14)
 
 
-@pytest.mark.parametrize(
-    "shape", [*(pytest.param(each, marks=pytest.mark.slow) for each in ((5000, 1e-4), (400, 5e-3))), (40, 2e-2)]
-)
+@pytest.mark.parametrize("shape", [pytest.param((5000, 1e-4), marks=pytest.mark.slow), (40, 2e-2)])
 def test_measured_curves_of_any_length_are_taken(shape):
     count, noise = shape
     rng, approach = np.random.default_rng(7), np.linspace(0, 0.1, count + 1)[1:]
@@ -243,41 +241,11 @@ def test_an_ensemble_as_tables_is_the_ensemble(asperities, tabulated):
     assert (expected["slip_state"] != given["slip_state"]).mean() < 0.1
 
 
-def test_loads_of_patches_add_up_and_keep_within_the_limit(tabulated):
-    given = hs.replay(tabulated, random_moves(np.random.default_rng(3), 0.08), substeps=4, record="all")
-    for name in ("normal_load", "tangential_load"):
-        total = given[f"total_{name}"]
-        assert np.abs(given[name].sum("asperity") - total).max() < 2e-4 * np.abs(total).max()
-    assert bool((np.abs(given["tangential_load"]) <= 0.5 * given["normal_load"] * (1 + 1e-12)).all())
-    np.testing.assert_allclose(given["contact_area"].sum("asperity"), given["real_contact_area"], rtol=1e-12)
-    assert bool((given["stick_area"] <= given["contact_area"] * (1 + 1e-12)).all())
-
-
-def test_friction_takes_energy_whatever_the_curve():
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
-    history = hs.replay(table, random_moves(np.random.default_rng(4), 0.09), substeps=4)
-    energy = history["total_dissipated_energy"].values
-    assert np.diff(energy).min() > -1e-9 * energy[-1]
-    assert "dissipated_energy" not in history
-    assert "real_contact_area" not in history
-
-
 def test_an_approach_is_found_beyond_what_the_first_element_alone_would_carry():
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
     for approach in (0.01, 0.05, 0.0999):
         load = pressing(np.array([approach])).sum()
         assert table.approach_at(load) == pytest.approx(approach, rel=1e-5)
-
-
-def test_a_measured_curve_is_smoothed_and_its_misfit_reported():
-    noise = 2e-3 * HERTZ[-1] * np.random.default_rng(5).normal(size=APPROACH.size)
-    load = HERTZ + noise
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], np.abs(load[1:]), friction=0.5)
-    assert 1e-4 < table.curves.residual < 1e-2
-    loads = [hs.NormalLoad(0, 0.9 * HERTZ[-1]), hs.TangentialDisplacement(1, 0.01)]
-    expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), loads)
-    given = hs.replay(table, loads)
-    assert worst(expected, given, "total_tangential_load") < 0.02
 
 
 def test_first_touch_and_count_of_patches():
@@ -289,21 +257,6 @@ def test_first_touch_and_count_of_patches():
     assert history["slip_state"].values.tolist() == [[1, 0], [1, 1]]
     assert history["normal_load"].values[0, 1] == 0.0
     assert history["x"].values.tolist() == [0, 1]
-
-
-def test_a_log_of_curves_makes_the_same_again(tmp_path, tabulated):
-    events = random_moves(np.random.default_rng(6), 0.07, 8)
-    expected = hs.replay(tabulated, events)
-    with hs.EventLog.create(tmp_path / "a.history", tabulated, events) as log:
-        given = log.replay()
-        state = log.state(at=3.5)
-        log.fork(4.0, tmp_path / "b.history").close()
-    for name in expected.data_vars:
-        np.testing.assert_array_equal(given[name], expected[name], err_msg=str(name))
-    assert state.normal_load > 0
-    result = hs.run(tmp_path / "a.history", tmp_path / "a.nc", snapshot_every=3)
-    np.testing.assert_array_equal(result["tangential_load"], expected["tangential_load"])
-    result.close()
 
 
 def rising(**change):

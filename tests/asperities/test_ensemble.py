@@ -19,7 +19,6 @@ from historysim.memory.paths import STILL, Goals, paths_to
 EPS = np.finfo(float).eps
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
-THETA = 2.0 / (4 * 0.3)
 
 
 def hertz_loads(ensemble, approach):
@@ -77,7 +76,7 @@ def test_the_approach_is_the_root_of_the_summed_hertz_loads(count):
         assert ensemble.approach_at(normal_load) == pytest.approx(root, rel=1e-13)
 
 
-@pytest.mark.parametrize("count", [1, 2, 50, 100_000])
+@pytest.mark.parametrize("count", [1, 50, 100_000])
 def test_the_loads_of_the_asperities_sum_to_the_total_after_any_step(count):
     ensemble = rough(count)
     rng = np.random.default_rng(2)
@@ -88,17 +87,6 @@ def test_the_loads_of_the_asperities_sum_to_the_total_after_any_step(count):
     assert history.normal_load.values.sum(axis=1) == pytest.approx(loads, rel=1e-12)
     approach = ensemble.highest_summit - history.separation.values
     assert hertz_loads(ensemble, approach[:, np.newaxis]).sum(axis=1) == pytest.approx(loads, rel=1e-11)
-
-
-def test_a_load_from_almost_nothing_to_huge_and_back():
-    for count in (1, 2, 40):
-        ensemble = rough(count)
-        for low in np.geomspace(1e-30, 1e-4, 40):
-            for high in (1e-3, 0.57, 1e3):
-                state = pressed(ensemble, low, high)
-                assert hertz_loads(ensemble, state.approach).sum() == pytest.approx(high, rel=1e-12)
-                back = ensemble.advance(state, normal_load=low)
-                assert hertz_loads(ensemble, back.approach).sum() == pytest.approx(low, rel=1e-11, abs=0)
 
 
 def test_lift_off_returns_to_first_touch():
@@ -152,31 +140,6 @@ def test_without_friction_nothing_holds():
 
 
 # -- a state is a value ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("friction", [0.4, np.linspace(0.2, 0.6, 9)])
-def test_advance_leaves_its_input_untouched_and_repeats_itself(friction):
-    ensemble = rough(9, friction=friction)
-    contact = random_contact(np.random.default_rng(1), 9)._replace(contact_modulus=2.0, shear_modulus=0.3)
-    states = [ensemble.initial_state()]
-    for k, move in enumerate(random_moves(np.random.default_rng(6), contact, 0.1, count=15)):
-        targets = {
-            f"normal_{move.normal_kind}": move.normal_value,
-            f"tangential_{move.tangential_kind}": move.tangential_value,
-            "friction": ensemble.friction * (1.2 - 0.04 * k) if k % 4 == 3 else None,
-        }
-        before = fingerprint(states[-1])
-        state, again = (ensemble.advance(states[-1], **targets, saturate=True) for _ in range(2))
-        assert fingerprint(states[-1]) == before
-        assert fingerprint(state) == fingerprint(again)
-        states.append(state)
-    for state in states:
-        before = fingerprint(state)
-        for i in range(9):
-            asperity = ensemble.asperity(i, state)
-            _ = asperity.reversal_points, asperity.traction(0.01), asperity.stored_energy
-        _ = state.stored_energy
-        assert fingerprint(state) == before
 
 
 def test_channels_that_are_not_named_are_held_as_they_were_controlled():
@@ -293,18 +256,6 @@ def test_an_ensemble_is_made_of_summits():
     assert np.array_equal(ensemble.y, summits.y)
     assert np.array_equal(ensemble.friction, [0.25, 0.25])
     assert ensemble.tolerance == 1e-8
-
-
-def test_the_order_of_the_asperities_does_not_matter():
-    rng = np.random.default_rng(8)
-    height, radius, friction = rng.normal(0, 0.01, 9), rng.lognormal(0, 0.3, 9), rng.choice([0.2, 0.5], 9)
-    order = rng.permutation(9)
-    forces = []
-    for index in (np.arange(9), order):
-        ensemble = hs.Ensemble(PAIR, height[index], radius[index], friction[index])
-        state = ensemble.advance(pressed(ensemble, 0.2), tangential_load=0.03)
-        forces.append([ensemble.asperity(i, state).tangential_load for i in range(9)])
-    assert np.array(forces[0])[order] == pytest.approx(forces[1], rel=1e-12)
 
 
 # -- what they say of themselves -------------------------------------------------------------------

@@ -163,20 +163,6 @@ def test_one_batch_in_several_threads_says_so_or_works():
     assert np.isfinite(batch.tangential_load).all()
 
 
-def test_one_stepper_of_two_directions_in_several_threads_says_so_or_works():
-    stepper = MANY.stepper(MANY.enter_plane(pressed(MANY, 1.0)))
-    done = []
-
-    def work():
-        for _ in range(200):
-            stepper.step(tangential_displacement=(1e-10, 0.0))
-            done.append(stepper.save())
-
-    raised = at_once(work)
-    assert all("is in use, by another thread" in text for text in raised)
-    assert done
-
-
 @pytest.mark.filterwarnings("ignore:the stepper")
 def test_one_stepper_in_several_threads_says_so_or_works():
     stepper = MANY.stepper(pressed(MANY, 1.0))

@@ -7,7 +7,6 @@ import struct
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq
 
 import historysim as hs
 from historysim.asperities.inclined import InclinedState
@@ -71,16 +70,6 @@ class Springs:
         self.bent, self.place = bent, place
         return loads
 
-    def step_under(self, load, displacement):
-        def excess(approach):
-            return self.moved(np.array([approach, displacement]))[1][0] - load
-
-        near = self.place[0]
-        low, high = near - 5e-9, near + 5e-9
-        while excess(high) < 0:
-            high += 10e-9
-        return self.step(np.array([brentq(excess, low, high, xtol=1e-16), displacement]))
-
 
 @pytest.mark.parametrize("way", [1, -1])
 @pytest.mark.parametrize("slope", [SLOPE, -0.3])
@@ -110,23 +99,6 @@ def test_random_paths_against_springs_on_turned_axes(seed):
         limit = FRICTION * max(normal, 1e-5)
         assert state.normal_load == pytest.approx(normal, abs=5e-4 * limit)
         assert state.tangential_load == pytest.approx(tangential, abs=1e-3 * limit)
-
-
-def test_random_paths_under_a_load_against_springs_on_turned_axes():
-    ensemble, parts = rough(5, 3), 150
-    springs, state = Springs(ensemble, 800), ensemble.advance(rough(5, 3).initial_state(), normal_load=1e-3)
-    for load in np.linspace(0, 1e-3, parts + 1)[1:]:
-        springs.step_under(load, 0.0)
-    load, here = 1e-3, 0.0
-    for share, displacement in legs(3, 4):
-        for part in np.linspace(0, 1, parts + 1)[1:]:
-            now = load + (share * 2e-3 - load) * part
-            _, tangential = springs.step_under(now, here + (displacement - here) * part)
-        load, here = share * 2e-3, displacement
-        state = ensemble.advance(state, normal_load=load, tangential_displacement=displacement)
-        assert state.normal_load == pytest.approx(load, rel=1e-12)
-        assert state.tangential_load == pytest.approx(tangential, abs=2e-3 * FRICTION * load)
-        assert state.approach == pytest.approx(springs.place[0], abs=0.02e-9)
 
 
 @pytest.mark.parametrize(
@@ -193,32 +165,6 @@ def test_no_slope_gives_the_bits_of_level_asperities():
     how = {"substeps": 5, "record": "all"}
     found, expected = hs.replay(inclined, events, **how, hold=False), hs.replay(level, events, **how, hold=False)
     assert found.drop_vars("slope").identical(expected.assign_attrs(found.attrs))
-
-
-def test_slopes_and_displacements_mirrored_give_loads_mirrored():
-    ensemble = rough(6, 2)
-    mirrored = hs.InclinedEnsemble(PAIR, ensemble.summit_height, ensemble.summit_radius, 0.25, slope=-ensemble.slope)
-    one, other = ensemble.initial_state(), mirrored.initial_state()
-    for share, displacement in legs(2, 4):
-        one = ensemble.advance(one, normal_displacement=share * 80e-9, tangential_displacement=displacement)
-        other = mirrored.advance(other, normal_displacement=share * 80e-9, tangential_displacement=-displacement)
-        assert one.tangential_load == -other.tangential_load
-        assert one.normal_load == other.normal_load
-
-
-def test_gentle_slopes_come_to_the_level_contact():
-    """A slope of 1e-4 changes loads by about its share of the normal load, and no more."""
-    whole = rough(8, 5)
-    steep = 1e-4
-    inclined = hs.InclinedEnsemble(
-        PAIR, whole.summit_height, whole.summit_radius, 0.25, slope=np.resize([steep, -steep], 8)
-    )
-    level = hs.Ensemble(PAIR, whole.summit_height, whole.summit_radius, 0.25)
-    one, other = inclined.initial_state(), level.initial_state()
-    for share, displacement in legs(5, 4):
-        goal = {"normal_load": share * 2e-3, "tangential_displacement": displacement}
-        one, other = inclined.advance(one, **goal), level.advance(other, **goal)
-        assert one.tangential_load == pytest.approx(other.tangential_load, abs=2 * steep * one.normal_load)
 
 
 def test_replay_records_what_stepping_finds_whatever_the_substeps():

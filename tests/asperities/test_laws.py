@@ -52,19 +52,6 @@ def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     assert some > 1.1 * none
 
 
-def test_on_a_rough_surface_friction_hardly_depends_on_the_load():
-    """Area goes as N^.95 to .97 (Rq = 24 nm, 1 µm), so that Σ τ0 A/N falls by less than a tenth over a decade."""
-    surface = hs.random_surface((96, 96), pixel_size=1e-6, rms_height=24e-9, autocorrelation_length=10e-6, seed=2)
-    ensemble = hs.Ensemble.from_summits(GLASS, surface.summits(rule=9), ShearStrength(11.37e6))
-    limits = []
-    for load in (5e-3, 50e-3):
-        state = loaded(ensemble, load)
-        each = [ensemble.asperity(i, state) for i in np.flatnonzero(ensemble.first_touch < state.approach)]
-        limits.append(sum(one.friction * one.normal_load for one in each) / load)
-    exponent = 1 + np.log(limits[1] / limits[0]) / np.log(10)
-    assert 0.93 < exponent < 0.98
-
-
 def test_the_pull_of_adhesion_adds_to_the_load():
     ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShiftedLoad(0.1, 0.1))
     pull = 2 * np.pi * 0.1 * BALL
@@ -110,20 +97,6 @@ def test_equal_coefficients_one_by_one_are_one_coefficient():
     assert hs.Replay(one, events).state() == hs.Replay(one, [events[0], change, events[1]]).state()
 
 
-def test_a_worn_asperity_replaced_by_its_like_is_a_fresh_contact():
-    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=ArchardWear(coefficient=0.02, hardness=1.0))
-    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01, tangential_displacement=0.1)
-    assert state.evolved.worn_volume[0] > 0
-    height = float(state.evolved.summit_height[0])
-    new = ensemble.with_geometry(state, summit_height=height)
-    assert new.tangential_load == pytest.approx(0.0, abs=1e-15)
-    assert new.normal_load == pytest.approx(0.01, rel=1e-12)
-    fresh = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=ensemble.wear)
-    expected = fresh.advance(loaded(fresh, 0.01), tangential_displacement=0.005)
-    found = ensemble.advance(new, tangential_displacement=new.tangential_displacement + 0.005)
-    assert found.tangential_load == pytest.approx(expected.tangential_load, rel=1e-9)
-
-
 @pytest.mark.parametrize("load", [0.005, 0.02])
 def test_a_sphere_wears_as_archard_says(load):
     """V = K N s/H with s = U - δ_t,max at a constant load, h = √(V/(πR)); the flat comes down by h."""
@@ -141,17 +114,6 @@ def test_a_sphere_wears_as_archard_says(load):
     assert state.approach == pytest.approx(approach + lost, rel=2e-3)
     assert state.tangential_load == pytest.approx(0.5 * load, rel=1e-9)
     assert evolved.slid_together == pytest.approx(evolved.slid_distance[0], rel=1e-12)
-
-
-def test_energy_wear_of_a_sliding_sphere():
-    """What slides dissipates μ N for each length, so that dV = α μ N ds there."""
-    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=EnergyWear(volume_per_energy=0.02, shape="blunted"))
-    state = ensemble.advance(loaded(ensemble, 0.01), tangential_displacement=0.2)
-    evolved = state.evolved
-    assert evolved.worn_volume[0] == pytest.approx(0.02 * state.dissipated_energy, rel=2e-3)
-    assert evolved.summit_radius[0] > 1.0
-    assert state.normal_load == pytest.approx(0.01, rel=1e-12)
-    assert ensemble.asperity(0, state).normal_load == pytest.approx(0.01, rel=1e-9)
 
 
 def test_energy_is_balanced_where_geometry_changes():
@@ -199,35 +161,6 @@ def test_a_load_beyond_what_falling_friction_holds_is_refused_or_held():
     assert back.tangential_load == pytest.approx(0.9 * limit, rel=1e-6)
 
 
-def test_a_history_names_the_event_or_flags_the_step():
-    events = [
-        hs.NormalLoad(0.0, 0.005),
-        hs.TangentialLoad(0.0, 0.001),
-        hs.NormalLoad(1.0, 1e-4),
-        hs.NormalLoad(2.0, 0.005),
-    ]
-    ensemble = hs.Ensemble(PAIR, [0.0, -0.002], 1.0, ShearStrength(0.05))
-    with pytest.raises(
-        hs.LoadError, match=r"event 2 at t = 1 s: a tangential load of 0\.001 N is beyond the friction limit"
-    ):
-        hs.replay(ensemble, events)
-    history = hs.replay(ensemble, events, saturate=True)
-    assert history.saturated.values.tolist() == [0, 1, 0]
-    assert history.total_tangential_load.values[1] == pytest.approx(history.friction_limit.values[1], rel=1e-9)
-    assert history.total_tangential_load.values[2] == pytest.approx(0.001, rel=1e-9)
-
-
-def test_behind_an_instrument_the_drive_is_met():
-    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], ShearStrength(0.05))
-    instrument = hs.Instrument(0.5)
-    state = ensemble.advance(
-        loaded(ensemble, 0.01), normal_load=0.02, tangential_displacement=0.01, instrument=instrument
-    )
-    drive = instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
-    assert drive == pytest.approx(0.01, rel=1e-12)
-    assert 0 < state.tangential_displacement < 0.01
-
-
 def test_what_is_slid_is_followed_on_request_and_changes_nothing():
     plain, followed = (hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.5, follow_sliding=follow) for follow in (False, True))
     states = [moves(ensemble, ensemble.initial_state()) for ensemble in (plain, followed)]
@@ -241,7 +174,7 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
     assert history.total_slid_distance.values[-1] == pytest.approx(0.1 - reach.max(), rel=1e-9)
 
 
-@pytest.mark.parametrize("substeps", [1, 2, 10, 100])
+@pytest.mark.parametrize("substeps", [1, 10])
 @pytest.mark.parametrize("options", [{"follow_sliding": True}, {"wear": ArchardWear(coefficient=1e-30, hardness=1.0)}])
 def test_the_distance_slid_by_all_does_not_depend_on_the_substeps(options, substeps):
     # the second summit touches midway, and slides immediately; the first has slid since 1/21 of the path

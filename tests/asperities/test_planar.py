@@ -93,19 +93,10 @@ def compare_with_half_space(shape, normal, poisson_ratio, cells, parts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("shape", "normal", "poisson_ratio"), [("spiral", "constant", 0.0), ("zigzag", "waving", 0.3)])
-def test_against_a_half_space(shape, normal, poisson_ratio):
-    """Steps are those of the brute force, of second order, so that meshes differ: cells are 1/32 of the contact."""
-    load, energy = compare_with_half_space(shape, normal, poisson_ratio, 32, 10)
-    assert load < 2.5e-3
-    assert abs(energy) < 1e-2
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
 @pytest.mark.parametrize("normal", APPROACH)
 @pytest.mark.parametrize("shape", ["spiral", "eight", "zigzag", "triangle"])
-def test_against_a_fine_half_space(shape, normal, poisson_ratio):
+def test_against_a_half_space(shape, normal, poisson_ratio):
     load, energy = compare_with_half_space(shape, normal, poisson_ratio, 80, 24)
     assert load < 2e-3
     assert abs(energy) < 5e-3
@@ -171,64 +162,6 @@ def test_a_way_as_short_as_rounding_changes_as_little(rings, share):
         assert 0 <= after.dissipated_energy - state.dissipated_energy <= LOAD * share + 1e-12 * LOAD
 
 
-def at_default_and_fine(ensemble, moves):
-    """States along moves, at the default resolution and at three times the rings and a thirtieth of the tolerance."""
-    for rings in (hs.Rings(), hs.Rings(rings=100, tolerance=3e-5)):
-        own = ensemble(rings)
-        state = own.advance(own.initial_state(), normal_displacement=1.0)
-        states = []
-        for move in moves(state.normal_load):
-            state = own.advance(state, **move)
-            states.append([*state.tangential_load, *state.tangential_displacement, state.dissipated_energy])
-        yield np.array(states)
-
-
-def loads_in_the_plane(normal_load):
-    random = np.random.default_rng(5)
-    for angle, share, part in random.uniform((0, 0, 0.5), (7, 0.8, 1), (12, 3)):
-        load = share * 0.25 * part * normal_load
-        yield {
-            "normal_load": part * normal_load,
-            "tangential_load": (load * np.cos(angle), load * np.sin(angle)),
-        }
-
-
-def displacements_and_falls(_):
-    for u in 0.3 * way("circle", 0.7, 4)[:13]:
-        yield {"tangential_displacement": tuple(u)}
-    yield {"friction": np.where(np.arange(12) % 2, 0.17, 0.33)}
-    yield {"friction": np.where(np.arange(12) % 2, 0.1, 0.2)}
-    yield {"tangential_displacement": (0.1, 0.1)}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("moves", [loads_in_the_plane, displacements_and_falls])
-def test_default_rings_against_many(moves):
-    """Two coefficients: loads within 1e-3 of μN, displacements within 1e-3 of full slip, energies within 5e-3."""
-    height, radius, _ = many()
-    friction = np.where(np.arange(12) % 2, 0.2, 0.4)
-    coarse, fine = at_default_and_fine(lambda rings: hs.Ensemble(PAIR, height, radius, friction, rings=rings), moves)
-    error = np.abs(coarse - fine)
-    limit = hs.Ensemble(PAIR, height, radius, friction).advance(
-        hs.Ensemble(PAIR, height, radius, friction).initial_state(), normal_displacement=1.0
-    ).normal_load * 0.3  # fmt: skip
-    assert error[:, :2].max() < 1e-3 * limit
-    assert error[:, 2:4].max() < 1e-3 * 0.3
-    assert error[-1, 4] < 5e-3 * fine[-1, 4]
-
-
-def test_small_loops_within_large_ones():
-    """Turns of a hundredth of full slip, after a square, beside many rings: within 1 % of their swing."""
-    square, turns = way("square", 0.7, 3)[:12], 0.01 * way("circle", 1.0, 6)[6:]
-    moves = [{"tangential_displacement": tuple(u)} for u in np.vstack([square, square[-1] + turns])]
-    coarse, fine = (
-        each[12:, :2]
-        for each in at_default_and_fine(lambda rings: hs.Ensemble(PAIR, 0.0, 1.0, 1.0, rings=rings), lambda _: moves)
-    )
-    swing = np.ptp(fine, axis=0).max()
-    assert np.abs((coarse - coarse[0]) - (fine - fine[0])).max() < 1e-2 * swing
-
-
 def random_walk(seed, count=40):
     random = np.random.default_rng(seed)
     return np.cumsum(random.normal(0, 0.15, (count, 2)), axis=0), random.uniform(0.3, 1.0, count)
@@ -255,26 +188,6 @@ def test_energy_grows_and_is_the_work_less_what_is_stored():
     work = (0.5 * (load[1:] + load[:-1]) * np.diff(u, axis=0)).sum()
     balance = lost[-1] + states[-1].stored_energy - lost[0] - states[0].stored_energy
     assert balance == pytest.approx(work, rel=2e-3)
-
-
-def test_loads_lead_where_displacements_have_led():
-    """Steps under the loads that small steps under displacements had, at a constant approach."""
-    ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-4))
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
-    for wanted in walked(ensemble, 0.3 * way("circle", 0.6, 16)):
-        state = ensemble.advance(state, tangential_load=tuple(wanted.tangential_load))
-        np.testing.assert_allclose(state.tangential_load, wanted.tangential_load, atol=1e-9 * LOAD)
-        np.testing.assert_allclose(state.tangential_displacement, wanted.tangential_displacement, atol=1e-3 * 0.3)
-
-
-def test_a_drive_behind_an_instrument():
-    instrument = hs.Instrument(lateral_stiffness=2 * PAIR.contact_modulus)
-    ensemble = sphere()
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
-    for u in way("circle", 0.7, 4):
-        state = ensemble.advance(state, tangential_displacement=tuple(u), instrument=instrument)
-        drive = instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
-        np.testing.assert_allclose(drive, u, atol=1e-9)
 
 
 def test_random_loads_within_the_limit_and_beyond():
@@ -306,19 +219,12 @@ def test_a_fall_of_friction():
         assert (plane.friction == friction).all()
 
 
-@pytest.mark.parametrize(
-    ("shape", "falls"),
-    [
-        ("square", {11: 0.6, 20: 0.7}),
-        pytest.param("circle", {9: 0.8, 25: 0.5}, marks=pytest.mark.slow),
-        pytest.param("square", {20: 0.4}, marks=pytest.mark.slow),
-    ],
-)
-def test_falls_of_friction_after_turns_against_a_half_space(shape, falls):
+def test_falls_of_friction_after_turns_against_a_half_space():
+    falls = {11: 0.6, 20: 0.7}
     ensemble, oracle, friction = sphere(), PlanarHalfSpace(32), 1.0
     oracle.to((0.0, 0.0), 1.0)
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
-    for k, u in enumerate(way(shape, 0.6, 10)):
+    for k, u in enumerate(way("square", 0.6, 10)):
         state = ensemble.advance(state, tangential_displacement=tuple(u))
         oracle.to(u, 1.0)
         if k in falls:
@@ -356,8 +262,8 @@ def one_event(start, end, approach, turn, **rings):
     return (state.dissipated_energy - before) / LOAD, state.tangential_load[0] / LOAD
 
 
-@pytest.mark.parametrize("approach", [1.5, 1 + 1e-9, 1.0, 0.99, 0.5, 0.2, 0.05, 0.001, 0.0, -0.1, -1.0])
-@pytest.mark.parametrize("end", [-0.5, 0.0, 0.6, 0.9, 2.0, 300.0])
+@pytest.mark.parametrize("approach", [1.5, 1 + 1e-9, 1.0, 0.5, 0.001, 0.0, -0.1])
+@pytest.mark.parametrize("end", [-0.5, 0.6, 2.0, 300.0])
 @pytest.mark.parametrize("start", [0.6, 1.2])
 def test_one_event_with_motion_against_one_direction(start, end, approach):
     """At the default rings, within 4e-3 of the energy or 2.5e-4 of μN times full slip."""
@@ -365,19 +271,6 @@ def test_one_event_with_motion_against_one_direction(start, end, approach):
     found, found_load = one_event(start, end, approach, turn=True)
     assert found == pytest.approx(expected, rel=4e-3, abs=2.5e-4)
     assert found_load == pytest.approx(load, abs=6e-4)
-
-
-@pytest.mark.parametrize("ensemble", [sphere(), hs.Ensemble(PAIR, *many(friction=1.0))])
-@pytest.mark.parametrize("approach", [0.8, 0.3, 0.01, 0.0])
-def test_springs_that_lift_off_unloaded_dissipate_nothing(ensemble, approach):
-    """While all slide, and U falls by μ times what the approach falls by, each spring keeps up with its limit."""
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(1.3, 0.0))
-    state = ensemble.advance(state, tangential_displacement=(1.3, 1e-9))
-    stored = state.stored_energy
-    after = ensemble.advance(
-        state, normal_displacement=approach, tangential_displacement=(1.3 - (1.0 - approach), 1e-9)
-    )
-    assert after.dissipated_energy - state.dissipated_energy < 1e-5 * stored
 
 
 def test_asperities_share_what_is_dissipated_at_lift_off():
@@ -390,48 +283,6 @@ def test_asperities_share_what_is_dissipated_at_lift_off():
     total, each = history.total_dissipated_energy.values, history.dissipated_energy.values
     np.testing.assert_allclose(each.sum(axis=1), total, rtol=1e-3)
     assert (np.diff(each, axis=0) >= 0).all()
-
-
-@pytest.mark.parametrize("lowest", [1.0, 0.3, -0.2])
-def test_random_histories_against_one_direction(lowest):
-    """Along a line that a turn of 1e-9 has left: loads within 2e-3 of μN, energies within 3e-3."""
-    random = np.random.default_rng(5)
-    line = plane = sphere().advance(sphere().initial_state(), normal_displacement=1.0)
-    ensemble = sphere()
-    plane = ensemble.advance(
-        ensemble.advance(plane, tangential_displacement=(1e-9, 0.0)), tangential_displacement=(1e-9, 1e-9)
-    )
-    for u, d in zip(random.uniform(-1.3, 1.3, 30), random.uniform(lowest, 1.0, 30), strict=True):
-        line = ensemble.advance(line, normal_displacement=d, tangential_displacement=u)
-        plane = ensemble.advance(plane, normal_displacement=d, tangential_displacement=(u, 1e-9))
-        assert plane.tangential_load[0] == pytest.approx(line.tangential_load, abs=2e-3 * LOAD)
-    assert plane.turned
-    assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=3e-3)
-
-
-def energy_of_second_circle(radius, **rings):
-    states = walked(
-        sphere(**rings), np.vstack([[(radius, 0.0)], way("circle", radius, 8)[8:], way("circle", radius, 8)[8:]])
-    )
-    return (states[-1].dissipated_energy - states[32].dissipated_energy) / LOAD
-
-
-def test_energy_of_small_circles():
-    """It goes with the third power of the radius; at 0.03 of full slip beside many rings."""
-    fine = energy_of_second_circle(0.03, rings=240)
-    assert energy_of_second_circle(0.03) == pytest.approx(fine, rel=0.03)
-    assert energy_of_second_circle(0.01) == pytest.approx(fine / 27, rel=0.1)
-
-
-@pytest.mark.parametrize("seed", [559, 578])
-def test_the_tolerance_holds_where_two_splits_agree_by_chance(seed):
-    """Loads at eight random way points, which were up to 0.0165 of μN off."""
-    path = np.random.default_rng(seed).uniform(-1, 1, (2, 8)).T
-    coarse, fine = (
-        np.array([numbers(state)[:2] for state in walked(sphere(tolerance=tolerance), path)])
-        for tolerance in (1e-3, 3e-5)
-    )
-    assert np.hypot(*(coarse - fine).T).max() < 1e-3
 
 
 def test_without_friction_all_stored_energy_is_dissipated():
@@ -452,15 +303,6 @@ def test_without_friction_all_stored_energy_is_dissipated():
     assert np.hypot(*ensemble.advance(state, friction=1e-300).tangential_load) < 1e-200
 
 
-@pytest.mark.parametrize("friction", [0.0, 1e-300])
-def test_an_ensemble_without_friction(friction):
-    state = walked(sphere(friction), way("square", 0.7, 2))[-1]
-    assert state.turned
-    assert np.hypot(*state.tangential_load) < 1e-200
-    # the rounding of the work
-    assert state.dissipated_energy < 1e-18 * LOAD
-
-
 def test_a_state_keeps_to_ensembles_of_its_rings():
     state = walked(sphere(), way("square", 0.7, 1))[-1]
     for call in (
@@ -473,16 +315,6 @@ def test_a_state_keeps_to_ensembles_of_its_rings():
         with pytest.raises(InputError, match=r"made with Rings\(.*rings=30.*expected .*rings=60"):
             call(sphere(rings=60))
     assert sphere().advance(state, normal_load=LOAD).rings == hs.Rings()
-
-
-def test_a_walk_goes_without_a_refusal():
-    state = walked(sphere(), way("square", 0.7, 1))[-1]
-    paths = paths_to(Goals(LOAD_CONTROL, LOAD), Goals(LOAD_CONTROL, [(0.0, 0.0)]), recorded=False)
-    for load, status in ((0.5 * LOAD, lib.HS_OK), (2.0 * LOAD, lib.HS_BEYOND_LIMIT)):
-        paths["tangential_target"] = load, 0.0
-        memory, path = copied(state.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
-        driven = sphere().make_drive(False, hs.Instrument(), directions=2)
-        assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == status
 
 
 def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
@@ -590,23 +422,6 @@ def test_a_table_of_a_sphere_moves_as_the_sphere():
     found, expected = (np.array([numbers(each) for each in walked(one, path, depth)]) for one in (table, sphere()))
     assert np.abs(found - expected)[:, :2].max() < 5e-4
     assert np.abs(found - expected)[:, 2].max() < 2e-3 * expected[-1, 2]
-
-
-@pytest.mark.parametrize("angle", [0.0, 0.7])
-def test_patches_along_a_line_agree_with_one_direction(angle):
-    random, ensemble = np.random.default_rng(3), three_patches()
-    direction = np.array([np.cos(angle), np.sin(angle)])
-    events = [[hs.NormalDisplacement(0.0, 0.5)], [hs.NormalDisplacement(0.0, 0.5)]]
-    for time in range(1, 30):
-        d, u = random.uniform(0.05, 1), 0.2 * random.normal()
-        for each, value in zip(events, (u, tuple(u * direction)), strict=True):
-            each += [hs.NormalDisplacement(time, d), hs.TangentialDisplacement(time, value)]
-    one, two = (hs.replay(ensemble, each, record="all") for each in events)
-    for name in ("tangential_load", "total_tangential_load"):
-        expected = one[name].values[..., None] * direction
-        np.testing.assert_allclose(two[name].values, expected, rtol=0, atol=1e-12 * LOAD)
-    for name in ("contact_area", "stick_area", "slip_state", "total_dissipated_energy"):
-        np.testing.assert_allclose(two[name].values, one[name].values, rtol=1e-9)
 
 
 def test_patches_share_the_load_of_their_rings():

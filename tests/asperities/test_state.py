@@ -106,17 +106,6 @@ def test_other_files_are_refused(tmp_path):
         ENSEMBLE.load_state(tmp_path / "none.npz")
 
 
-def test_a_step_that_wipes_out_a_deep_memory_agrees_with_the_whole():
-    state = spiral(ENSEMBLE, stuck(), 256)
-    whole = pickle.loads(pickle.dumps(state))  # noqa: S301 - our own
-    targets = np.linspace(state.tangential_displacement, 0.03, 9)
-    for target in targets:
-        state = ENSEMBLE.advance(state, tangential_displacement=target)
-    many, _ = ENSEMBLE.advance_many(whole, tangential_displacement=targets)
-    assert state == many
-    assert len(state.vertices()) < 6
-
-
 def check_forgeries(state, fields):
     """Put numbers without meaning in the place of values of a state; the checksum is right, as a forger makes it."""
     from historysim.basics.library import ffi, lib

@@ -87,27 +87,6 @@ def test_a_stepper_of_asperities_that_evolve_has_the_bits_of_advance(kind, seed)
         assert np.count_nonzero(state.yielded.yielding_load) > 1
 
 
-def test_a_step_of_summits_that_yield_that_is_refused_changes_nothing():
-    pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.2e9, hardness=5.5e9)
-    stepper = hs.Ensemble(pair, [0.0, -30e-9], 1e-6, 0.2, yielding="kogut-etsion").stepper()
-    stepper.step(normal_load=1e-3)
-    stepper.step(tangential_load=1e-4)
-    before = stepper.save()
-    with pytest.raises(hs.FrictionLimitError):
-        stepper.step(normal_load=3e-3, tangential_load=1e-3)
-    assert stepper.save() == before
-    # what has yielded is elastic up to there, and its slopes are those of differences
-    stepper.step(normal_displacement=0.8 * stepper.approach)
-    kept, found, step = stepper.save(), stepper.slopes(), 1e-12
-
-    def load(move):
-        stepper.restore(kept)
-        stepper.step(normal_displacement=kept.approach + move)
-        return stepper.normal_load
-
-    assert found.normal == pytest.approx((load(step) - load(-step)) / (2 * step), rel=1e-5)
-
-
 def test_many_paths_at_once_are_as_many_single_ones():
     ensemble = rough()
     start = ensemble.advance(ensemble.initial_state(), normal_load=0.3)
@@ -267,15 +246,6 @@ def test_the_derivative_after_friction_has_fallen_agrees_with_differences():
     found = stepper.slopes()
     assert found.tangential == pytest.approx(richardson(lambda u: load(0, u), 2e-5), rel=1e-9)
     assert found.coupling == pytest.approx(richardson(lambda d: load(d, 0), 2e-5), rel=1e-9)
-
-
-def test_a_controlled_stage_balances_its_energy_and_arrives():
-    motion = positioning_stage.controlled(positioning_stage.rough_contact(200), duration=0.3)
-    kept = motion.kinetic + motion.stored + motion.dissipated
-    # the leap-frog method is of first order in the work of a force that depends on the way
-    assert motion.work == pytest.approx(kept, rel=2e-3)
-    assert motion.dissipated > 0.02 * motion.work
-    assert motion.place[-1] == pytest.approx(15e-9, abs=1e-12)
 
 
 @pytest.mark.skipif(not positioning_stage.hatch_build.compiler(), reason="needs a C compiler")

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import stats
 
 import historysim as hs
-from historysim.asperities.laws import ShearStrength, SlidFriction
+from historysim.asperities.laws import ShearStrength
 from historysim.asperities.wear import ArchardWear
 from historysim.asperities.yielding import YIELDING_LAWS, JacksonGreen, KogutEtsion, Thornton, YieldingLaw
 from historysim.contact import hertz
@@ -281,35 +280,6 @@ def test_random_displacements_against_springs(count, seed):
     assert left.yielding_load.all()
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 2))])
-def test_random_loads_against_springs(seed):
-    """Springs go along the approaches and displacements that the loads led to."""
-    rng = np.random.default_rng(seed)
-    ensemble, events = rough(3, seed, yielding=LAW), []
-    for k in range(8):
-        events.append(hs.NormalLoad(float(k), rng.uniform(0.3, 1.0) * 4e-3 * (k + 2) / 9))
-        events.append(hs.TangentialLoad(float(k), rng.uniform(-0.7, 0.7) * FRICTION * events[-1].value if k else 0.0))
-    with np.errstate(all="raise"):
-        history = hs.replay(ensemble, events, substeps=40, saturate=True)
-    springs = springs_of(ensemble)
-    approach = ensemble.highest_summit - history["separation"].values
-    for row in range(history.sizes["step"]):
-        springs.go(approach[row], float(history["tangential_displacement"][row]), 20)
-        limit = FRICTION * springs.normal_loads().sum()
-        assert history["total_normal_load"][row] == pytest.approx(springs.normal_loads().sum(), rel=1e-9)
-        assert history["total_tangential_load"][row] == pytest.approx(springs.tangential_loads.sum(), abs=3e-3 * limit)
-    last = history.isel(step=-1)
-    assert last["total_dissipated_energy"] == pytest.approx(springs.dissipated.sum(), rel=1e-2)
-    np.testing.assert_allclose(last["present_summit_radius"], springs.radius, rtol=1e-6)
-    # without rows between, chords find the same
-    coarse = hs.replay(ensemble, events, saturate=True).isel(step=-1)
-    limit = float(last["friction_limit"])
-    assert coarse["total_tangential_load"] == pytest.approx(float(last["total_tangential_load"]), abs=1e-9 * limit)
-    reach = PAIR.displacement_ratio * FRICTION * float(approach.max())
-    assert coarse["tangential_displacement"] == pytest.approx(float(last["tangential_displacement"]), abs=2e-3 * reach)
-    assert coarse["total_dissipated_energy"] == pytest.approx(float(last["total_dissipated_energy"]), rel=1e-2)
-
-
 def test_friction_of_constant_strength_against_springs():
     """μ = τ0 πa²/N falls to τ0/H as the summits yield."""
     strength = 0.3e9
@@ -326,20 +296,6 @@ def test_friction_of_constant_strength_against_springs():
         limit = (coefficient(springs.normal_loads(), springs.radius) * springs.normal_loads()).sum()
         assert state.tangential_load == pytest.approx(springs.tangential_loads.sum(), abs=3e-3 * limit)
         assert state.dissipated_energy == pytest.approx(springs.dissipated.sum(), rel=2e-2, abs=1e-16)
-
-
-def test_what_else_is_followed_changes_nothing():
-    """A law of friction that is constant, and slid distances, take the way on which all evolves."""
-    steps = [(1e-3, 0.0), (0.8e-3, 5e-9), (2e-3, 6e-9), (2e-3, -30e-9), (3e-3, -28e-9)]
-    ends = []
-    for options in ({}, {"follow_sliding": True}, {"friction": SlidFriction([0.0, 1.0], [FRICTION, FRICTION])}):
-        ensemble = rough(4, 7, yielding=LAW, **options)
-        state = ensemble.initial_state()
-        for load, displacement in steps:
-            state = ensemble.advance(state, normal_load=load, tangential_displacement=displacement)
-        ends.append((state.tangential_load, state.approach, state.dissipated_energy))
-    np.testing.assert_allclose(ends[1:], [ends[0]] * 2, rtol=2e-3)
-    assert state.evolved.slid_distance.max() > 0
 
 
 # ---- first loading, running in ------------------------------------------------------------------------------------
@@ -381,27 +337,6 @@ def test_summits_that_yielded_without_traction_share_one_memory_and_are_elastic(
         assert moved == pytest.approx(again.tangential_displacement, rel=1e-9, abs=1e-18)
         assert state.dissipated_energy == pytest.approx(again.dissipated_energy, rel=1e-8, abs=1e-25)
     np.testing.assert_array_equal(state.yielded.summit_height, left.summit_height)
-
-
-def test_those_that_parted_as_they_yielded_share_one_memory_once_all_slide():
-    ensemble = rough(40, 3, yielding=LAW)
-    state = ensemble.initial_state()
-    for load, moved in ((5e-3, 0.0), (5e-3, 3e-9), (15e-3, 4e-9)):
-        state = ensemble.advance(state, normal_load=load, tangential_displacement=moved)
-    assert np.unique(state.group).size > 5
-    slides = ensemble.advance(state, tangential_displacement=200e-9)
-    back = ensemble.advance(slides, tangential_displacement=190e-9)
-    assert np.unique(back.group).size == 1
-    # as by the summits that are left, which all slid
-    left = slides.yielded
-    elastic = hs.Ensemble(PAIR, left.summit_height, left.summit_radius, FRICTION)
-    again = elastic.advance(elastic.initial_state(), normal_load=15e-3)
-    for moved in (200e-9, 190e-9):
-        before = again
-        again = elastic.advance(before, tangential_displacement=moved)
-    assert back.tangential_load == pytest.approx(again.tangential_load, rel=1e-9)
-    lost = again.dissipated_energy - before.dissipated_energy
-    assert back.dissipated_energy - slides.dissipated_energy == pytest.approx(lost, rel=1e-6)
 
 
 @settings(max_examples=8, deadline=None)
@@ -488,41 +423,3 @@ def printed(x, most):
     ranges = [x < 1, x < 6, x < 110]
     load = np.select(ranges, [x**1.5, 1.03 * x**1.425, 1.40 * x**1.263], 2 * x * most)
     return load, np.select(ranges, [x, 0.93 * x**1.136, 0.94 * x**1.146], 2 * x)
-
-
-@pytest.mark.parametrize("index", [2.5, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.7, 2.0))])
-def test_rough_contacts_of_kogut_and_etsion(index):
-    """Their integrals (Tribol. Trans. 46 (2003) 383) over Gaussian summits, plasticity index ψ = (σ/δc)^(1/2).
-
-    Joining their constants moves the integrals by less than 5 %, the width of a line over the decades of their figures;
-    the ensemble of quantiles of the heights has the integrals of the joined law.
-    """
-    ratio, radius, count = 0.3, 2e-6, 40_000
-    law = KogutEtsion(hardness=HARDNESS, poissons_ratio=ratio).of(PAIR)
-    critical = law.critical_approach(np.array([radius]), PAIR)[0]
-    deviation = critical * index**2
-    height = deviation * stats.norm.ppf((np.arange(count) + 0.5) / count)
-    unit_load = 4 / 3 * MODULUS * np.sqrt(radius) * critical**1.5
-    most = 1.5 / (0.454 + 0.41 * ratio)
-    ensemble = hs.Ensemble(PAIR, height, radius, 0.2, yielding=law)
-    state, shares = ensemble.initial_state(), []
-    for separation in (2.5, 2.0, 1.5, 1.0, 0.5):
-        found = []
-        for which in (printed, kogut_etsion):
-            x = np.linspace(separation, separation + 8.0, 400_001)
-            load, area = which((x - separation) * deviation / critical, most)
-            found.append([np.trapezoid(each * stats.norm.pdf(x), x) for each in (load, area)])
-        np.testing.assert_allclose(found[1], found[0], rtol=0.05)
-        approach = height.max() - separation * deviation
-        state = ensemble.advance(state, normal_displacement=approach)
-        assert state.normal_load / (count * unit_load) == pytest.approx(found[1][0], rel=0.01)
-        left = state.yielded
-        own = np.maximum(approach - (height.max() - left.summit_height), 0.0)
-        area = (left.summit_radius * own).sum() / (radius * critical * count)
-        assert area == pytest.approx(found[1][1], rel=0.01)
-        # load over the real area, over the hardness: between the onset's and the hardness itself
-        shares.append(state.normal_load / (np.pi * (left.summit_radius * own).sum()) / HARDNESS)
-    assert (np.diff(shares) > 0).all()
-    # the mean pressure rises with the index, elastic at .7
-    low, high = {0.7: (0.15, 0.4), 2.0: (0.45, 0.75), 2.5: (0.55, 0.8)}[index]
-    assert low < shares[0] < shares[-1] < high
