@@ -123,24 +123,6 @@ def test_a_course_is_written_out_or_comes_from_a_file(tmp_path):
     assert_allclose(history.total_tangential_load.values, [0, 0.3, 0.2], rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("course", "said"),
-    [
-        ("coefficient = [0.1]", "friction.course: neither time nor distance; expected one of them"),
-        ("time = [0, 1]\ncoefficient = [0.1]", "friction.course: 2 of time and 1 of coefficient"),
-        ('file = "mu.csv"\ncolumns = { coefficient = "mu" }', "friction.course.columns: neither time nor distance"),
-        (
-            'file = "mu.csv"\ncolumns = { time = "t", coefficient = "mu" }',
-            "friction.course.file: mu.csv: time 0 does not",
-        ),
-    ],
-)
-def test_what_a_section_cannot_have_is_explained(tmp_path, course, said):
-    write_columns(tmp_path / "mu.csv", t=[0, 0], mu=[0.4, 0.2])
-    with pytest.raises(hs.InputError, match=said):
-        events(tmp_path, f"[friction.course]\n{course}\n")
-
-
 @pytest.mark.parametrize("call", [hs.compare, hs.fit])
 def test_a_record_is_compared_with_one_coefficient(tmp_path, call):
     turns = np.array([0, 100, -100, 100, -100])

@@ -1,7 +1,6 @@
 """Numbers beyond what is computed with are refused wherever they come in; smaller ones are as good as 0."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from historysim.log.canonical import from_columns, to_columns
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
 LOADED = BALL.advance(BALL.initial_state(), normal_load=0.05)
-BEYOND = [1.0000001e60, 1e200, 1e308]
+BEYOND = [1.0000001e60, 1e308]
 KINDS = [hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement]
 
 
@@ -103,25 +102,6 @@ coefficient = 0.2
 [loading]
 waypoints = [{ time = 0, normal_load = 0.05 }, { time = 1, tangential_displacement = 1e-9 }]
 """
-
-
-@pytest.mark.parametrize(
-    ("key", "place"),
-    [
-        ("loading.waypoints[0].normal_load", "loading.waypoints[0].normal_load"),
-        ("loading.waypoints[1].tangential_displacement", "loading.waypoints[1].tangential_displacement"),
-        ("surface.radius", "surface.radius"),
-        ("friction.coefficient", "friction.coefficient"),
-        ("instrument.lateral_stiffness", "instrument.lateral_stiffness"),
-    ],
-)
-@pytest.mark.parametrize("number", [1e61, 1e308])
-def test_a_scenario_names_its_key(tmp_path, key, place, number):
-    path = tmp_path / "s.toml"
-    path.write_text(SCENARIO, encoding="utf-8")
-    for ask in (hs.validate, hs.load):
-        with pytest.raises(hs.InputError, match=rf"^s\.toml: {re.escape(place)}: 1e\+(61|308); expected a number of"):
-            ask(path, {key: number})
 
 
 def test_a_record_names_its_line(tmp_path):

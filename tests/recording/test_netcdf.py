@@ -100,8 +100,8 @@ def killed(path, ends, more):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
-@pytest.mark.parametrize("ends", [(1,), (3, 5, 12, 17)])
-@pytest.mark.parametrize("more", [0, 1, 6])
+@pytest.mark.parametrize("ends", [(3, 5, 12, 17)])
+@pytest.mark.parametrize("more", [0, 6])
 def test_whoever_is_killed_leaves_the_rows_that_were_flushed_in_a_file_that_opens(path, ends, more):
     killed(path, ends, more)
     with netCDF4.Dataset(path) as result:

@@ -19,7 +19,7 @@ from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
-from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, recorded
+from historysim.recording.variables import SLIDE_TIME, Changes, recorded
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
@@ -36,7 +36,6 @@ EVENTS = [
 ]
 GEOMETRY = ("normal_load", "tangential_load", "contact_radius", "stick_radius")
 TOTALS, PER_ASPERITY = recorded(Changes())
-COORDINATE_NAMES = {variable.name for variable in COORDINATES}
 
 SCENARIO = """
 title = "five summits"
@@ -139,7 +138,7 @@ def test_by_default_those_that_ever_touch_are_recorded(ensemble):
     xr.testing.assert_identical(history, everything.sel(asperity=[0, 1, 3, 4]))
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_touching_are_exactly_those_that_touch_in_random_histories(seed):
     generator = np.random.default_rng(seed)
     ensemble = hs.Ensemble(PAIR, generator.normal(0.0, 0.1, 40), generator.uniform(0.5, 2.0, 40), 0.5)
@@ -273,7 +272,6 @@ def test_recording_changes_no_state(ensemble, tmp_path):
 
 
 CASES = {
-    "per asperity": ('"touching"', ""),
     "totals": ('"totals"', POSITIONS),
     "instrument": ('"all"', f"{POSITIONS}\n[instrument]\nlateral_stiffness = 3.34"),
 }
@@ -313,17 +311,6 @@ def test_the_file_says_what_a_catalogue_asks_for(scenario, tmp_path):
         "keywords not present",
         'variable "separation" missing the following attributes: coverage_content_type',
     ]
-
-
-def test_the_checker_of_the_conventions_sees_what_is_wrong(scenario, tmp_path):
-    path = tmp_path / "out.nc"
-    hs.run(scenario(), path).close()
-    with netCDF4.Dataset(path, "a") as file:
-        file["separation"].units = "seven"
-        file["slip_state"].flag_values = np.arange(4.0)
-    errors, _ = conventions(path)
-    assert any("separation" in message for message in errors)
-    assert any("slip_state" in message for message in errors)
 
 
 @pytest.mark.parametrize("block", [1, 5, 1 << 21])
