@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -10,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner
 from rough_scenario import SCENARIO
 
 import historysim as hs
+from historysim.cli import main
 from historysim.errors import InputError
 from historysim.log import lazy_history, zarr_result
 
@@ -73,21 +74,19 @@ def test_a_lazy_history_is_written_by_xarray(scenario):
 
 def test_the_command_writes_reads_and_replaces_stores(scenario, tmp_path):
     def command(*arguments):
-        return subprocess.run(
-            [sys.executable, "-m", "historysim", *arguments], capture_output=True, text=True, check=False
-        )
+        return CliRunner().invoke(main, arguments)
 
     for _ in range(2):
         done = command("run", scenario.name, "-o", "out.zarr", "--snapshot-every", "10")
-        assert done.returncode == 0, done.stderr
+        assert done.exit_code == 0, done.stderr
     assert "result                    out.zarr" in done.stdout
     assert "steps" in command("show", "out.zarr").stdout
     (tmp_path / "other.zarr").mkdir()
     done = command("run", scenario.name, "-o", "other.zarr", "--force")
-    assert done.returncode == 2
+    assert done.exit_code == 2
     assert "other.zarr: exists already and is not a zarr store of historysim" in done.stderr
     done = command("run", scenario.name, "-o", "out.nc", "--cluster", "tcp://127.0.0.1:1")
-    assert done.returncode == 2
+    assert done.exit_code == 2
     assert "expected a zarr store (.zarr) as output" in done.stderr
 
 
