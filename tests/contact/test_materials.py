@@ -1,6 +1,3 @@
-import copy
-import pickle
-
 import attrs
 import pytest
 from hypothesis import given
@@ -79,13 +76,6 @@ def test_a_name_may_be_written_in_these_ways(name):
 def test_unknown_material(name, message):
     with pytest.raises(InputError, match=message):
         material(name)
-
-
-def test_the_table_cannot_be_changed():
-    with pytest.raises(TypeError):
-        MATERIALS["silicon"] = MATERIALS["silica"]
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
-        MATERIALS["silicon"].youngs_modulus = 1.0
 
 
 @pytest.mark.parametrize("given_as", [{}, {"shear_modulus": None}])
@@ -172,19 +162,6 @@ def test_pair_from_moduli():
     assert (pair.contact_modulus, pair.shear_modulus, pair.displacement_ratio) == (1.0, 0.25, 1.0)
     assert repr(pair) == "MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)"
     assert eval(repr(pair)) == pair  # noqa: S307 - the very text under test
-
-
-def test_equality_and_copies():
-    silicon, glass = material("silicon"), material("float glass")
-    pair = MaterialPair(silicon, glass)
-    assert pair == MaterialPair(silicon, glass)
-    assert pair != MaterialPair(glass, silicon)
-    assert pair != MaterialPair.from_moduli(contact_modulus=pair.contact_modulus, shear_modulus=pair.shear_modulus)
-    assert pickle.loads(pickle.dumps(pair)) == copy.deepcopy(pair) == pair  # noqa: S301 - our own bytes
-    assert hash(pair) == hash(MaterialPair(silicon, glass))
-    assert eval(repr(pair)) == pair  # noqa: S307 - the very text under test
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
-        pair.contact_modulus = 1.0
 
 
 def test_invalid_pairs_are_refused():

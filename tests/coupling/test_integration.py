@@ -67,23 +67,6 @@ def test_it_is_the_motion_that_many_small_steps_give():
     assert errors[1] < 1e-4 * largest
 
 
-def test_committing_the_trials_instead_is_wrong():
-    """What `solve_ivp` is for: the same solver, with a contact that remembers its trials, loses energy."""
-    stepper = ENSEMBLE.stepper(PRESSED)
-
-    def remembering(_t, y):
-        stepper.step(tangential_displacement=y[0])
-        return [y[1], -stepper.tangential_load / MASS]
-
-    span, start = (0.0, 6e-3), [0.0, SPEED]
-    with pytest.warns(UserWarning, match="went back and forth"):
-        naive = integrate.solve_ivp(remembering, span, start, rtol=1e-7, atol=1e-16)
-    end = stepper.save()
-    kept = 0.5 * MASS * naive.y[1, -1] ** 2 + end.stored_energy + end.dissipated_energy
-    good = solve_ivp(free, span, start, ENSEMBLE, place, state=PRESSED, rtol=1e-7, atol=1e-16)
-    assert abs(kept - 0.5 * MASS * SPEED**2) > 10 * abs(balance(good))
-
-
 def test_both_channels_may_move_and_the_state_given_is_left_alone():
     before = PRESSED.to_bytes()
 

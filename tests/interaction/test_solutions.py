@@ -107,18 +107,6 @@ def random_moves(rng, surface, count):
     return [(reach * rng.uniform(0.25, 1.0), reach * rng.uniform(-0.12, 0.12)) for _ in range(count)]
 
 
-@pytest.mark.slow
-def test_any_history_agrees_with_a_brute_force_of_all_points():
-    surface = rough(1)
-    moves = random_moves(np.random.default_rng(1), surface, 3)
-    coarse, coarse_maps = compared(surface, moves, 6)
-    fine, fine_maps = compared(surface, moves, 12)
-    # the brute force walks in steps, whose error is halved with them
-    assert np.abs(2 * fine - coarse).max() < 4e-3
-    assert np.abs(fine).max() < 0.8 * np.abs(coarse).max()
-    assert fine_maps.max() < 0.8 * coarse_maps.max()
-
-
 def test_the_second_of_deep_loops_that_was_wrong_is_right():
     surface = hs.random_surface((40, 40), 1.6, 0.3, 14.0, seed=1, autocorrelation="gaussian")
     reach = 0.5 * surface.heights.max()
