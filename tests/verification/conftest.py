@@ -109,8 +109,14 @@ class Case:
         self.rows.append((row, scale))
 
     def picture(self, draw):
-        """Have a function draw on axes, where the page is written."""
-        self.drawn = draw
+        """Register a function that draws the picture of the case on axes; labels get a legend."""
+
+        def drawn(axes):
+            draw(axes)
+            if axes.get_legend() is None and axes.get_legend_handles_labels()[1]:
+                axes.legend()
+
+        self.drawn = drawn
 
     def section(self):
         """The section of the page."""

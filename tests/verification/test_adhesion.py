@@ -46,13 +46,11 @@ def test_jkr(page):
     expected = np.array([least(load) for load in loads])
     page.row("contact radius [m]", expected, radius, 1e-6, "minimiser, √ε")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e6 * loads, 1e9 * radius, label="JKR")
         axes.plot(1e6 * loads, 1e9 * expected, "k.", label="least energy")
         axes.set(xlabel="normal load (µN)", ylabel="contact radius (nm)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_dmt(page):
@@ -78,15 +76,13 @@ def test_dmt(page):
     page.row("contact radius [m]", expected, radius, 1e-14)
     page.row("pull-off [N]", -2 * PULL, pull_off, 1e-14)
 
+    @page.picture
     def draw(axes):
         hertz = np.cbrt(0.75 * R * np.maximum(loads, 0) / E)
         axes.plot(1e6 * loads, 1e9 * radius, label="DMT")
         axes.plot(1e6 * loads, 1e9 * hertz, "0.6", label="Hertz")
         axes.plot(1e6 * loads[::5], 1e9 * expected[::5], "k.")
         axes.set(xlabel="normal load (µN)", ylabel="contact radius (nm)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_maugis(page):
@@ -121,15 +117,13 @@ def test_maugis(page):
     loads = [Springs.of(a, **own).load for a, own in zip(radius, contacts, strict=True)]
     page.row("load of the springs at the radius under 1 µN [N]", 1e-6, loads, 1e-8, "quadrature")
 
+    @page.picture
     def draw(axes):
         axes.axhline(2, color="0.7")
         axes.axhline(1.5, color="0.7")
         axes.semilogx(parameter, -pull_off / PULL, label="found")
         axes.semilogx(parameter, -np.array(expected), "k.", label="springs")
         axes.set(xlabel="Maugis' λ", ylabel="pull-off over πwR (grey: limits)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_in_a_run(page):
@@ -155,11 +149,9 @@ def test_in_a_run(page):
     page.row("Tabor's parameter", expected, found, 1e-14)
     page.row("Maugis' λ", 1.1570 * expected, lam, 2e-4, "1.157, printed digits")
 
+    @page.picture
     def draw(axes):
         axes.loglog(1e6 * radii, found, "-o", ms=3, label="Tabor")
         axes.loglog(1e6 * radii, lam, "-s", ms=3, label="Maugis")
         axes.axhspan(0.1, 5, color="0.9")
         axes.set(xlabel="summit radius (µm)", ylabel="parameter (grey: Maugis)")
-        axes.legend()
-
-    page.picture(draw)

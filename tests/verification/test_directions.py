@@ -39,11 +39,10 @@ def test_along_a_line(page):
     page.row("tangential load [N]", found[:, :1] * direction, found[:, 1:3], 1e-12, of="the largest")
     page.row("energy lost [J]", found[:, 3], found[:, 4], 1e-12, of="all of it")
 
+    @page.picture
     def draw(axes):
         axes.plot(found[:, 1] / UNIT, found[:, 2] / UNIT, ".-", ms=3, lw=0.5)
         axes.set(xlabel="T in x, of N at approach 1", ylabel="T in y", aspect="equal")
-
-    page.picture(draw)
 
 
 def test_circle_and_square(page):
@@ -75,14 +74,12 @@ def test_circle_and_square(page):
         page.row(f"T on a {shape}, of N", table[:, :2], ends[:, :2], 1e-3, "tolerance, by default", of="μN", scale=1)
         page.row(f"energy lost on a {shape}, of N × 1 m", table[:, 2], ends[:, 2], 2e-3, "tolerance", of="all of it")
 
+    @page.picture
     def draw(axes):
         for shape in paths:
             axes.plot(*(found[shape][:, :2] / UNIT).T, label=shape)
             axes.plot(*np.array(TABLES[shape])[:, :2].T, "k.")
         axes.set(xlabel="T in x, of μN", ylabel="T in y, of μN", aspect="equal")
-        axes.legend()
-
-    page.picture(draw)
 
 
 @pytest.mark.slow
@@ -119,10 +116,8 @@ def test_half_space(page):
     page.row("T, of N at approach 1", expected[:, :2], found[:, :2], 2.5e-3, "cells of 1/32", of="μN", scale=1)
     page.row("energy lost", expected[-1, 2], found[-1, 2], 1e-2, "cells of 1/32", of="all of it")
 
+    @page.picture
     def draw(axes):
         axes.plot(*found[:, :2].T, label="found")
         axes.plot(*expected[:, :2].T, "k.", ms=3, label="half-space")
         axes.set(xlabel="T in x, of N at approach 1", ylabel="T in y", aspect="equal")
-        axes.legend()
-
-    page.picture(draw)

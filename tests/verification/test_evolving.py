@@ -35,15 +35,13 @@ def test_yielding_laws(page):
     page.row("area, Kogut and Etsion", 0.94 * x**1.146, found["kogut-etsion"][1], 1e-10, of="at onset")
     page.row("load, Thornton", 1 + 1.5 * (x - 1), found["thornton"][0], 1e-10, of="at onset")
 
+    @page.picture
     def draw(axes):
         axes.loglog(x, found["kogut-etsion"][0], label="Kogut and Etsion")
         axes.loglog(x, found["thornton"][0], label="Thornton")
         axes.loglog(x, 1.40 * x**1.263, "k.", x, 1 + 1.5 * (x - 1), "k.")
         axes.loglog(x, x**1.5, "0.6", label="Hertz")
         axes.set(xlabel="approach over that at onset", ylabel="load over that at onset")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_yielding_history(page):
@@ -82,6 +80,7 @@ def test_yielding_history(page):
     page.row("tangential load [N]", expected[:, 1], found[:, 1], 1e-3, "springs: first order", of="μN", scale=limit)
     page.row("energy lost by friction [J]", expected[:, 2], found[:, 2], 4e-3, "springs: first order", of="all of it")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e6 * found[:, 0], "-", label="N, found")
         axes.plot(1e6 * expected[:, 0], "k.", label="springs")
@@ -89,8 +88,6 @@ def test_yielding_history(page):
         axes.plot(1e6 * expected[:, 1] / MU, "k.")
         axes.set(xlabel="move", ylabel="load (µN)")
         axes.legend(fontsize=6)
-
-    page.picture(draw)
 
 
 def test_wear_volume(page):
@@ -119,13 +116,11 @@ def test_wear_volume(page):
     # a turn takes twice the preliminary displacement before the asperity slides back
     page.row("distance slid [m]", 5e-6 - 5 * FULL, slid[-1], 1e-5, "wear lowers the ball a little")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e6 * slid, 1e18 * volume, label="found")
         axes.plot(1e6 * slid[::6], 1e18 * 1e-6 * 50e-3 * slid[::6] / 6e9, "k.", label="Archard")
         axes.set(xlabel="distance slid (µm)", ylabel="worn volume (µm³)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 FULL = 3 * 0.2 * 50e-3 / (
@@ -179,15 +174,13 @@ def test_friction_laws(page):
         "energy lost [J]", expected[:, 1], found[:, 1], max(error[1], 2e-3), "springs: first order", of="all of it"
     )
 
+    @page.picture
     def draw(axes):
         half = len(moves)
         for name, rows in (("power law", slice(0, half)), ("distance slid", slice(half, None))):
             axes.plot(found[rows, 0], label=name)
             axes.plot(expected[rows, 0], "k.")
         axes.set(xlabel="move", ylabel="tangential load (N)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def evolved(law, moves, steps):

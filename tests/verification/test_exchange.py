@@ -42,12 +42,11 @@ def test_reduced_model(page):
     beyond = max(max(np.abs(each).max() for each in errors[1:]) - bound, 0.0)
     page.row("random histories beyond the bound [N]", 0.0, beyond, 1e-9, of="μN", scale=limit)
 
+    @page.picture
     def draw(axes):
         axes.hist([np.abs(each).max() / bound for each in errors[1:]], bins=20, color="0.6")
         axes.axvline(1, color="k")
         axes.set(xlabel="largest error over the bound", ylabel="random histories")
-
-    page.picture(draw)
 
 
 # random steps turn round at each step, and are meant to
@@ -87,13 +86,11 @@ def test_fmu(page, monkeypatch):
     found = page.shows(rollbacks, rough(), Host, steps, kept_at, back_at)
     page.row("tangential load [N]", found[:, 0], found[:, 1], 0.0, "the same bits")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e3 * found[:60, 0], lw=0.8, label="Stepper")
         axes.plot(1e3 * found[:60, 1], "k.", ms=2, label="FMU")
         axes.set(xlabel="step", ylabel="tangential load (mN)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 class Host:

@@ -45,13 +45,11 @@ def test_random_histories(page):
     spent = history.total_dissipated_energy.values[at]
     page.row("energy lost [J]", energies, spent, 1e-5, "springs: 50 steps a ramp", of="all of it")
 
+    @page.picture
     def draw(axes):
         axes.plot(history.time[at], total[at] / limit, label="found")
         axes.plot(times, loads.sum(axis=1) / limit, "k.", ms=3, label="springs")
         axes.set(xlabel="time (s)", ylabel="tangential load, of the largest μN")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_theory_table(page):
@@ -77,12 +75,11 @@ def test_theory_table(page):
     page.row("displacement [m]", table[:, 2], found[:, 0], 1e-7, "printed digits", of="the largest")
     page.row("energy lost [J]", table[:, 3], found[:, 1], 1e-6, "printed digits", of="the largest")
 
+    @page.picture
     def draw(axes):
         axes.plot(table[:, 0], table[:, 1], "-o", ms=3)
         axes.plot([0, 0.02], [0, 0.01], "0.6", [0, 0.02], [0, -0.01], "0.6")
         axes.set(xlabel="normal load (N)", ylabel="tangential load (N); grey: ±μN")
-
-    page.picture(draw)
 
 
 @pytest.mark.slow
@@ -113,6 +110,7 @@ def test_at_the_limit(page):
     page.row("displacement [m]", settled[:, 1], found[:, 1], 1e-5, "200 steps, first order", of="the largest")
     page.row("energy lost [J]", settled[:, 2], found[:, 2], 2e-3, "200 steps, first order", of="all of it")
 
+    @page.picture
     def draw(axes):
         normal = np.linspace(0, 1, 50)
         oracle = Polylines([0.0, -0.3], 1.0, [0.18, 0.8])
@@ -120,9 +118,6 @@ def test_at_the_limit(page):
         axes.plot(*np.array(targets).T, "--o", ms=3, label="asked for")
         axes.plot(np.array(targets)[:, 0], found[:, 0], "-s", ms=3, label="found")
         axes.set(xlabel="normal load (N)", ylabel="tangential load (N)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def walked(targets, steps):
@@ -162,11 +157,10 @@ def test_energy_balance(page):
         "smallest change of the lost energy [J]", 0.0, min(np.diff(lost).min(), 0.0), 0.0, "it never falls", scale=1.0
     )
 
+    @page.picture
     def draw(axes):
         axes.plot(1e9 * place, 1e3 * load, lw=0.8)
         axes.set(xlabel="displacement (nm)", ylabel="tangential load (mN)")
-
-    page.picture(draw)
 
 
 def test_same_numbers(page):
@@ -197,8 +191,7 @@ def test_same_numbers(page):
     page.row("tangential load [N]", history.total_tangential_load.values, again[:, 0], 0.0, "the same bits")
     page.row("energy lost [J]", history.total_dissipated_energy.values, again[:, 1], 0.0, "the same bits")
 
+    @page.picture
     def draw(axes):
         axes.plot(history.time, history.total_tangential_load, lw=0.8)
         axes.set(xlabel="time (s)", ylabel="tangential load (N)")
-
-    page.picture(draw)

@@ -44,6 +44,7 @@ def test_areas(page):
     whole = (2 * fine - coarse).sel(law="whole map").values[1:]
     page.row("κ of the whole map", 2.0, whole, 0.2, "range of the literature", of="1", scale=1)
 
+    @page.picture
     def draw(axes):
         for law in ("Bush–Gibson–Thomas", "Persson"):
             axes.plot(1e3 * loads[1:], fine.sel(law=law)[1:], "-o", ms=3, label=law)
@@ -51,8 +52,6 @@ def test_areas(page):
         axes.plot(1e3 * loads[1:], whole, "--s", ms=3, label="pixel extrapolated to 0")
         axes.set(xlabel="normal load (mN)", ylabel="A E* g/N", ylim=(1.4, 3.0))
         axes.legend(fontsize=6)
-
-    page.picture(draw)
 
 
 def test_normal_contact(page):
@@ -82,12 +81,11 @@ def test_normal_contact(page):
     found[solutions.point] = solutions.pressure[row]
     page.row("pressures, over E*", np.array(model.traction).ravel(), found, 1e-4, "both iterate", of="the largest")
 
+    @page.picture
     def draw(axes):
         image = axes.imshow(1e3 * found.reshape(64, 64).T, origin="lower", cmap="gray_r", extent=(0, 64, 0, 64))
         axes.figure.colorbar(image, label="pressure over E*, 10⁻³")
         axes.set(xlabel="x (µm)", ylabel="y (µm)")
-
-    page.picture(draw)
 
 
 def test_friction_on_a_map(page):
@@ -129,10 +127,8 @@ def test_friction_on_a_map(page):
     )
     page.row("energy lost, of E*", expected[:, 2], found[:, 2], 1e-2, "steps, 50 solved loads", of="all of it")
 
+    @page.picture
     def draw(axes):
         axes.plot(found[:, 1] / limit, "-", label="found")
         axes.plot(expected[:, 1] / limit, "k.", label="brute force")
         axes.set(xlabel="move", ylabel="tangential load, of μN")
-        axes.legend()
-
-    page.picture(draw)

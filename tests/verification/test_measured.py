@@ -59,13 +59,11 @@ def test_oblique_impacts(page):
         found = np.interp(at, angles, curves[name])
         page.row(name, measured, found, bound, "reading of a figure, e = 0.98", of=unit, scale=1)
 
+    @page.picture
     def draw(axes):
         axes.plot(angles, curves["tangential restitution"], label="found")
         axes.plot(*np.array(MEASURED["tangential restitution"]).T, "k.", label="measured")
         axes.set(xlabel="angle to the normal (°)", ylabel="tangential restitution")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_impacts_along_the_normal(page):
@@ -93,12 +91,11 @@ def test_impacts_along_the_normal(page):
         "a step", of="the longest",
     )  # fmt: skip
 
+    @page.picture
     def draw(axes):
         names = ["glass", "limestone", "Al alloy", "Mg alloy"]
         axes.bar(names, np.array(loads) / expected - 1, color="0.5")
         axes.set(ylabel="greatest load over Hertz, less 1")
-
-    page.picture(draw)
 
 
 @pytest.mark.slow
@@ -123,15 +120,13 @@ def test_intervals(page):
     for name, held in (("friction", friction), ("stiffness in series", stiffness), ("friction of loops", loops)):
         page.row(f"{name}: intervals of 100", 95, held, 6, "binomial, once in 200", of="1", scale=1)
 
+    @page.picture
     def draw(axes):
         axes.set_xscale("log")
         axes.hist(
             100 * np.array(reach), bins=np.geomspace(0.01, 3, 40), label=["friction", "stiffness"], color=["0.3", "0.7"]
         )
         axes.set(xlabel="half width of the interval (%)", ylabel="records")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_recovered_parameters(page):
@@ -158,11 +153,10 @@ def test_recovered_parameters(page):
     for name, truth in synthetic.TRUTHS["ball"].items():
         page.row(name, truth, found.values[name], 5e-5, "turns are sought beyond the samples")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e9 * record["tangential_displacement"], 1e3 * record["tangential_load"], lw=0.7)
         axes.set(xlabel="displacement (nm)", ylabel="tangential load (mN)")
-
-    page.picture(draw)
 
 
 @pytest.mark.slow
@@ -200,10 +194,9 @@ def test_damper(page):
     measured, found = loops.dissipated_energy[1:].mean(), model.dissipated_energy[1:].mean()
     page.row("energy per loop of the fitted ball [J]", measured, found, 0.2, "known: not the right model")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e3 * displacement[::8], 1e-3 * load[::8], "0.6", lw=0.6)
         trace = model.trace
         axes.plot(1e3 * trace.displacement, 1e-3 * trace.tangential_load, "k", lw=0.8)
         axes.set(xlabel="displacement (mm)", ylabel="force (kN); grey: measured")
-
-    page.picture(draw)

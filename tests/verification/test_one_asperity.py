@@ -48,14 +48,12 @@ def test_hertz(page):
     peak = 1.5 * loads / (np.pi * radius**2)
     page.row("pressure in the middle [Pa]", peak, [each.pressure(0.0) for each in contacts], 1e-14)
 
+    @page.picture
     def draw(axes):
         r = np.linspace(0, 1.2 * radius[-1], 200)
         for load, each in zip(loads, contacts, strict=True):
             axes.plot(1e6 * r, 1e-6 * each.pressure(r), label=f"{1e3 * load:g} mN")
         axes.set(xlabel="distance from the middle (µm)", ylabel="pressure (MPa)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_cattaneo_mindlin(page):
@@ -91,13 +89,11 @@ def test_cattaneo_mindlin(page):
     at = [float(history.total_dissipated_energy.sel(step=history.time == t).values[-1]) for t in (1.0, 3.0)]
     page.row("energy of the loop [J]", energy, at[1] - at[0], 1e-12)
 
+    @page.picture
     def draw(axes):
         axes.plot(1e9 * history.tangential_displacement, 1e3 * history.total_tangential_load, label="found")
         axes.plot(1e9 * displacement[::4], 1e3 * load[::4], "k.", label="Mindlin")
         axes.set(xlabel="displacement (nm)", ylabel="tangential load (mN)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_tractions(page):
@@ -137,15 +133,13 @@ def test_tractions(page):
     carried = quad(lambda x: 2 * np.pi * x * float(asperity.traction(x)), 0, CONTACT_RADIUS, limit=400)[0]
     page.row("their integral [N]", 2e-3, carried, 1e-5, "quadrature over kinks", of="μN", scale=LIMIT)
 
+    @page.picture
     def draw(axes):
         axes.plot(1e6 * r, 1e-6 * asperity.traction(r), label="found")
         axes.plot(1e6 * r[::20], 1e-6 * printed[::20], "k.", label="printed")
         bound = 1e-6 * MU * asperity.pressure(r)
         axes.fill_between(1e6 * r, -bound, bound, color="0.9", label="±μp")
         axes.set(xlabel="distance from the middle (µm)", ylabel="traction (MPa)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 PATHS = {
@@ -212,6 +206,7 @@ def test_eleven_paths(page):
     for name, path in PATHS.items():
         page.row(f"{name} [m]", compliance_along(*path), found[name], 1e-10, "quadrature")
 
+    @page.picture
     def draw(axes):
         for before, normal, tangential in PATHS.values():
             start = START[before][-1]
@@ -219,8 +214,6 @@ def test_eleven_paths(page):
             axes.plot(1, start, "k.", ms=3)
         axes.plot([0.7, 1.1], [0.7, 1.1], "0.6")
         axes.set(xlim=(0.7, 1.6), ylim=(-0.5, 1.1), xlabel="N over N at the start", ylabel="T over μN at the start")
-
-    page.picture(draw)
 
 
 def test_nested_reversals(page):
@@ -253,13 +246,11 @@ def test_nested_reversals(page):
     page.row("loads where it turns inward [N]", expected[1:7], load[at][1:7], 1e-14, of="μN", scale=LIMIT)
     page.row("loads on the way out [N]", load[at][[5, 4, 3, 2, 1]], load[at][7:12], 0.0, "the same bits")
 
+    @page.picture
     def draw(axes):
         axes.plot(1e9 * place, 1e3 * load)
         axes.plot(1e9 * turns[1:7], 1e3 * expected[1:7], "k.", label="Masing")
         axes.set(xlabel="displacement (nm)", ylabel="tangential load (mN)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_behind_a_spring(page):
@@ -288,13 +279,11 @@ def test_behind_a_spring(page):
         "tangential load [N]", virgin(np.array(expected)), history.total_tangential_load.values[-drives.size :], 1e-12
     )
 
+    @page.picture
     def draw(axes):
         axes.plot(1e9 * drives, 1e9 * found, label="found")
         axes.plot(1e9 * drives, 1e9 * np.array(expected), "k.", label="root")
         axes.set(xlabel="drive (nm)", ylabel="displacement of the contact (nm)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_fall_of_friction(page):
@@ -336,6 +325,7 @@ def test_fall_of_friction(page):
         limit = factor * 2 / 3
         page.row(f"T, {name} [N]", rings.tangential_load, state.tangential_load, bound, why, of="μN", scale=limit)
 
+    @page.picture
     def draw(axes):
         r = np.linspace(0, 1, 300)
         for name, state, rings, colour in zip(paths, found, expected, ("C0", "C1", "C2"), strict=True):
@@ -344,5 +334,3 @@ def test_fall_of_friction(page):
             axes.plot(edges[::12], rings.traction[::12], ".", color=colour, ms=3)
         axes.set(xlabel="distance from the middle, of a", ylabel="traction, of E* (dots: rings)")
         axes.legend(fontsize=6)
-
-    page.picture(draw)

@@ -41,13 +41,11 @@ def test_greenwood_williamson(page):
     page.row("load [N]", loads, load, 1e-9, "quadrature")
     page.row("area [m²]", areas, area, 1e-9, "quadrature")
 
+    @page.picture
     def draw(axes):
         axes.loglog(load, area, label="found")
         axes.loglog(loads, areas, "k.", label="quadrature")
         axes.set(xlabel="normal load (N)", ylabel="real area (m²)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_ensemble_of_drawn_summits(page):
@@ -77,13 +75,11 @@ def test_ensemble_of_drawn_summits(page):
     bound = 4 * areas.std(ddof=1) / math.sqrt(10) / areas.mean()
     page.row("mean real area [m²]", float(integral.contact_area(0.6e-6)), areas.mean(), bound, "4 standard errors")
 
+    @page.picture
     def draw(axes):
         axes.plot(range(10), 1e12 * areas, "o", ms=3, label="ensembles")
         axes.axhline(1e12 * float(integral.contact_area(0.6e-6)), color="k", label="integral")
         axes.set(xlabel="seed", ylabel="real area (µm²)")
-        axes.legend()
-
-    page.picture(draw)
 
 
 def test_preliminary_displacement(page):
@@ -128,12 +124,11 @@ def test_preliminary_displacement(page):
         "asperities that touch", (depth > 0).sum(), int((last.contact_radius > 0).sum()), 0.0, "a whole number", scale=1
     )
 
+    @page.picture
     def draw(axes):
         axes.plot(1e9 * history.tangential_displacement, 1e3 * history.total_tangential_load)
         axes.axvline(1e9 * full, color="0.6")
         axes.set(xlabel="displacement (nm)", ylabel="tangential load (mN); grey: θμδ")
-
-    page.picture(draw)
 
 
 def test_random_surface(page):
@@ -165,9 +160,8 @@ def test_random_surface(page):
         bound = 4 * found.std(ddof=1) / math.sqrt(8) / found.mean() + grid
         page.row(name, expected, found.mean(), bound, "4 standard errors, and the grid")
 
+    @page.picture
     def draw(axes):
         image = axes.imshow(1e9 * first.heights[:128, :128].T, origin="lower", extent=(0, 128, 0, 128), cmap="gray")
         axes.figure.colorbar(image, label="height (nm)")
         axes.set(xlabel="x (µm)", ylabel="y (µm)")
-
-    page.picture(draw)
