@@ -77,58 +77,6 @@ def text(name: str, content: str | bytes) -> Callable[[Path], None]:
     return make
 
 
-# -- numbers and words where others are expected ---------------------------------------------------
-
-KEYS = [
-    "materials.contact_modulus",
-    "materials.shear_modulus",
-    "surface.radius",
-    "friction.coefficient",
-    "loading.substeps",
-    "loading.waypoints[0].time",
-    "loading.waypoints[0].normal_load",
-    "loading.waypoints[1].tangential_load",
-    "surface.kind",
-    "record.asperities",
-    "title",
-]
-VALUES = (
-    *[
-        "1e308",
-        "-1e308",
-        "1e-320",
-        "nan",
-        "inf",
-        "-1",
-        "0",
-        "1e18",
-        "1000000000000000000000000000000",
-        "true",
-        "[]",
-        "[[[[[[1]]]]]]",
-    ],
-    "9" * 5000,
-    "{a = 1}",
-    '""',
-    '"10 bananas"',
-    '"1 mm; DROP TABLE batch"',
-    '"../../etc/passwd"',
-    r'"\u001b[31mred\u0007"',
-    r'"\uFFFE\u202E"',
-    "1979-05-27T07:32:00Z",
-)
-
-
-def settings() -> Iterator[Case]:
-    """Each key with each value: told with the key, or carried out."""
-    for key in KEYS:
-        for value in VALUES:
-            for command in (["validate", "s.toml"], ["run", "s.toml", "-o", "out.nc"]):
-                yield Case(
-                    f"{command[0]} {key}={value[:40]}", nothing, [*command, "--set", f"{key}={value}"], (0, 1, 2)
-                )
-
-
 # -- scenarios that are no scenario ----------------------------------------------------------------
 
 
@@ -164,20 +112,6 @@ def _strange(folder: Path) -> None:
     (folder / "folder").mkdir()
     (folder / "loop").symlink_to("loop")
     os.mknod(folder / "socket", 0o140600)
-
-
-# -- sweeps ----------------------------------------------------------------------------------------
-
-
-def sweeps() -> Iterator[Case]:
-    for count in ("10000000", "1" + "0" * 30, "0", "-1", "1.5", '"many"', "true"):
-        for to in ("", ", to = 0.5"):
-            first = "0.1" if to else "1"
-            over = f"[sweep.over]\nfriction.coefficient = {{ from = {first}{to}, count = {count} }}\n"
-            make = text("s.toml", SCENARIO + over)
-            yield Case(f"count {count}{to}", make, ["validate", "s.toml"], (2,), ("count",))
-    over = "[sweep.over]\n" + "".join(f"a{i} = [1, 2]\n" for i in range(40))
-    yield Case("2^40 points", text("s.toml", SCENARIO + over), ["validate", "s.toml"], (2,), ("points",))
 
 
 # -- tables ----------------------------------------------------------------------------------------
@@ -421,7 +355,7 @@ def zeroed(path: Path, mark: bytes, beyond: int) -> None:
 
 
 CLASSES: dict[str, Callable[[], Iterator[Case]]] = {
-    each.__name__: each for each in (settings, scenarios, sweeps, tables, hdf5, logs, results)
+    each.__name__: each for each in (scenarios, tables, hdf5, logs, results)
 }
 
 

@@ -1,15 +1,10 @@
 """Kill a sweep again and again: no finished cell is computed again, and what comes out is the same, bit for bit.
 
-    python tests/scripts/kill_sweeps.py --cells 1000 --kills 100
-    python tests/scripts/kill_sweeps.py --cells 10000 --speed
-
-The second compares the time of one worker with that of two; it needs two processors that do nothing else. The processor
-time of a cell, of all processes together, tells what two workers cost beside one on a machine that is shared, too.
+python tests/scripts/kill_sweeps.py --cells 1000 --kills 100
 """
 
 import argparse
 import random
-import resource
 import subprocess
 import sys
 import tempfile
@@ -101,12 +96,6 @@ def killed_sweep(folder, *, cells, kills, size, workers=2, seed=0):
     return store, output, count
 
 
-def processor_time():
-    """Processor time of all processes that have been waited for [s]."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 def check_same(first, second):
     """Check that two sweeps are the same, bit for bit, but for the date."""
     with xr.open_dataset(first, decode_times=False) as one, xr.open_dataset(second, decode_times=False) as other:
@@ -116,35 +105,20 @@ def check_same(first, second):
 
 
 def main():
-    """Read the arguments and say what was found."""
+    """Compare a sweep that was killed with one that was not."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", type=int, default=1000)
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--size", type=int, default=256, help="points of a side of each surface")
-    parser.add_argument("--speed", action="store_true")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        outputs, took = {}, {}
-        counts = (1, 2) if given.speed else (1, 2, 4)
+        whole = folder / "whole.nc"
         scenario = write_scenario(folder, given.cells, given.size)
-        for workers in counts:
-            outputs[workers] = folder / f"{workers}.nc"
-            begin, used = time.perf_counter(), processor_time()
-            subprocess.run(command(scenario, outputs[workers], folder / f"{workers}.cells", workers), check=True)
-            took[workers], used = time.perf_counter() - begin, processor_time() - used
-            check_same(outputs[1], outputs[workers])
-            each, busy = (1e3 * seconds / given.cells for seconds in (took[workers], used))
-            print(
-                f"{workers} workers: {took[workers]:.1f} s, {each:.2f} ms a cell; processors busy {busy:.2f} ms a cell"
-            )
-        if given.speed:
-            print(f"two workers are {took[1] / took[2]:.2f} times as fast as one")
-            return
-        begin = time.perf_counter()
+        subprocess.run(command(scenario, whole, folder / "whole.cells", 1), check=True)
         _, killed, count = killed_sweep(folder, cells=given.cells, kills=given.kills, size=given.size)
-        check_same(outputs[1], killed)
-        print(f"killed {count} times in {time.perf_counter() - begin:.0f} s: no cell was computed again, the same bits")
+        check_same(whole, killed)
+        print(f"killed {count} times: no cell was computed again, the same bits")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
     PYTHONPATH=tests/support python tests/scripts/matrix.py            # all that this machine can be made to be
     PYTHONPATH=tests/support python tests/scripts/matrix.py --cheap    # those that take seconds
 
-What a machine lacks (another user, other versions of Python, a package index) is told and passed over.
+What a machine lacks (another user) is reported and passed over.
 """
 
 import argparse
@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import attrs
@@ -110,25 +110,6 @@ def read_only_home(folder: Path) -> None:
     Place(folder, python=_as_nobody(folder), environment={"HOME": str(home)}, without=("XDG_CACHE_HOME",)).check()
 
 
-def other_python(version: str) -> Callable[[Path], None]:
-    """Return what installs the package for another version of Python, and runs it there."""
-
-    def with_it(folder: Path) -> None:
-        python = shutil.which(f"python{version}")
-        if python is None or subprocess.run([python, "--version"], capture_output=True, check=False).returncode:
-            raise LackingError(f"there is no python{version}")
-        subprocess.run([python, "-m", "venv", folder / "venv"], check=True)
-        own = folder / "venv" / "bin" / "python"
-        installed = subprocess.run(
-            [own, "-m", "pip", "install", "--quiet", ROOT], capture_output=True, text=True, check=False
-        )
-        if installed.returncode:
-            raise LackingError(f"it cannot be installed for python{version}: {installed.stderr.strip()[-200:]}")
-        Place(folder, python=(str(own),), package=folder).check()
-
-    return with_it
-
-
 def _copy(folder: Path) -> Path:
     package = folder / "package"
     shutil.copytree(ROOT / "historysim", package / "historysim", ignore=shutil.ignore_patterns("__pycache__"))
@@ -145,7 +126,6 @@ def _as_nobody(folder: Path) -> Sequence[str]:
 CHEAP = (odd_names_and_no_home, c_locale_to_the_letter)
 COSTLY = (c_locale, read_only_home, read_only_installation, without_docstrings_and_assertions, twenty_runs_at_once)
 ALL = {case.__name__: case for case in (*CHEAP, *COSTLY)}
-ALL |= {f"python {version}": other_python(version) for version in ("3.12", "3.13")}
 
 
 def main() -> None:

@@ -5,7 +5,6 @@ What is asked of the library: an answer, or one of its errors; never an endless 
 
 import pickle
 import struct
-import time
 
 import numpy as np
 import pytest
@@ -152,8 +151,6 @@ class Calls:
     ----------
     counts : dict of str to int
         Calls by their kind, and forged states that were refused as they were read.
-    longest : float
-        Processor time of the longest call [s].
     """
 
     def __init__(self, seed):
@@ -161,16 +158,13 @@ class Calls:
         self.ensembles = ensembles(self.rng)
         self.states = [ensemble.initial_state() for ensemble in self.ensembles]
         self.counts = dict.fromkeys(("own", "foreign", "other version", "forged", "forged identity", "refused"), 0)
-        self.longest = 0.0
 
     def one(self):
         """Make one call, and see that it ends as it has to."""
         which, entry = self.rng.integers(len(self.ensembles)), ENTRIES[self.rng.integers(len(ENTRIES))]
         kind = self.rng.choice(["own", "own", "foreign", "other version", "forged", "forged", "forged identity"])
-        start = time.process_time()
         self.counts[kind] += 1
         getattr(self, "_" + kind.replace(" ", "_"))(which, entry)
-        self.longest = max(self.longest, time.process_time() - start)
 
     def _own(self, which, entry):
         try:

@@ -7,8 +7,7 @@ whole; and a resume goes on after the last snapshot, to the same bits.
 
 import os
 import re
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from unittest import mock
@@ -18,7 +17,6 @@ import netCDF4
 import numpy as np
 
 import historysim as hs
-from historysim.log import file as log_file
 from historysim.log import result as result_writer
 from historysim.log.file import LogFile
 from historysim.log.result import snapshots
@@ -216,35 +214,6 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def journal_of(path: Path) -> Path:
-    return path.with_name(f"{path.name}-journal")
-
-
-def before_a_new_run(folder: Path, made: Sample) -> None:
-    """Leave what a power cut has left of an append to the log of another scenario: a journal to be rolled back."""
-    made.run(written(folder, f"{made.scenario}\n"), folder / RESULT)
-    # its very bytes, which say when it was written
-    (folder / RESULT).write_bytes(made.older)
-    append, kept = log_file._put_events, folder.with_name("cut")
-
-    def cut_before_commit(*arguments: object) -> Iterator[object]:
-        connection = arguments[0]
-        connection.execute("PRAGMA cache_size = 1")
-        connection.execute("BEGIN IMMEDIATE")
-        connection.execute("INSERT INTO chain VALUES (9, 7, x'')")
-        connection.execute("INSERT INTO batch VALUES (9, 7, zeroblob(50000), x'', x'', x'')")
-        shutil.copytree(folder, kept)
-        connection.execute("ROLLBACK")
-        return append(*arguments)
-
-    with mock.patch.object(log_file, "_put_events", cut_before_commit), hs.EventLog(folder / LOG) as log:
-        log.append([hs.NormalLoad(1e4, 0.01)])
-    shutil.rmtree(folder)
-    kept.rename(folder)
-    assert journal_of(folder / LOG).stat().st_size > 0
-    written(folder, made.scenario)
-
-
 def before_a_run_of_a_log(folder: Path, made: Sample) -> None:
     """Leave a log without snapshots, in another folder than its result."""
     before_a_run(folder, made)
@@ -313,7 +282,6 @@ def demand_of_a_fork(folder: Path, made: Sample, marks: list[str]) -> None:
 WORKLOADS = {
     "run": Workload(before_a_run, a_run, demand_of_a_run),
     "resume": Workload(before_a_resume, a_resume, demand_of_a_run),
-    "run anew": Workload(before_a_new_run, a_run, demand_of_a_run),
     "run of a log": Workload(before_a_run_of_a_log, a_run_of_a_log, demand_of_a_run_of_a_log),
     "append": Workload(before_an_append, an_append, demand_of_an_append),
     "fork": Workload(before_a_fork, a_fork, demand_of_a_fork),

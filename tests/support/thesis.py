@@ -18,22 +18,30 @@ NANO = 1e9
 
 def scenario(name):
     """The one file of a figure by the beginning of its name."""
-    (path,) = FOLDER.glob(f"{name}_*.toml")
+    (path,) = FOLDER.glob(f"{name}*.toml")
     return path
 
 
 @lru_cache
+def _sweep(path):
+    return hs.sweep(hs.load(path))
+
+
 def swept(name):
-    """The sweep of a file, with all that it sweeps over."""
-    return hs.sweep(hs.load(scenario(name)))
+    """Return the sweep of a file."""
+    return _sweep(scenario(name))
 
 
 @lru_cache
-def calculated(name):
-    """What a script returns, and its functions."""
-    (path,) = FOLDER.glob(f"{name}_*.py")
+def _calculate(path):
     functions = runpy.run_path(str(path))
     return functions["calculated"](), functions
+
+
+def calculated(name):
+    """Return the result of a script, and its functions."""
+    (path,) = FOLDER.glob(f"{name}*.py")
+    return _calculate(path)
 
 
 def listed(values, digits=0):
