@@ -17,7 +17,6 @@ from thesis import FOLDER, NANO, PAGE, calculated, listed, repeats, scenario, sw
 
 import historysim as hs
 from historysim.results import analysis, recompute
-from historysim.results.plots.friction_loops import END
 from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
@@ -167,6 +166,31 @@ def test_the_title_names_the_figure(path):
     assert loaded.sections.picture
 
 
+# what is calculated on many large maps
+LARGE = ("fig_5_11", "fig_5_12", "fig_5_13", "fig_5_17_to", "fig_5_21", "fig_6_09", "fig_g_1", "fig_5_23_to")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=pytest.mark.slow) if path.stem.startswith(LARGE) else path for path in FIGURES],
+    ids=lambda path: path.stem,
+)
+def test_the_figure_is_drawn(path, ran):
+    if path.suffix == ".toml":
+        loaded = hs.load(path)
+        shown = swept(path.stem) if loaded.sections.sweep else None
+        figure = draw_scenario_figure(shown, drawable(shown)) if loaded.sections.sweep else ran(path.stem)[1]
+        figure.draw_without_rendering()
+        assert figure.axes or figure.subfigs
+        return
+    found, functions = calculated(path.stem)
+    if "drawn" in functions:
+        figures = functions["drawn"](found)
+        for figure in figures if isinstance(figures, list | tuple) else [figures]:
+            figure.draw_without_rendering()
+            assert figure.axes
+
+
 # -- chapter 2: one ball of silicon, 2.5 mm, on glass, 50 mN, μ = 0.2 --------------------------------
 
 
@@ -182,8 +206,6 @@ def test_2_04_adhesion_map():
     contact = hs.load(path).build().adhering()
     found = contact.maugis_parameter[np.argsort(contact.asperity)]
     assert found == pytest.approx(expected, rel=1e-3)
-    figure = draw_scenario_figure(hs.load(path), drawable(hs.load(path)))
-    assert {"R = 2.5 mm", "R = 10 µm", "R = 0.5 µm"} <= set(named(figure))
     loaded = hs.load(path)
     own = loaded.sections.adhesion.work(loaded.ensemble().pair)
     pull, dmt = ((share * np.pi * own * BALL * 1e3) for share in (1.5, 2))
@@ -197,7 +219,7 @@ def test_2_04_adhesion_map():
 
 
 def test_2_06_closed_loop(ran):
-    history, figure = ran("fig_2_06")
+    history, _ = ran("fig_2_06")
     full = preliminary(50e-3, 0.2)
     assert full == pytest.approx(15.669, abs=5e-4)
     states = at_states(history)
@@ -212,7 +234,6 @@ def test_2_06_closed_loop(ran):
     assert states["E"] == pytest.approx(states["B"] + 2 * full * (1 - 0.5 ** (2 / 3)), rel=1e-9)
     work = 0.8 * 10e-3 * full * 1e-9
     assert work == pytest.approx(0.1254e-9, rel=1e-3)
-    assert "$W$ = 125 pJ" in lines(figure)
     drawn = float(analysis.presliding_work(history)[-1]) * NANO
     assert drawn == pytest.approx(0.1254, abs=5e-5)
     left = full * (2 ** (1 / 3) - 1)
@@ -232,7 +253,6 @@ def test_2_07_forward_scan(ran):
     assert float(at_k.traction.max()) / 1e6 == pytest.approx(17.29, abs=0.02)
     drawn = lines(figure, 1)["A"].get_ydata() / 1e6
     assert drawn.max() == pytest.approx(28.42, abs=0.01)
-    assert {"s", "a - s"} <= {text.get_text() for text in figure.axes[1].texts}
     peak = drawn.max() * np.sqrt(1 - 0.5 ** (2 / 3))
     repeats(
         "2.7 a, b",
@@ -253,7 +273,6 @@ def test_2_08_traction_after_turning(ran):
     # what was added since T* is twice a first loading by half the difference: its size in the middle
     change = lines(figure)["change from T* = 8 mN"]
     assert change.get_ydata()[0] / 1e6 == pytest.approx(-2 * 28.42 * (1 - (1 - 8 / 20) ** (1 / 3)), abs=0.02)
-    assert {"s", "b"} <= {text.get_text() for text in figure.axes[0].texts}
     ratios = (found.stick_radius / found.contact_radius).values
     repeats(
         "2.8",
@@ -290,18 +309,10 @@ BOTH = {
 @pytest.mark.parametrize("figure", BOTH)
 def test_2_09_to_2_12_both_loads_change(ran, figure):
     name, worked = BOTH[figure]
-    history, drawn = ran(name)
+    history, _ = ran(name)
     found = at_states(history)
     own = [found[state] for state in "ABCD"[: len(worked)]]
     assert own == pytest.approx(worked, rel=1e-9)
-    # first loading is drawn up to where it slides
-    first, second = (line for label, line in lines(drawn).items() if label.startswith("first loading"))
-    assert first.get_xdata()[-1] * NANO == pytest.approx(preliminary(50e-3, 0.2), rel=1e-9)
-    assert second.get_ydata()[-1] * 1e3 == pytest.approx(0.2 * {"2.11": 30, "2.12": 40}.get(figure, 70), rel=1e-9)
-    if figure == "2.9":
-        # from B on it is the line of 70 mN
-        _, y = lines(drawn)[second.get_label()].get_data()
-        assert found["B"] == pytest.approx(np.interp(9e-3, y, second.get_xdata()) * NANO, rel=1e-3)
     points = ", ".join("ABCD"[: len(worked)])
     says = {
         "2.9": "B and C are first loading at 70 mN",
@@ -347,12 +358,6 @@ def test_4_01_loops():
         f"{listed(own, 3)} nm at 10 to 70 mN",
         f"in part: {off[0]:+.0f} and {off[1]:+.0f} %; the printed pair needs μ = {needed[0]:.3f} and {needed[1]:.3f}",
     )
-    figure = draw_scenario_figure(over_load, drawable(over_load))
-    drawn = [line for label, line in lines(figure).items() if label.startswith("$N$ = ")]
-    for line, load in zip(drawn, over_load[LOAD].values, strict=True):
-        # each loop slides at its own limit
-        assert line.get_ydata().max() == pytest.approx(0.12 * load, rel=1e-9)
-    assert figure.axes[0].get_xlabel() == "tangential displacement $U$ (nm)"
 
 
 def test_4_02_cycle(ran):
@@ -367,12 +372,6 @@ def test_4_02_cycle(ran):
     drawn = lines(figure, 1)
     assert drawn["A"].get_ydata().max() == pytest.approx(17.05e6, abs=5e3)
     assert drawn["D"].get_ydata().min() == pytest.approx(-17.05e6, abs=5e3)
-    texts = {text.get_text() for text in figure.axes[0].texts}
-    assert set("KLMNPAD") <= texts
-    # the dotted ellipse: as high, and wider by (90/50)^(1/3)
-    (dotted,) = (line for label, line in drawn.items() if label.startswith("slides at 90 mN"))
-    assert dotted.get_ydata().max() == pytest.approx(17.05e6, abs=5e3)
-    assert dotted.get_xdata().max() / drawn["A"].get_xdata().max() == pytest.approx(1.8 ** (1 / 3), rel=1e-6)
     shift = [states[name] / preliminary(50e-3, 0.12) for name in "LMN"]
     repeats(
         "4.2 a, b",
@@ -403,9 +402,6 @@ def test_4_04_behind_the_instrument():
     reach = found.preliminary_displacement.values * NANO
     times = (spring + reach) / reach
     assert times == pytest.approx([2.6, 2.5], abs=0.05)
-    figure = draw_scenario_figure(found, drawable(found))
-    marks = [line.get_xdata()[0] * NANO for axes in figure.axes for line in axes.get_lines() if line.get_gid() == END]
-    assert marks == pytest.approx([reach[0], reach[0] + spring[0], reach[1], reach[1] + spring[1]], rel=1e-9)
     repeats(
         "4.4 a, b",
         f"δ₁ {listed(reach, 3)} nm, and the spring of 334 mN/µm takes {listed(spring, 2)} nm: δ₂ is {times[0]:.1f} and "
@@ -432,8 +428,6 @@ def test_4_07_constant_shear_strength():
     assert silica == pytest.approx([5.06, 7.29, 8.65, 9.67, 10.52], abs=0.01)
     assert power(silicon, found[LOAD].values) == pytest.approx(1 / 3, abs=1e-3)
     assert float(found.peak_mean_pressure[0, -1]) / 1e6 == pytest.approx(115.2, abs=0.05)
-    figure = draw_scenario_figure(found, drawable(found))
-    assert "exponent 0.33" in lines(figure)
     repeats(
         "4.7",
         f"{listed(silicon, 2)} nm (Si) and {listed(silica, 2)} nm (SiO₂) at 10 to 90 mN, exponent "
@@ -465,11 +459,6 @@ def test_4_08_traction_over_the_diameter():
                 "which is "
                 f"{listed(jkr / hertz, 2)} times 1.5 τ₀; constant μ {listed(coulomb / 1e6, 2)}",
             )
-    figures = functions["drawn"](found)
-    assert [len(figure.axes) for figure in figures] == [3, 3]
-    peaks = [line.get_ydata().max() / 1e6 for line in figures[0].axes[2].get_lines() if line.get_label().endswith("mN")]
-    assert peaks == pytest.approx([9.97, 14.38, 17.05, 19.08, 20.74], abs=0.005)
-    assert len({axes.get_ylim() for axes in figures[0].axes}) == 1
 
 
 # -- chapter 5: rough surfaces -----------------------------------------------------------------------
@@ -480,8 +469,6 @@ def test_5_01_the_map_agrees_with_the_loops():
     assert surface.shape == (256, 256)
     assert surface.heights.std() == pytest.approx(1e-6, rel=1e-9)
     assert np.array_equal(surface.heights, hs.load(scenario("fig_5_05a")).surface().surface.heights)
-    figure = draw_scenario_figure(hs.load(scenario("fig_5_01")), drawable(hs.load(scenario("fig_5_01"))))
-    assert figure.axes[0].images[0].get_array().shape == (256, 256)
     repeats("5.1", "seed 1, the surface of 5.5 a and 5.6 to 5.8")
 
 
@@ -501,17 +488,6 @@ def test_5_02_radii_and_heights_of_summits():
     assert float(five.summit_radius_deviation.mean()) * 1e6 == pytest.approx(0.53, rel=0.1)
     assert float(five.summit_height_deviation.mean()) * 1e6 == pytest.approx(0.94, rel=0.05)
     assert float(five.summit_count.mean()) == pytest.approx(3990, rel=0.04)
-    chosen = hs.load(scenario("fig_5_02b"))
-    figure = draw_scenario_figure(chosen, drawable(chosen))
-    own = summits_of(seed=3)
-    # one panel each, none hides another; what the axis leaves out stands below
-    assert len(figure.axes) == 5
-    cloud = figure.axes[2].get_lines()[0]
-    assert cloud.get_xdata() == pytest.approx(own.height)
-    beyond = sum(int((summits_of(seed=seed).radius > figure.axes[0].get_ylim()[1]).sum()) for seed in range(1, 6))
-    assert beyond > 0
-    assert f"{beyond} summits with a larger radius lie above the axis" in foot_of(figure)
-    assert sum("1.13 ± 0.50 µm" in name for name in named(figure)) == 1
     high, radius = (five[name].values * 1e6 for name in ("mean_summit_height", "mean_summit_radius"))
     tops = [summits_of(seed=seed).height.max() * 1e6 for seed in range(1, 6)]
     repeats(
@@ -523,8 +499,7 @@ def test_5_02_radii_and_heights_of_summits():
 
 def test_5_05_loops(ran):
     """Largest over smallest of five is 1.33 to 2.03 in groups; the source has "almost twice"."""
-    history, figure = ran("fig_5_05a")
-    assert {"$\\delta$"} == {text.get_text() for text in figure.axes[0].texts}
+    history, _ = ran("fig_5_05a")
     assert float(analysis.preliminary_displacement(history)[0]) == pytest.approx(rough(50e-3)[0], rel=1e-9)
     assert rough(50e-3)[0] * NANO == pytest.approx(194.3, abs=0.05)
     repeats("5.5 a", f"δ = {rough(50e-3)[0] * NANO:.1f} nm")
@@ -545,7 +520,6 @@ def test_5_06_and_5_07_loads():
     """Seed 1: 194.3, 217.0, 234.4, 255.3 nm; what is shaded is the closed loop between ±δ."""
     found = swept("fig_5_06")
     assert found.preliminary_displacement.values * NANO == pytest.approx([194.3, 217.0, 234.4, 255.3], abs=0.06)
-    figure = draw_scenario_figure(found, drawable(found))
     stiffness = [8 * SOFT[1] * np.sqrt(summits_of().radius * each).sum() for each in depths(found[LOAD].values)]
     repeats(
         "5.6",
@@ -553,18 +527,9 @@ def test_5_06_and_5_07_loads():
         "at "
         "50 to 120 mN",
     )
-    reach = [np.abs(line.get_xdata()).max() * NANO for line in list(lines(figure).values())[-4:]]
-    assert reach == pytest.approx([250, 300, 350, 400])
     both = swept("fig_5_07")
     work = [rough(load)[1] for load in (50e-3, 90e-3)]
     assert both.presliding_work.values == pytest.approx(work, rel=1e-9)
-    figure = draw_scenario_figure(both, drawable(both))
-    for axes, own in zip(figure.axes, work, strict=True):
-        (patch,) = axes.patches
-        x, y = patch.get_xy().T
-        area = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
-        # nm times mN; 60 straight pieces each way
-        assert area == pytest.approx(own, rel=0.01)
     repeats("5.7", f"{listed(np.array(work) * NANO, 2)} nJ at 50 and 90 mN, the closed loop between ±δ")
 
 
@@ -577,9 +542,6 @@ def test_5_08_work_over_load():
     assert work[2:6] * NANO == pytest.approx([2.16, 3.69, 5.43, 8.38], rel=2 * 0.25)
     straight = np.corrcoef(loads[2:6], work[2:6])[0, 1] ** 2
     exponent = np.polyfit(np.log(loads), np.log(work), 1)[0]
-    figure = draw_scenario_figure(found, drawable(found))
-    assert f"straight line, $R^2$ = {straight:.3f}" in lines(figure, 0)
-    assert f"exponent {exponent:.2f}" in lines(figure, 1)
     # where the straight line meets no load
     slope, offset = np.polyfit(loads[2:6], work[2:6], 1)
     repeats(
@@ -635,6 +597,7 @@ def first_stiffness(rms):
     return np.sqrt(one.radius * approaches(50e-3, one.height, one.radius, SOFT[0])).sum()
 
 
+@pytest.mark.slow
 def test_5_11_and_5_12_autocorrelation():
     found = swept("fig_5_11").preliminary_displacement
     own = [rough(50e-3, length=length, points=512)[0] for length in (10e-6, 80e-6)]
@@ -650,18 +613,13 @@ def test_5_11_and_5_12_autocorrelation():
         f"{last.max():.0f} nm",
     )
     repeats("larger β: less δ, most at small β (5.3.4)", f"{listed(found.values * NANO)} nm for 10, 20, 40, 60, 80 µm")
-    figure = draw_scenario_figure(swept("fig_5_12"), drawable(swept("fig_5_12")))
     sweep = swept("fig_5_12").presliding_work
     work = sweep.mean("surface_seed")
     worked = [2.74, 2.37, 1.88, 1.51, 1.46, 1.38, 1.42]
     assert work.values * NANO == pytest.approx(worked, rel=2 * 0.35 * np.sqrt(1 / 10 + 1 / 8))
     own = rough(50e-3, length=120e-6, seed=2, points=512)[1]
     assert float(sweep.sel(surface_autocorrelation_length=120e-6, surface_seed=2)) == pytest.approx(own, rel=1e-9)
-    # as the bars of the picture: of one surface, not of the mean
     deviation = sweep.std("surface_seed", ddof=1).values * NANO
-    bars = [container for container in figure.axes[0].containers if container.has_yerr]
-    drawn = [np.ptp(piece, axis=0)[1] / 2 for piece in bars[0].lines[2][0].get_segments()]
-    assert drawn == pytest.approx(deviation * 1e-9, rel=1e-6)
     # it falls, at first more
     assert work.values[0] - work.values[3] > work.values[3] - work.values[-1] > 0
     words = f"{listed(work.values * NANO, 2)} nJ (deviation of one surface {deviation.min():.1f} to "
@@ -670,6 +628,7 @@ def test_5_11_and_5_12_autocorrelation():
     repeats("work settles at large β (5.3.4)", words)
 
 
+@pytest.mark.slow
 def test_5_13_a_pressure_and_roughness():
     """50 to 120 mN on 256² µm²."""
     found = swept("fig_5_13a")
@@ -685,17 +644,12 @@ def test_5_13_a_pressure_and_roughness():
     own = rough(90e-3, rms=1e-7, seed=2)[0]
     cell = {LOAD: 90e-3, "surface_rms_height": 1e-7, "surface_seed": 2}
     assert float(found.preliminary_displacement.sel(cell)) == pytest.approx(own, rel=1e-6)
-    figure = draw_scenario_figure(found, drawable(found))
-    assert figure.axes[0].get_xlabel() == "nominal pressure $p_0$ (MPa)"
-    assert named(figure) == ["24 nm", "100 nm", "500 nm", "1 µm", "5 µm", "marks at one value are set side by side"]
 
 
 @pytest.mark.slow
 def test_5_13_b_pressure_and_autocorrelation_length():
     """50 to 120 mN on 24 surfaces of 512² µm² for each length."""
     lengths = swept("fig_5_13b")
-    figure = draw_scenario_figure(lengths, drawable(lengths))
-    assert figure.axes[0].get_xlabel() == "nominal pressure $p_0$ (MPa)"
     pressures = lengths.peak_nominal_pressure.isel(surface_autocorrelation_length=0, surface_seed=0).values
     assert pressures / 1e6 == pytest.approx([0.191, 0.267, 0.343, 0.458], abs=5e-4)
     cell = {LOAD: 90e-3, "surface_autocorrelation_length": 40e-6, "surface_seed": 2}
@@ -723,8 +677,6 @@ def test_5_14_the_spread_grows_with_load():
     # 55 to 82 nm between the five of another calculation, ± a third
     assert largest[0] == pytest.approx(55, rel=0.5)
     assert (np.diff(largest) > 0).all()
-    figure = draw_scenario_figure(swept("fig_5_14"), drawable(swept("fig_5_14")))
-    assert named(figure) == [f"surface {seed}" for seed in range(1, 6)]
     relative = (found.std("surface_seed", ddof=1) / found.mean("surface_seed")).values[[0, -1]]
     spread = f"{largest[0]:.0f} → {largest[-1]:.0f} nm between these five from 50 to 120 mN"
     repeats("5.14", spread)
@@ -774,15 +726,13 @@ def test_5_17_on_balls():
     )
 
 
+@pytest.mark.slow
 def test_5_19_to_5_26_a_level_does_not_remember_the_one_before(ran):
-    found, functions = calculated("fig_5_21")
+    found, _ = calculated("fig_5_21")
     for row, (material, rms, friction) in enumerate((("zirconia", 24e-9, 0.17), ("alumina", 21e-9, 0.16))):
         for column, load in enumerate((50e-3, 70e-3, 90e-3)):
             own = rough(load, friction, moduli(material), rms=rms, seed=2)[0]
             assert found.preliminary_displacement[:, row, column, 1].values == pytest.approx([own, own], rel=1e-9)
-    first, second = functions["drawn"](found)
-    assert first.get_suptitle().startswith("Fig. 5.21")
-    assert second.get_suptitle().startswith("Fig. 5.26")
     rise = (found.preliminary_displacement.mean("seed") * NANO).diff("normal_load").sum("normal_load").values
     assert rise[0] == pytest.approx(rise[1], rel=1e-9)
     words = f"+{rise[0, 0]:.1f} (ZrO₂) and +{rise[0, 1]:.1f} nm (Al₂O₃) from 50 to 90 mN"
@@ -792,10 +742,7 @@ def test_5_19_to_5_26_a_level_does_not_remember_the_one_before(ran):
         events = hs.load(scenario(name)).events()
         loads = [event.value * 1e3 for event in events if isinstance(event, hs.NormalLoad)]
         assert list(dict.fromkeys(np.round(loads, 6))) == order
-        # a line for each load, which slides at its own limit
-        history, figure = ran(name)
-        drawn = [line for label, line in lines(figure).items() if label.startswith("$N$ = ")]
-        assert [np.nanmax(line.get_ydata()) * 1e3 for line in drawn] == pytest.approx(0.16 * np.array(order), rel=1e-6)
+        history, _ = ran(name)
     limit = 0.16 * 50 / 0.334
     spring = float((history.drive_displacement - history.tangential_displacement).max()) * NANO
     assert spring == pytest.approx(0.16 * 90 / 0.334, rel=1e-6)
@@ -803,9 +750,10 @@ def test_5_19_to_5_26_a_level_does_not_remember_the_one_before(ran):
         repeats(row, f"of the ±200 nm of the drive the spring takes {limit:.1f} nm at 50 mN, {spring:.1f} at 90")
 
 
+@pytest.mark.slow
 def test_5_17_to_5_26_with_summits_that_yield():
     """Nothing yields at the printed roughness; on rougher surfaces what comes before a level counts."""
-    found, functions = calculated("fig_5_17_to_5_26")
+    found, _ = calculated("fig_5_17_to_5_26")
     mean = found.preliminary_displacement.mean("seed") * NANO
     level = found.preliminary_displacement.isel(seed=0) * NANO
     elastic, yielding = level.sel(law="elastic"), level.sel(law="yielding")
@@ -824,11 +772,6 @@ def test_5_17_to_5_26_with_summits_that_yield():
         f"at 24 nm nothing yields; at .3 and 1 µm {less[1]:.0f} and {less[2]:.0f} % less; at .3 µm {listed(up, 1)} nm "
         f"rising, and {listed(down, 1)} at the same loads falling",
     )
-    assert [figure.get_suptitle()[:9] for figure in functions["drawn"](found)] == [
-        "Fig. 5.17",
-        "Fig. 5.21",
-        "Fig. 5.26",
-    ]
 
 
 def test_5_23_before_and_after():
@@ -859,9 +802,7 @@ def test_6_01_drift():
     found = swept("fig_6_01")
     own = [rough(5.0, 0.3, HARD, rms=rms)[0] for rms in (1.18e-6, 1.50e-6)]
     assert found.preliminary_displacement.values == pytest.approx(own, rel=1e-9)
-    figure = draw_scenario_figure(found, drawable(found))
     drift = (own[1] - own[0]) * NANO
-    assert f"drift {drift:.3g} nm" in {text.get_text() for text in figure.axes[0].texts}
     # one surface beside 138 nm of ten, ± a quarter
     assert drift == pytest.approx(138, rel=0.5)
     repeats("6.1", f"{drift:.0f} nm, {own[0] * NANO:.0f} → {own[1] * NANO:.0f}, from Rq 1.18 to 1.50 µm")
@@ -877,10 +818,6 @@ def test_6_04_n_equal_asperities():
     assert similar == pytest.approx(one * count**-0.5, rel=1e-9)
     assert kept == pytest.approx(one * count ** (-2 / 3), rel=1e-9)
     assert [similar[7], kept[7]] == pytest.approx([13.26, 6.63], abs=0.005)
-    figure = draw_scenario_figure(swept("fig_6_04"), drawable(swept("fig_6_04")))
-    assert [part.get_suptitle() for part in figure.subfigs] == ["a self-similar", "b curvature-invariant"]
-    assert figure.axes[1].get_lines()[0].get_xdata() == pytest.approx(count)
-    assert figure.axes[0].get_ylim() == pytest.approx(figure.axes[1].get_ylim(), rel=1e-9)
     both = f"{similar[7]:.2f} and {kept[7]:.2f} nm at n = 64, F/n"
     repeats("6.4 a, b", f"{both}, as n^(-1/2) and n^(-2/3)")
     repeats("a self-similar texture displaces less than a curvature-invariant one (6.2.1)", both)
@@ -900,16 +837,15 @@ def test_6_04_n_equal_asperities():
 
 
 def test_6_04_printed_loads():
-    found, functions = calculated("fig_6_04")
+    found, _ = calculated("fig_6_04")
     similar, kept = found.preliminary_displacement.sel(count=[4, 6, 8, 12]).values * NANO
     assert similar == pytest.approx([21.0, 13.1, 9.37, 5.84], abs=0.05)
     assert kept == pytest.approx([66.8, 58.4, 53.0, 46.3], abs=0.05)
-    functions["drawn"](found).draw_without_rendering()
 
 
 def test_6_05_drift_over_radius():
     """R₁ of .1, 1, 10 µm; the source says below 20 nm for the last, which holds up to ΔR = 7.6."""
-    found, functions = calculated("fig_6_05")
+    found, _ = calculated("fig_6_05")
     worked = [
         [37.4, 55.6, 75.3, 97.2, 114.5, 123.0],
         [17.4, 25.8, 35.0, 45.1, 53.2, 57.1],
@@ -924,9 +860,6 @@ def test_6_05_drift_over_radius():
     words = f"{listed(own[:, -1], 1)} nm at ΔR = 29"
     repeats("6.5", words, f"yes, but below 20 nm up to ΔR = {change:.1f} only")
     repeats("larger radii, less drift; below 20 nm at × 100 (6.2.1)", f"{words}; below 20 nm up to {change:.1f}")
-    axes = functions["drawn"](found).axes[0]
-    assert axes.get_xlabel() == r"relative change of the radius $\Delta R$"
-    assert axes.get_xscale() == "linear"
 
 
 def test_6_06_branch_drift():
@@ -982,17 +915,13 @@ def test_6_06_branch_drift():
         f"{branch[up50]:.1f}, {branch[down50]:.1f}; {loads[0]:.1f}, {loads[1]:.1f} at R = 1 µm",
     )
     repeats("higher initial load, less drift (6.2.1)", f"{branch[up100]:.1f}, {branch[down100]:.1f} nm from 100 mN")
-    sequence, figure = functions["drawn"](found)
-    assert [line.get_ydata()[-1] for line in sequence.axes[0].get_lines()] == [100, 1, 150, 50]
-    figure.draw_without_rendering()
     # the backward branches themselves
     loops = swept("fig_6_06")
     assert loops.branch_drift.values * NANO == pytest.approx([179.0, 0, 78.0], abs=0.05)
-    assert drawable(loops)
 
 
 def test_6_07_drift_over_friction():
-    found, functions = calculated("fig_6_07")
+    found, _ = calculated("fig_6_07")
     assert found.drift.sel(change=0.1).values * NANO == pytest.approx(np.full(4, 21.21), abs=0.005)
     assert found.drift.sel(change=0.25).values * NANO == pytest.approx(np.full(4, 53.0), abs=0.05)
     far = preliminary(10e-3, 0.7, **SHARP)
@@ -1000,11 +929,11 @@ def test_6_07_drift_over_friction():
     each = float(found.drift.sel(change=0.1)[0]) * NANO
     repeats("6.7", f"{each:.2f} nm for each .1; {far:.1f} from .9 to .2")
     repeats("drift linear in Δμ, any start (6.2.1)", f"{each:.2f} nm for each .1")
-    functions["drawn"](found).draw_without_rendering()
 
 
+@pytest.mark.slow
 def test_6_09_and_6_10_error_bars_from_the_radii():
-    found, functions = calculated("fig_6_09")
+    found, _ = calculated("fig_6_09")
     summits = summits_of(length=40e-6, seed=2, points=512)
     mean, deviation = summits.radius.mean(), summits.radius.std(ddof=1)
     radii = (summits.radius, mean, mean + deviation, mean - deviation)
@@ -1032,9 +961,6 @@ def test_6_09_and_6_10_error_bars_from_the_radii():
     repeats(
         "δ falls with Rq (6.2.2, one sentence)", f"rises, {rises[0]:.0f} → {rises[-1]:.0f} nm; so says the rest of it"
     )
-    for figure in functions["drawn"](found):
-        figure.draw_without_rendering()
-        assert len([text for text in figure.axes[0].texts if text.get_text()]) >= 5
 
 
 @pytest.mark.parametrize(
@@ -1053,8 +979,6 @@ def test_6_15_and_6_16_worn_pairs(name, load, worked):
     assert own == pytest.approx([rough(load, 0.3, HARD, rms=float(each))[0] for each in rms], rel=1e-6)
     assert own * NANO == pytest.approx(worked, rel=3 * 0.2)
     assert own / own[0] == pytest.approx(np.array(worked) / worked[0], rel=0.1)
-    figure = draw_scenario_figure(found, drawable(found))
-    assert named(figure)[:2] == ["ambient, 100 m", "ambient, 1000 m"]
     more = 100 * (own[[1, 3]] / own[[0, 2]] - 1)
     repeats(
         name[4:].replace("_", "."),
@@ -1090,10 +1014,6 @@ def test_6_17_bars():
     assert mean == pytest.approx(worked, rel=2 * 0.25 * np.sqrt(2 / 10))
     assert mean / mean[0] == pytest.approx(worked / worked[0], rel=0.1)
     short, long = abs(mean[1] - mean[0]), abs(mean[3] - mean[2])
-    figure = draw_scenario_figure(found, drawable(found))
-    texts = [text.get_text() for text in figure.axes[0].texts]
-    assert any(text.startswith(f"100 m: drift {short:.3g}") for text in texts)
-    assert len(figure.axes[0].patches) >= 4
     # δ goes as μ: here it changes with the distance, up in ambient and down in vacuum
     other = mean / [0.3, 0.25, 0.3, 0.25] * [0.25, 0.35, 0.3, 0.25]
     # of the printed 50 and 3 nm, the drawn reading is nearer to the first
@@ -1159,6 +1079,7 @@ def test_table_6_2_friction_along_a_run():
     )
 
 
+@pytest.mark.slow
 def test_g_1_summits_over_autocorrelation():
     found = swept("fig_g_1")
     assert found.mean_summit_radius.values * 1e6 == pytest.approx([0.83, 1.16, 1.62, 1.97, 2.26], rel=0.05)
@@ -1179,18 +1100,12 @@ def test_g_1_summits_over_autocorrelation():
     )
     repeats("G.1 a–e", words)
     repeats("higher asperities have a third less radius (6.2.2)", words)
-    chosen = hs.load(scenario("fig_g_1"))
-    figure = draw_scenario_figure(chosen, drawable(chosen))
-    assert len(figure.axes) == 5
 
 
 def test_g_2_worn_summits():
-    found, functions = calculated("fig_g_2")
+    found, _ = calculated("fig_g_2")
     radius = found.mean_summit_radius
     # R ∝ 1/Rq: the plate after 1000 m in ambient, .89 and 1.84 µm at 1 and 5 N
     assert float(radius[3, 0] / radius[3, 2]) == pytest.approx(1.84 / 0.89, rel=1e-6)
     plate = radius.values[3] * 1e6
     repeats("G.2 a–d", f"R ∝ 1/Rq: {plate[0]:.2f} → {plate[2]:.2f} µm of the plate from 1 to 5 N at 1000 m in ambient")
-    figures = functions["drawn"](found)
-    assert len(figures) == 4
-    assert figures[0].axes[0].get_xlabel() == "summit height $z$ (µm)"
