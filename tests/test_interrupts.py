@@ -6,14 +6,10 @@ import sys
 import threading
 import time
 
-import netCDF4
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import historysim as hs
-from historysim.cli import main
-from historysim.log import result as result_writer
 from historysim.memory.binding import DISPLACED, LOAD, TOTALS
 from historysim.memory.paths import Goals, Rows, paths_to
 from historysim.studies.sweep import _Plan
@@ -141,36 +137,6 @@ def test_a_run_of_a_long_segment_ends_at_an_interrupt(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long.history", "long.toml"]
     with hs.EventLog(tmp_path / "long.history") as log:
         assert len(log.events(0, 10)) == 2
-
-
-def test_an_interrupted_run_is_resumed(tmp_path, monkeypatch):
-    waypoints = ", ".join(f"{{ time = {k}, tangential_displacement = {k % 3 * 0.004} }}" for k in range(1, 40))
-    scenario = SCENARIO.replace(f"substeps = {PARTS}", "substeps = 5").replace(
-        "{ time = 1, tangential_displacement = 0.012 }", waypoints
-    )
-    (tmp_path / "s.toml").write_text(scenario, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    whole = hs.run("s.toml", "whole.nc")
-    original, kept = result_writer.add_snapshot, []
-
-    def add(file, content, cursor, *rest):
-        original(file, content, cursor, *rest)
-        kept.append(cursor.rows)
-        if len(kept) == 3:
-            raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(result_writer, "add_snapshot", add)
-        done = CliRunner().invoke(main, ["run", "s.toml", "--snapshot-every", "20", "-q"])
-    assert done.exit_code == 130
-    steps = whole.sizes["step"]
-    assert f"interrupted; s.history keeps the events and the first {kept[-2]:,} of {steps:,} steps;" in done.stderr or (
-        f"interrupted; s.history keeps the events and the first {kept[-1]:,} of {steps:,} steps;" in done.stderr
-    )
-    assert CliRunner().invoke(main, ["run", "s.toml", "--resume", "-q"]).exit_code == 0
-    with netCDF4.Dataset("whole.nc") as one, netCDF4.Dataset("s.nc") as other:
-        for name in one.variables:
-            np.testing.assert_array_equal(one[name][...], other[name][...], err_msg=name)
 
 
 @posix

@@ -95,31 +95,7 @@ def test_totals_alone_do_not_look_for_sliding_times():
         assert alone[name].values.tobytes() == whole[name].values.tobytes()
 
 
-def test_asperities_add_up_to_the_totals(ensemble):
-    history = hs.replay(ensemble, EVENTS, substeps=3, record="all", hold=False)
-    sums = {
-        "total_normal_load": history.normal_load,
-        "total_tangential_load": history.tangential_load,
-        "total_dissipated_energy": history.dissipated_energy,
-        "real_contact_area": np.pi * history.contact_radius**2,
-        "tangential_stiffness": 8.0 * PAIR.shear_modulus * history.stick_radius,
-    }
-    for total, each in sums.items():
-        assert each.sum("asperity").values == pytest.approx(history[total].values, rel=1e-9, abs=1e-14), total
-
-
 # -- rows ------------------------------------------------------------------------------------------
-
-
-def test_substeps_are_rows_between_those_that_are_there_anyway(ensemble):
-    coarse, fine = hs.replay(ensemble, EVENTS, hold=False), hs.replay(ensemble, EVENTS, substeps=5, hold=False)
-    assert coarse.time.values.tolist() == [0.0, 1.0, 2.0, 2.5, 3.0]
-    assert fine.time.values == pytest.approx([*np.arange(0.0, 2.0, 0.2), *np.arange(2.0, 3.05, 0.1)])
-    for name, values in coarse.data_vars.items():
-        found = fine[name].isel(step=slice(None, None, 5), missing_dims="ignore").values
-        tolerance = ensemble.tolerance if "energy" in name else 1e-9
-        expected = pytest.approx(values.values.astype(float), rel=tolerance, abs=1e-14, nan_ok=True)
-        assert found.astype(float) == expected, name
 
 
 @pytest.mark.parametrize("substeps", [0, -3, 1.5, "2", None, True])
