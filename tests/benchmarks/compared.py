@@ -13,6 +13,7 @@ import datetime as dt
 import math
 import os
 import re
+import time
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -21,9 +22,8 @@ import adapters
 import numpy as np
 import score
 from adapters import Motion
-from replay_speed import FRICTION, history
+from replay_speed import FRICTION, ensemble, history
 from springs import Contact, SpringRow
-from suite import LOOP, closed_form, contact_of, error_of, least_times
 
 import historysim as hs
 from historysim.interaction.half_space import HalfSpace
@@ -40,6 +40,7 @@ LAWS = {
     "`mindlin`": "mindlin",
     "`mindlin_rescale`": "mindlin_rescale",
 }
+LOOP = 40  # steps of a loop
 ELSEWHERE = {"LAMMPS": "LAMMPS 20250722", "DEMPLA": "DEMPLA 0.2.5"}  # runs that `elsewhere.csv` holds
 
 
@@ -105,6 +106,54 @@ def draw_scores(found):
     return figure
 
 
+# -- loops at a constant approach ------------------------------------------------------------------
+
+
+def once(action):
+    """The time of an action [s], on the wall and of the processors."""
+    start = time.perf_counter(), time.process_time()
+    action()
+    return time.perf_counter() - start[0], time.process_time() - start[1]
+
+
+def least_times(action, seconds=1.0, most=7):
+    """The least of several times of an action [s], on the wall and of the processors; of two where it takes long."""
+    times = [once(action), once(action)]
+    while len(times) < most and sum(processor for _, processor in times) < seconds:
+        times.append(once(action))
+    return tuple(map(min, zip(*times, strict=True)))
+
+
+def closed_form(contact, approach, displacement):
+    """Total tangential load [N] at an approach along displacements that turn round at equal amplitudes, and μN [N]."""
+    depth = np.maximum(approach - (contact.summit_height.max() - contact.summit_height), 0.0)
+    depth, size = depth[depth > 0], contact.summit_radius[depth > 0]
+    friction = np.broadcast_to(contact.friction, contact.summit_height.shape)[contact.first_touch < approach]
+    radius = np.sqrt(size * depth)
+    limit = friction * 4 / 3 * contact.pair.contact_modulus * radius * depth
+    full = 3 * limit / (16 * radius * contact.pair.shear_modulus)
+
+    def virgin(shift):
+        return np.sum(limit * (1 - np.clip(1 - shift / full, 0, None) ** 1.5))
+
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(displacement)))) + 1
+    loads, turned, reached, scale = np.zeros(displacement.size), 0.0, 0.0, 1
+    for step in range(1, displacement.size):
+        moved = displacement[step] - turned
+        loads[step] = reached + math.copysign(scale * virgin(abs(moved) / scale), moved)
+        if step in turns:
+            turned, reached, scale = displacement[step], loads[step], 2
+    return loads, limit.sum()
+
+
+def error_of(contact, dataset):
+    """Largest error of the total tangential load of a history, in parts of the limit, along its first loops."""
+    shown = dataset.isel(step=slice(0, 4 * LOOP))
+    approach = float(contact.summit_height.max() - shown.separation[0])
+    loads, limit = closed_form(contact, approach, shown.tangential_displacement.values)
+    return float(np.abs(shown.total_tangential_load.values - loads).max() / limit)
+
+
 def build_loops(contact, history):
     """Motion of loops at a constant approach, and their tangential load by the closed form [N]."""
     pair = contact.pair
@@ -138,7 +187,7 @@ def follow_springs(motion, count=1000):
 
 def times(count=1000, loops=3):
     """Yield what each takes for loops of so many asperities [ns for each and step], and its error, of μN."""
-    contact = contact_of(count, "one")
+    contact = ensemble(count, one_coefficient=True)
     events = history(contact, loops * LOOP, "displacement", 0.0)
     found = hs.Replay(contact, events, record="totals").dataset()
     moved, expected = build_loops(contact, found)
