@@ -89,28 +89,6 @@ def test_the_loads_of_the_asperities_sum_to_the_total_after_any_step(count):
     assert hertz_loads(ensemble, approach[:, np.newaxis]).sum(axis=1) == pytest.approx(loads, rel=1e-11)
 
 
-def test_lift_off_returns_to_first_touch():
-    ensemble = rough(30)
-    history = hs.replay(ensemble, [hs.NormalLoad(0, 0.5), hs.NormalLoad(1, 0.0), hs.NormalLoad(2, 0.5)])
-    assert history.contact_count.values[1] == 0
-    assert history.real_contact_area.values[1] == history.total_normal_load.values[1] == 0
-    assert history.separation.values[1] == pytest.approx(ensemble.highest_summit, abs=EPS)
-    assert history.separation.values[2] == history.separation.values[0]
-
-
-def test_counts_and_areas():
-    ensemble = rough(200)
-    history = hs.replay(ensemble, [hs.NormalLoad(0, 1e-3), hs.NormalLoad(1, 2.0)], record="all")
-    for k in range(2):
-        depth = ensemble.summit_height - history.separation.values[k]
-        assert history.contact_count.values[k] == np.count_nonzero(depth > 0)
-        area = math.pi * np.sum(ensemble.summit_radius * np.clip(depth, 0, None))
-        assert history.real_contact_area.values[k] == pytest.approx(area, rel=1e-12)
-        assert history.contact_radius.values[k] == pytest.approx(
-            np.sqrt(ensemble.summit_radius * np.clip(depth, 0, None)), rel=1e-9
-        )
-
-
 def test_an_asperity_far_below_has_no_effect():
     rng = np.random.default_rng(5)
     height, radius = rng.normal(0.0, 0.01, 6), rng.lognormal(0.0, 0.3, 6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.laws import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
+from historysim.asperities.laws import DrawnFriction, PowerLaw, ShearStrength, SlidFriction
 from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw
 
 GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -16,31 +16,6 @@ def loaded(ensemble, load):
     return ensemble.advance(ensemble.initial_state(), normal_load=load)
 
 
-def test_shear_strength_on_a_sphere():
-    """Bowden and Tabor: μ ∝ N^(-1/3), δ ∝ N^(1/3), 5.50 to 11.44 nm from 10 to 90 mN."""
-    ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShearStrength(11.37e6))
-    loads = np.array([10e-3, 30e-3, 50e-3, 90e-3])
-    each = [ensemble.asperity(0, loaded(ensemble, load)) for load in loads]
-    friction = np.array([one.friction for one in each])
-    assert friction * np.cbrt(loads) == pytest.approx(np.full(4, friction[0] * np.cbrt(loads[0])), rel=1e-12)
-    assert friction * loads == pytest.approx([11.37e6 * np.pi * one.contact_radius**2 for one in each], rel=1e-12)
-    displacement = np.array([one.preliminary_displacement for one in each])
-    assert displacement[[0, 3]] * 1e9 == pytest.approx([5.50, 11.44], abs=0.005)
-    assert displacement[3] / displacement[0] == pytest.approx(9 ** (1 / 3), rel=1e-12)
-    # the contact slides there and not before, and holds τ0 A
-    state = ensemble.advance(loaded(ensemble, 50e-3), tangential_displacement=displacement[2] * (1 + 1e-9))
-    assert state.tangential_load == pytest.approx(friction[2] * 50e-3, rel=1e-12)
-    short = ensemble.advance(loaded(ensemble, 50e-3), tangential_displacement=displacement[2] * 0.99)
-    assert short.tangential_load < state.tangential_load * (1 - 5e-4)
-
-
-def test_shear_strength_on_the_area_of_jkr():
-    """The friction force goes as N^.519 from 10 to 90 mN with W = .1213 J/m²."""
-    ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShearStrength(11.37e6, area="jkr", work_of_adhesion=0.1213))
-    force = [load * loaded(ensemble, load).friction[0] for load in (10e-3, 90e-3)]
-    assert np.log(force[1] / force[0]) / np.log(9) == pytest.approx(0.519, abs=5e-4)
-
-
 def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     """So that work of adhesion may be swept from 0 on; the area grows with it from there."""
     laws = [ShearStrength(11.37e6), *(ShearStrength(11.37e6, "jkr", work) for work in (0.0, 1e-12, 0.1))]
@@ -50,14 +25,6 @@ def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     root = np.sqrt(6 * np.pi * 1e-12 * BALL / 10e-3)
     assert hardly / none - 1 == pytest.approx(2 / 3 * root, rel=root)
     assert some > 1.1 * none
-
-
-def test_the_pull_of_adhesion_adds_to_the_load():
-    ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShiftedLoad(0.1, 0.1))
-    pull = 2 * np.pi * 0.1 * BALL
-    for load in (1e-6, 10e-3):
-        state = ensemble.advance(loaded(ensemble, load), tangential_displacement=1e-6)
-        assert state.tangential_load == pytest.approx(0.1 * (load + pull), rel=1e-9)
 
 
 def test_a_power_of_the_total_load_keeps_one_coefficient():
@@ -95,25 +62,6 @@ def test_equal_coefficients_one_by_one_are_one_coefficient():
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.01)]
     change = hs.FrictionChange(0.5, [0.5] * 2, [0, 2])
     assert hs.Replay(one, events).state() == hs.Replay(one, [events[0], change, events[1]]).state()
-
-
-@pytest.mark.parametrize("load", [0.005, 0.02])
-def test_a_sphere_wears_as_archard_says(load):
-    """V = K N s/H with s = U - δ_t,max at a constant load, h = √(V/(πR)); the flat comes down by h."""
-    wear = ArchardWear(coefficient=0.02, hardness=1.0)
-    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=wear)
-    state = loaded(ensemble, load)
-    approach, reach = state.approach, 0.5 * state.approach
-    state = ensemble.advance(state, tangential_displacement=0.2)
-    evolved = state.evolved
-    # while the summit recedes at a constant load new springs are dragged, which changes neither
-    assert evolved.slid_distance[0] == pytest.approx(0.2 - reach, rel=2e-3)
-    assert evolved.worn_volume[0] == pytest.approx(0.02 * load * evolved.slid_distance[0], rel=2e-3)
-    lost = np.sqrt(evolved.worn_volume[0] / np.pi)
-    assert -evolved.summit_height[0] == pytest.approx(lost, rel=3e-3)
-    assert state.approach == pytest.approx(approach + lost, rel=2e-3)
-    assert state.tangential_load == pytest.approx(0.5 * load, rel=1e-9)
-    assert evolved.slid_together == pytest.approx(evolved.slid_distance[0], rel=1e-12)
 
 
 def test_energy_is_balanced_where_geometry_changes():

@@ -77,14 +77,6 @@ def test_the_plasticity_index_agrees_with_greenwood_and_williamson():
     assert f"plasticity index {index:.2g}" in found.text
 
 
-def test_the_softer_material_yields():
-    hard = hs.Material("hard", 400e9, 0.2, hardness=20e9, yield_stress=7e9)
-    soft = hs.Material("soft", 70e9, 0.3, hardness=1e9)
-    assert hs.MaterialPair(hard, soft).hardness == 1e9
-    assert hs.MaterialPair(soft, hard).yield_stress == 7e9
-    assert hs.MaterialPair(soft, hs.material("silica")).yield_stress is None
-
-
 def test_the_contact_area_is_compared_with_the_nominal_one():
     area = math.pi * 1e-3 * 1e-6
     for nominal, expected in ((area / 0.04, []), (area / 0.06, ["area"]), (None, [])):

@@ -1,9 +1,7 @@
 """Summits that yield, against springs in small steps, closed forms and printed numbers."""
 
-import functools
 import math
 
-import attrs
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,7 +12,7 @@ from historysim.asperities.laws import ShearStrength
 from historysim.asperities.wear import ArchardWear
 from historysim.asperities.yielding import YIELDING_LAWS, JacksonGreen, KogutEtsion, Thornton, YieldingLaw
 from historysim.contact import hertz
-from historysim.errors import FrictionLimitError, InputError
+from historysim.errors import InputError
 from tests.support.sudden import change_by_parts
 from tests.support.yielding_springs import YieldingSprings, kogut_etsion
 
@@ -181,32 +179,6 @@ class Softer(YieldingLaw):
         if self.break_it == "raises":
             raise RuntimeError("of the user's own")
         return load * 4 / 3 * MODULUS * np.sqrt(summit_radius) * critical**1.5, np.sqrt(area * summit_radius * critical)
-
-
-@pytest.mark.parametrize("parts", [1, 3, 100])
-@pytest.mark.parametrize("law", [LAW, Thornton(hardness=HARDNESS), JacksonGreen(hardness=HARDNESS)])
-def test_summits_that_touch_and_yield_late_on_a_path(law, parts):
-    """Their springs are anchored where the virgin summits touched, not where the lowered ones would have."""
-    height = np.array([0.0] + [-130e-9] * 30)
-    ensemble = hs.Ensemble(PAIR, height, 1e-6, 0.5, yielding=attrs.evolve(law, poissons_ratio=RATIO))
-    state = ensemble.initial_state()
-    for part in np.arange(1, parts + 1) / parts:
-        state = ensemble.advance(state, normal_displacement=part * REACH, tangential_displacement=part * 5e-9)
-    if law is LAW:
-        expected, bar = late_load(), 3e-4
-    else:
-        end = ensemble.initial_state()
-        for d, u in ((135e-9, 4.5e-9), (REACH, 5e-9)):
-            end = ensemble.advance(end, normal_displacement=d, tangential_displacement=u)
-        expected, bar = end.tangential_load, 1e-4
-    assert state.tangential_load == pytest.approx(expected, abs=bar * 0.5 * state.normal_load)
-
-
-@functools.cache
-def late_load():
-    springs = YieldingSprings(MODULUS, SHEAR, HARDNESS, RATIO, 0.5, [0.0, -130e-9], [1e-6] * 2, 1.2 * REACH, 3000)
-    springs.go(REACH, 5e-9, 4000)
-    return springs.tangential_loads @ [1, 30]
 
 
 @pytest.mark.parametrize(
@@ -377,15 +349,6 @@ def test_a_summit_that_is_replaced_yields_anew():
     assert left.virgin_radius[2] == 0.8e-6
     np.testing.assert_array_equal(left.yielding_load[:2], state.yielded.yielding_load[:2])
     assert new.approach == pytest.approx(100e-9)
-
-
-def test_a_tangential_load_beyond_the_limit_is_refused_while_summits_yield():
-    ensemble = rough(3, 2, yielding=LAW)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
-    with pytest.raises(FrictionLimitError):
-        ensemble.advance(state, normal_load=2e-3, tangential_load=0.5e-3)
-    held = ensemble.advance(state, normal_load=2e-3, tangential_load=0.5e-3, saturate=True)
-    assert held.tangential_load == pytest.approx(FRICTION * 2e-3, rel=1e-9)
 
 
 def test_the_approach_at_a_load_agrees_with_first_loading():
