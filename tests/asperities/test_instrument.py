@@ -216,14 +216,7 @@ def test_the_drives_history_is_the_contacts_sheared(drawn):
 @given(histories(compliance=True, extremes=True), st.floats(-55, 59))
 def test_the_drive_arrives_behind_any_instrument(drawn, exponent):
     ratio, stiffness = drawn.limit / drawn.slide, 10**exponent
-    stretch = (1 + ratio / stiffness) / (1 + ratio / drawn.stiffness)
-    moves = [
-        move._replace(tangential_value=move.tangential_value * stretch)
-        if move.tangential_kind == "displacement"
-        else move
-        for move in drawn.moves
-    ]
-    drawn = drawn._replace(moves=moves, stiffness=stiffness)
+    drawn = drawn.behind(stiffness)
     history = drawn.replay(saturate=True)
     numbers = history.drop_vars("slide_time").variables.values()
     assert all(np.isfinite(values.values.astype(float)).all() for values in numbers)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from histories import DrivenRow, contacts, follow, histories, random_contact
+from histories import DrivenRow, build_ensemble, contacts, follow, histories, random_contact
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from springs import Contact
@@ -119,7 +119,7 @@ def test_return_point_memory_closes_loops(start, shares):
 @given(contacts(), st.floats(0.1, 0.9), st.floats(0.1, 1.0))
 def test_half_a_cycle_is_the_virgin_curve_scaled_by_two(contact, share, part):
     """Masing's rule."""
-    ensemble, limit = hs.Ensemble(pair_of(contact), *contact[2:]), units(contact, "loads", 0.1)[1]
+    ensemble, limit = build_ensemble(contact), units(contact, "loads", 0.1)[1]
     loaded = ramped(ensemble, (0.1, 0.0))
     turn = ramped(ensemble, (0.1, share * limit), state=loaded)
     rise = ramped(ensemble, (0.1, part * share * limit), state=loaded)
@@ -129,13 +129,9 @@ def test_half_a_cycle_is_the_virgin_curve_scaled_by_two(contact, share, part):
     assert fallen == pytest.approx(2 * rise.tangential_displacement, rel=1e-12)
 
 
-def pair_of(contact):
-    return hs.MaterialPair.from_moduli(contact_modulus=contact.contact_modulus, shear_modulus=contact.shear_modulus)
-
-
 @given(contacts(groups=[1]), TURNS, st.floats(1.0, 3.0))
 def test_a_rising_normal_load_changes_neither_displacement_nor_energy(contact, shares, rise):
-    ensemble, limit = hs.Ensemble(pair_of(contact), *contact[2:]), units(contact, "loads", LOAD)[1]
+    ensemble, limit = build_ensemble(contact), units(contact, "loads", LOAD)[1]
     before = ramped(ensemble, (LOAD, 0.0), *((LOAD, share * limit) for share in shares))
     after = ramped(ensemble, (rise * LOAD, shares[-1] * limit), state=before)
     assert after.tangential_displacement == before.tangential_displacement
@@ -148,7 +144,7 @@ def test_a_rising_normal_load_changes_neither_displacement_nor_energy(contact, s
     CONTROLS,
 )
 def test_nothing_is_dissipated_while_everything_sticks(contact, increments, control):
-    ensemble, friction = hs.Ensemble(pair_of(contact), *contact[2:]), contact.friction.min()
+    ensemble, friction = build_ensemble(contact), contact.friction.min()
     path = np.cumsum([(size, slope * friction * size) for size, slope in increments], axis=0)
     unit = (0.1, 0.1) if control == "loads" else (0.02, 0.02 * contact.compliance_ratio)
     state = advance(ensemble, control, *(path * unit))
@@ -483,7 +479,7 @@ def spiral_turns(count, share=0.9):
 
 def test_partial_lift_off_erases_the_memory_of_separated_asperities():
     contact = Contact.build(2.0, 0.3, [0.0, -0.01, -0.02], [1.0, 0.5, 2.0], 0.4)
-    ensemble = hs.Ensemble(pair_of(contact), *contact[2:])
+    ensemble = build_ensemble(contact)
     state = displaced(ensemble, (0.03, 0.0), (0.03, 0.005), (0.03, 0.003))
     assert all(ensemble.asperity(i, state).reversal_points.size == 1 for i in range(3))
     lifted = displaced(ensemble, (0.015, 0.003), state=state)
@@ -504,7 +500,7 @@ def test_partial_lift_off_erases_the_memory_of_separated_asperities():
 
 @given(contacts())
 def test_total_lift_off_erases_all_and_touching_again_starts_afresh(contact):
-    ensemble = hs.Ensemble(pair_of(contact), *contact[2:])
+    ensemble = build_ensemble(contact)
     used = displaced(ensemble, (0.03, 0.0), (0.03, 0.01), (0.02, 0.004), (0.0, 0.004), (-0.01, 0.025), (0.0, 0.025))
     assert used.tangential_load == used.normal_load == used.stored_energy == 0
     assert not any(len(used.vertices(group)) for group in range(used.group.max() + 1))
@@ -553,9 +549,7 @@ def test_all_loops_of_a_spiral_close_on_the_way_out(count, turns, by_load):
     contact = random_contact(np.random.default_rng(0), count)
     approach = contact.approach(0.02 * count)
     unit = contact.limit(approach) if by_load else contact.compliance_ratio * contact.friction[0] * approach
-    assert_closes(
-        spiral(hs.Ensemble(pair_of(contact), *contact[2:]), spiral_turns(turns) * unit, 0.02 * count, by_load)
-    )
+    assert_closes(spiral(build_ensemble(contact), spiral_turns(turns) * unit, 0.02 * count, by_load))
 
 
 def test_the_memory_is_as_deep_as_the_reversals_that_are_open():

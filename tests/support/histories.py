@@ -55,6 +55,23 @@ class Move(NamedTuple):
             f"tangential_{self.tangential_kind}": self.tangential_value,
         }
 
+    def straight(self, contact):
+        """Return the move to the same place, straight in (approach, U)."""
+        if self.normal_kind == "displacement":
+            return self
+        return self._replace(normal_kind="displacement", normal_value=float(contact.approach(self.normal_value)))
+
+    @property
+    def ramps(self):
+        """True if both loads are prescribed."""
+        return self.normal_kind == self.tangential_kind == "load"
+
+
+def build_ensemble(contact):
+    """Return the ensemble of a contact of the springs."""
+    pair = hs.MaterialPair.from_moduli(contact_modulus=contact.contact_modulus, shear_modulus=contact.shear_modulus)
+    return hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
+
 
 class History(NamedTuple):
     """Moves of a contact below a largest normal load [N], behind an instrument of a lateral stiffness [N/m]."""
@@ -66,9 +83,7 @@ class History(NamedTuple):
 
     @property
     def ensemble(self):
-        contact = self.contact
-        pair = hs.MaterialPair.from_moduli(contact_modulus=contact.contact_modulus, shear_modulus=contact.shear_modulus)
-        return hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
+        return build_ensemble(self.contact)
 
     @property
     def instrument(self):
@@ -107,13 +122,19 @@ class History(NamedTuple):
 
     def straight(self):
         """Return the history with every path straight in (approach, U): none then depends on how it is cut."""
+        return self._replace(moves=[move.straight(self.contact) for move in self.moves])
+
+    def behind(self, stiffness):
+        """Return the history behind an instrument [N/m], whose drive goes as much farther as the instrument bends."""
+        ratio = self.limit / self.slide
+        stretch = (1 + ratio / stiffness) / (1 + ratio / self.stiffness)
         moves = [
-            move._replace(normal_kind="displacement", normal_value=float(self.contact.approach(move.normal_value)))
-            if move.normal_kind == "load"
+            move._replace(tangential_value=move.tangential_value * stretch)
+            if move.tangential_kind == "displacement"
             else move
             for move in self.moves
         ]
-        return self._replace(moves=moves)
+        return self._replace(moves=moves, stiffness=stiffness)
 
 
 class _RandomSource:
@@ -272,34 +293,19 @@ def histories(draw, counts=(1, 3, 8), groups=(1, 3), steep=(False, True), compli
     history = History(contact, _touch_straight(contact, moves), largest_load)
     if not compliance:
         return history
-    history = history._replace(
-        stiffness=10 ** draw(st.floats(-1.5, 1.5)) * history.limit / history.slide,
-        moves=[
-            move._replace(normal_kind="displacement", normal_value=float(contact.approach(move.normal_value)))
-            if move.normal_kind == move.tangential_kind == "load" and np.ptp(contact.friction) > 0
-            else move
-            for move in history.moves
-        ],
-    )
-    stretch = 1 + history.limit / history.slide / history.stiffness
-    moves = [
-        move._replace(tangential_value=move.tangential_value * stretch)
-        if move.tangential_kind == "displacement"
-        else move
-        for move in history.moves
-    ]
-    return history._replace(moves=moves)
+    if np.ptp(contact.friction) > 0:
+        # the limit of a ramp of both loads bends
+        straight = [move.straight(contact) if move.ramps else move for move in history.moves]
+        history = history._replace(moves=straight)
+    return history.behind(10 ** draw(st.floats(-1.5, 1.5)) * history.limit / history.slide)
 
 
 def _touch_straight(contact, moves):
     """With several coefficients the limit of a ramp of loads from nothing bends: touch along (approach, U) instead."""
     written, loaded = [], False
     for move in moves:
-        if move.normal_kind == move.tangential_kind == "load" and not loaded and np.ptp(contact.friction) > 0:
-            approach = float(contact.approach(move.normal_value))
-            written.append(move._replace(normal_kind="displacement", normal_value=approach))
-        else:
-            written.append(move)
+        bends = move.ramps and not loaded and np.ptp(contact.friction) > 0
+        written.append(move.straight(contact) if bends else move)
         loaded = move.normal_value > 0
     return written
 
