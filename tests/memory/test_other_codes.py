@@ -9,7 +9,7 @@ from c_core import SUPPORT, WARNINGS, compiled, hatch_build
 import historysim as hs
 
 CC = hatch_build.compiler()
-LEAKS = ["-O1", "-g", "-fsanitize=address"]
+LEAKS = ["-O0", "-g", "-fsanitize=address"]
 pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 
 
