@@ -178,8 +178,9 @@ LARGE = ("fig_5_11", "fig_5_12", "fig_5_13", "fig_5_17_to", "fig_5_21", "fig_6_0
 def test_the_figure_is_drawn(path, ran):
     if path.suffix == ".toml":
         loaded = hs.load(path)
-        shown = swept(path.stem) if loaded.sections.sweep else None
-        figure = draw_scenario_figure(shown, drawable(shown)) if loaded.sections.sweep else ran(path.stem)[1]
+        shown = loaded if drawable(loaded) or not loaded.sections.sweep else swept(path.stem)
+        # a picture of the scenario itself, of its sweep, or of its run
+        figure = draw_scenario_figure(shown, drawable(shown)) if drawable(shown) else ran(path.stem)[1]
         figure.draw_without_rendering()
         assert figure.axes or figure.subfigs
         return
