@@ -17,7 +17,7 @@ static int refine(hs_integrand *integrand, const hs_interval *step, int is_whole
     for (int chords = s->first_chords;; chords *= 2, before = *error) {
         int status = integrand->integrate(integrand, step, chords, error);
         if (status != HS_OK) return status;
-        const int compared = *error != HUGE_VAL, used_up = compared && integrand->chords_left <= 0;
+        const int compared = chords > s->first_chords || *error != HUGE_VAL, used_up = compared && integrand->chords_left <= 0;
         *accepted = *error <= s->certain || (*error <= 1.0 && before <= 1.0);
         if (used_up && !is_whole_path && *error > 1.0) return HS_TOO_MANY_CHORDS;
         if (*accepted || used_up || chords >= s->most_chords || (s->slow == 0.0 && !can_shorten)) break;

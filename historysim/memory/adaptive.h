@@ -34,8 +34,8 @@ typedef struct hs_interval {
 typedef struct hs_integrand {
     void *context;
     const hs_adaptive *settings;
-    /* Integrate from the present state in a number of chords, without changing it. The error is infinite if there is nothing to
-     * compare with. */
+    /* Integrate from the present state in a number of chords, without changing it. The error of the first number of chords
+     * is infinite if there is nothing to compare with. */
     int (*integrate)(struct hs_integrand *integrand, const hs_interval *step, int chords, double *error);
     /* Make the last result, improved by the one before, the present state. */
     int (*accept)(struct hs_integrand *integrand, const hs_interval *step);
