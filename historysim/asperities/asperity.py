@@ -4,7 +4,7 @@ import enum
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, Self, TypedDict, Unpack, overload
+from typing import Any, ClassVar, Self, TypedDict, Unpack, overload
 
 import attrs
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from historysim.asperities.instrument import Rings
 from historysim.asperities.law import FrictionLaw
+from historysim.asperities.readout import Readout, Step
 from historysim.asperities.state import State
 from historysim.asperities.traction_picture import traction_svg
 from historysim.asperities.wear import WearLaw
@@ -23,8 +24,7 @@ from historysim.basics.wording import counted, html_table
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import TIE, Memory, check, nodes, owned, view
-from historysim.memory.paths import blank_rows
+from historysim.memory.binding import TIE, Memory, nodes, owned, view
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
 
@@ -36,48 +36,6 @@ class SlipState(enum.IntEnum):
     FULL_STICK = lib.HS_FULL_STICK
     PARTIAL_SLIP = lib.HS_PARTIAL_SLIP
     GROSS_SLIP = lib.HS_GROSS_SLIP
-
-
-class Readout:
-    """Recorded values of some asperities of an ensemble in one state, read in one batch when first needed."""
-
-    def __init__(self, ensemble: Any, state: State, positions: Sequence[int]) -> None:
-        self.ensemble, self.state, self.positions = ensemble, state, positions
-
-    @cached_property
-    def recorded_values(self) -> dict[str, list[Any]]:
-        """Recorded values by name, in SI: a number or a vector for each asperity."""
-        rows = blank_rows(1, len(self.positions), planar=self.state.directions == 2)
-        check(lib.hs_read(self.state.memory, rows.as_struct(np.array(self.positions)), 0))
-        return {name: values[0].tolist() for name, values in rows.each.items()}
-
-    @cached_property
-    def parameters(self) -> dict[str, list[float]]:
-        """Present height [m], radius [m] and friction coefficient of each asperity, by name."""
-        shapes = getattr(self.state, "evolved", None) or self.ensemble
-        arrays = {"summit_height": shapes.summit_height, "summit_radius": shapes.summit_radius}
-        arrays["friction"] = self.state.friction
-        return {name: values[self.positions].tolist() for name, values in arrays.items()}
-
-
-class Step(NamedTuple):
-    """End of one step of a single asperity."""
-
-    normal_load: float  #: [N]
-    tangential_load: Any  #: [N], a vector in two directions
-    approach: float  #: [m]
-    tangential_displacement: Any  #: [m], a vector in two directions
-    label: float  #: dimensionless approach
-    mark: float  #: dimensionless displacement along the line of motion
-    pressed: bool  #: whether the step changed the approach
-
-    @classmethod
-    def between(cls, previous: State, current: State) -> Self:
-        """Return the step from one state to the next."""
-        line = current.memory.line
-        pressed = line.approach != previous.memory.line.approach
-        loads = current.normal_load, current.tangential_load
-        return cls(*loads, current.approach, current.tangential_displacement, line.approach, line.displacement, pressed)
 
 
 def _recorded_value(name: str, text: str) -> Any:

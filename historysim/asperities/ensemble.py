@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.asperity import Asperities, Asperity, Readout
+from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.asperity_set import AsperitySet, per_asperity, summit_fields
 from historysim.asperities.body import check_pair
 from historysim.asperities.curves import NormalCurves
@@ -16,6 +16,7 @@ from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as
 from historysim.asperities.integration import IntegratedBody, return_path
 from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, make_evolution
 from historysim.asperities.patches import Patches
+from historysim.asperities.readout import Readout
 from historysim.asperities.state import State
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits

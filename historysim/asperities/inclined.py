@@ -10,12 +10,13 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.asperity import Asperities, Asperity, Readout
+from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.asperity_set import AsperitySet, per_asperity, summit_fields
 from historysim.asperities.body import Feature
 from historysim.asperities.facets import BodyPosition, Facet, interpolate
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import FrictionLaw
+from historysim.asperities.readout import Readout
 from historysim.asperities.state import SavedState, State
 from historysim.asperities.stepper import channel, make_path
 from historysim.basics.arguments import Booleans, Floats, scalar

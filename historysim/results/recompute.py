@@ -11,11 +11,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.asperities.asperity import Asperity, Readout
+from historysim.asperities.asperity import Asperity
 from historysim.asperities.asperity_set import AsperitySet, require_asperities
 from historysim.asperities.body import Body
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.patches import Patches
+from historysim.asperities.readout import Readout
 from historysim.asperities.state import State
 from historysim.basics.arguments import DIRECTION, Floats, scalar
 from historysim.basics.units import seconds
