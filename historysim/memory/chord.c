@@ -18,10 +18,10 @@
 /* stands for a coefficient that a law is asked for */
 #define ASKED (-1.0)
 
-hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory) {
-    hs_memory *copy = hs_memory_copy(memory);
-    if (!copy || !(w->wears || w->yields) || hs_memory_unshare_contact(copy) == HS_OK) return copy;
-    hs_memory_free(copy);
+hs_line *hs_copy_to_change(const walk *w, const hs_line *memory) {
+    hs_line *copy = hs_line_copy(memory);
+    if (!copy || !(w->wears || w->yields) || hs_line_unshare_contact(copy) == HS_OK) return copy;
+    hs_line_free(copy);
     return NULL;
 }
 
@@ -49,7 +49,7 @@ static void ask(walk *w, int64_t number, const hs_contact *contact, double weigh
     w->asked[2][number] = slid;
 }
 
-int hs_set_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead) {
+int hs_set_stations(walk *w, const hs_line *memory, double d, double load, double share, const double *ahead) {
     const hs_evolution *evolution = w->evolution;
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
@@ -168,7 +168,7 @@ static void exclude(common_slide *all, double from, double to) {
         all->begin = to;
 }
 
-double hs_slid_together(const walk *w, const hs_memory *memory, const chord_end *end) {
+double hs_slid_together(const walk *w, const hs_line *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     common_slide all = {0.0, 1.0};
     double touches = HUGE_VAL, leaves = -HUGE_VAL, deepest = hs_most(memory->approach, end->d);
@@ -249,7 +249,7 @@ static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int 
  *
  * Of two loads both go straight. Otherwise the approach does, as the contact at the start has it; where wear has
  * changed that, a normal load keeps the values that it had then. */
-static void normal_at(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
+static void normal_at(const walk *w, const hs_line *memory, double share, double *d, double *load) {
     const route *c = &w->course;
     if (c->both_loads) {
         *load = hs_toward(c->load[0], c->load[1], share);
@@ -266,7 +266,7 @@ static void normal_at(const walk *w, const hs_memory *memory, double share, doub
 }
 
 /* Find the displacement at which a chord ends. */
-static int find_end(walk *w, hs_memory *memory, double share, chord_end *end) {
+static int find_end(walk *w, hs_line *memory, double share, chord_end *end) {
     const route *c = &w->course;
     const hs_contact *contact = memory->contact;
     double value = hs_toward(c->tangential[0], c->tangential[1], share), limit = 0.0;
@@ -337,7 +337,7 @@ static int find_end(walk *w, hs_memory *memory, double share, chord_end *end) {
 }
 
 /* Have room for a stack to be clipped, and for what is added to it otherwise. */
-static int make_room(walk *w, hs_memory *memory, int64_t depth) {
+static int make_room(walk *w, hs_line *memory, int64_t depth) {
     int64_t room = 2 * hs_room_to_clip(depth);
     if (room > w->room) {
         free(w->scratch);
@@ -345,12 +345,12 @@ static int make_room(walk *w, hs_memory *memory, int64_t depth) {
         w->room = w->scratch ? 2 * room : 0;
     }
     if (!w->scratch) return HS_OUT_OF_MEMORY;
-    return depth + 2 > memory->capacity ? hs_memory_reserve(memory, 2 * (depth + 2)) : HS_OK;
+    return depth + 2 > memory->capacity ? hs_line_reserve(memory, 2 * (depth + 2)) : HS_OK;
 }
 
 /* Carry one group on a straight way, with its coefficient going straight, too; what it loses goes to `each`, position
  * 0. */
-static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on, double load, double *each,
+static int carry_group(walk *w, hs_line *memory, int64_t index, const way *on, double load, double *each,
                        hs_losses *losses) {
     double reached;
     if (make_room(w, memory, memory->depth[index]) != HS_OK) return HS_OUT_OF_MEMORY;
@@ -362,7 +362,7 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
 }
 
 /* Carry one group to the end of a chord from station to station; where its friction bends, what it slides is found, too. */
-static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end *end, double *each, hs_losses *losses) {
+static int carry_by_stations(walk *w, hs_line *memory, int64_t g, const chord_end *end, double *each, hs_losses *losses) {
     const hs_contact *contact = memory->contact;
     hs_point from = {starts_at(w, memory, g), memory->displacement}, to = {end->d, end->v};
     int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
@@ -394,7 +394,7 @@ static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_
     return status;
 }
 
-int hs_solve_slid_distances(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
+int hs_solve_slid_distances(walk *w, hs_line *memory, const chord_end *end, int ahead) {
     const hs_contact *contact = memory->contact;
     way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0, {0.0, 1.0}};
     for (int64_t i = 0; i < contact->count; ++i) forget_sliding(w, i);
@@ -434,14 +434,14 @@ int hs_solve_slid_distances(walk *w, hs_memory *memory, const chord_end *end, in
     return HS_OK;
 }
 
-void hs_add_slides(const walk *w, hs_memory *memory) {
+void hs_add_slides(const walk *w, hs_line *memory) {
     hs_evolved *evolved = memory->evolved;
     for (int64_t i = 0; i < memory->contact->count; ++i) evolved->slid_distance[i] += w->slid[i];
     evolved->slid_together += w->together;
 }
 
 /* Carry all groups to the end of a chord. */
-static int carry(walk *w, hs_memory *memory, const chord_end *end) {
+static int carry(walk *w, hs_line *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     double deepest = hs_most(memory->approach, end->d);
     hs_losses losses;
@@ -465,7 +465,7 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end) {
 }
 
 /* Find where a chord ends, and how far asperities slide to there; where they wear, with the shapes that follow: twice. */
-static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end, int *slides) {
+static int find_sliding(walk *w, hs_line *memory, double share, chord_end *end, int *slides) {
     const hs_contact *contact = memory->contact;
     const hs_law *law = &w->evolution->law;
     const size_t size = (size_t)contact->count * sizeof(double);
@@ -501,7 +501,7 @@ static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end
 }
 
 /* Put down friction and loads at the end of a chord on which summits wear: groups may stand in another order there. */
-static int weigh_worn(walk *w, const hs_memory *memory, double share, chord_end *end) {
+static int weigh_worn(walk *w, const hs_line *memory, double share, chord_end *end) {
     int status = hs_set_stations(w, memory, end->d, end->load, share, w->ahead);
     for (end->touching = 0; end->touching < memory->contact->groups && status == HS_OK; ++end->touching) {
         hs_curve curve = hs_group_of(memory, end->touching).curve;
@@ -512,7 +512,7 @@ static int weigh_worn(walk *w, const hs_memory *memory, double share, chord_end 
 }
 
 /* Put down the volumes that asperities have lost on a chord, on which their summits took another shape or not. */
-static int lose_volumes(walk *w, hs_memory *memory, int shaped) {
+static int lose_volumes(walk *w, hs_line *memory, int shaped) {
     const hs_contact *contact = memory->contact;
     hs_evolved *evolved = memory->evolved;
     const size_t size = (size_t)contact->count * sizeof(double);
@@ -533,7 +533,7 @@ static int lose_volumes(walk *w, hs_memory *memory, int shaped) {
 }
 
 /* Prepare a chord, and find where it ends and how far asperities slide. */
-static int foresee(walk *w, hs_memory *memory, double share, chord_end *end, int *slides) {
+static int foresee(walk *w, hs_line *memory, double share, chord_end *end, int *slides) {
     const hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     const size_t size = (size_t)contact->count * sizeof(double);
@@ -556,7 +556,7 @@ static int foresee(walk *w, hs_memory *memory, double share, chord_end *end, int
 }
 
 /* Undo what was foreseen of summits that wear. */
-static void forget_foreseen(walk *w, hs_memory *memory, double load) {
+static void forget_foreseen(walk *w, hs_line *memory, double load) {
     if (!w->wears) return;
     hs_set_shape(memory, memory->evolved->summit_height, memory->evolved->summit_radius, w->depth);
     hs_refresh_loads(memory);
@@ -564,7 +564,7 @@ static void forget_foreseen(walk *w, hs_memory *memory, double load) {
 }
 
 /* Integrate one chord that was foreseen; `stored` is the elastic energy at its start. */
-static int follow(walk *w, hs_memory *memory, double share, double stored, chord_end *end, int slides) {
+static int follow(walk *w, hs_line *memory, double share, double stored, chord_end *end, int slides) {
     hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     const size_t size = (size_t)contact->count * sizeof(double);
@@ -602,19 +602,19 @@ static double side_beyond(double request, double limit) {
 
 /* A chord that is foreseen: where it starts, and a copy of that to change where summits yield, otherwise the same. */
 typedef struct chord_start {
-    const hs_memory *memory;
-    hs_memory *tried;
+    const hs_line *memory;
+    hs_line *tried;
     double share, request, limit, normal_load;
 } chord_start;
 
 /* Foresee a chord that was foreseen to end elsewhere. */
 static int try_chord(walk *w, const chord_start *at, double share, chord_end *end, int *slides) {
-    hs_memory *tried = at->tried;
-    const hs_memory *start = at->memory;
+    hs_line *tried = at->tried;
+    const hs_line *start = at->memory;
     int status = HS_OK;
     if (tried != start) {
         hs_contact_assign(tried->contact, start->contact);
-        status = hs_memory_assign(tried, start);
+        status = hs_line_assign(tried, start);
     } else {
         forget_foreseen(w, tried, at->normal_load);
     }
@@ -655,7 +655,7 @@ static void note_side(hs_pieces *pieces, double share, double side) {
     pieces->side[last] = (int)side;
 }
 
-int hs_chord(walk *w, hs_memory *memory, double before, double share) {
+int hs_chord(walk *w, hs_line *memory, double before, double share) {
     const route *c = &w->course;
     const int crosses = w->drive->saturate && c->tangential_by_load && !c->straight && !c->ends_separated;
     for (int turn = 0; before < share; ++turn) {
@@ -669,8 +669,8 @@ int hs_chord(walk *w, hs_memory *memory, double before, double share) {
         int status = foresee(w, at.tried, stop, &end, &slides);
         if (status == HS_OK && crosses && turn < MOST_CROSSINGS) status = end_at_crossing(w, &at, &stop, &end, &slides);
         if (copies) {
-            hs_memory_swap(memory, at.tried);
-            hs_memory_free(at.tried);
+            hs_line_swap(memory, at.tried);
+            hs_line_free(at.tried);
         }
         if (status == HS_OK) status = follow(w, memory, stop, stored, &end, slides);
         if (status != HS_OK) return status;

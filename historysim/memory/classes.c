@@ -57,7 +57,7 @@ static const hs_vector nowhere = {0.0, 0.0};
 
 static double deepest_of(const hs_class *part) { return part->curve.gap[0]; }
 
-hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance) {
+hs_body *hs_body_new(const hs_line *line, int64_t rings, double tolerance) {
     size_t count = (size_t)line->contact->count;
     hs_body *body = (hs_body *)calloc(1, sizeof *body);
     double *numbers = (double *)malloc(3 * count * sizeof *numbers);

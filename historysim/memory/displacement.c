@@ -22,7 +22,7 @@ HS_WIDE static void limits(const double *restrict gap, const double *restrict we
     }
 }
 
-hs_limit hs_limit_and_slopes(const hs_memory *memory, double d) {
+hs_limit hs_limit_and_slopes(const hs_line *memory, double d) {
     const hs_contact *contact = memory->contact;
     const double *friction = memory->friction;
     if (one_each(contact)) {
@@ -50,12 +50,12 @@ hs_limit hs_limit_and_slopes(const hs_memory *memory, double d) {
     return found;
 }
 
-double hs_friction_limit(const hs_memory *memory, double d, double load) {
+double hs_friction_limit(const hs_line *memory, double d, double load) {
     if (memory->contact->groups == 1) return memory->friction[0] * load;
     return hs_limit_and_slopes(memory, d).limit;
 }
 
-hs_range hs_friction_range(const hs_memory *memory, double d) {
+hs_range hs_friction_range(const hs_line *memory, double d) {
     const hs_contact *contact = memory->contact;
     hs_range found = {memory->friction[0], memory->friction[0]};
     for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d; ++index) {
@@ -74,7 +74,7 @@ HS_WIDE static void loads_of_ones(const double *restrict gap, const double *rest
 }
 
 /* Normal loads of the groups that touch at d, where they carry `load` together. */
-int hs_loads_of_groups(const hs_memory *memory, double d, double load, hs_group_loads *loads) {
+int hs_loads_of_groups(const hs_line *memory, double d, double load, hs_group_loads *loads) {
     const hs_contact *contact = memory->contact;
     int64_t count;
     loads->load = loads->one;
@@ -105,7 +105,7 @@ void hs_free_group_loads(hs_group_loads *loads) {
     if (loads->load != loads->one) free(loads->load);
 }
 
-double hs_approach_at_load(const hs_memory *memory, double load) {
+double hs_approach_at_load(const hs_line *memory, double load) {
     double present = memory->approach;
     if (load == memory->normal_load) return present;
     if (load <= 0.0) return hs_least(present, memory->contact->sorted_gap[0]);
@@ -181,7 +181,7 @@ static int force_on_fronts(const hs_fronts *fronts, const hs_group_loads *loads,
 }
 
 /* Tangential load at the end of a straight path, with its derivatives; fronts are looked up, or found and noted. */
-int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to, hs_force *found) {
+int hs_force_at(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to, hs_force *found) {
     hs_point from = {memory->approach, memory->displacement};
     if (!force_on_fronts(fronts, loads, to, found)) return HS_OK;
     hs_force sum = {0.0, 0.0, 0.0};
@@ -218,7 +218,7 @@ int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *front
     return HS_OK;
 }
 
-int hs_force_on_path(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force) {
+int hs_force_on_path(hs_line *memory, hs_fronts *fronts, double d, double v, double *force) {
     hs_group_loads loads;
     hs_force found;
     hs_point to = {d, v};
@@ -231,7 +231,7 @@ int hs_force_on_path(hs_memory *memory, hs_fronts *fronts, double d, double v, d
     return status;
 }
 
-static void guess_fronts(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double sign) {
+static void guess_fronts(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double sign) {
     for (int64_t index = 0; index < loads->count; ++index) {
         if (memory->depth[index] > 1 && fronts->low[index] == HUGE_VAL && !memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
@@ -241,7 +241,7 @@ static void guess_fronts(hs_memory *memory, const hs_group_loads *loads, hs_fron
 }
 
 /* Displacement nearest to the present one at which, on a straight path to approach d1, every spring slides. */
-static double sliding_displacement(const hs_memory *memory, const hs_group_loads *loads, double d1, double side) {
+static double sliding_displacement(const hs_line *memory, const hs_group_loads *loads, double d1, double side) {
     double v0 = memory->displacement, reach = -HUGE_VAL;
     for (int64_t index = 0; index < loads->count; ++index) {
         double friction = memory->friction[index], d0 = loads->from ? loads->from[index] : memory->approach;
@@ -267,7 +267,7 @@ static double next_guess(double v, double missing, double stiffness, double curv
     return next;
 }
 
-int hs_solve_displacement(hs_memory *memory, double d, double load, hs_target target, double *found) {
+int hs_solve_displacement(hs_line *memory, double d, double load, hs_target target, double *found) {
     hs_group_loads loads;
     hs_fronts fronts;
     fronts.memory = NULL;
@@ -279,7 +279,7 @@ int hs_solve_displacement(hs_memory *memory, double d, double load, hs_target ta
     return status;
 }
 
-static double limit_of(const hs_memory *memory, const hs_group_loads *loads) {
+static double limit_of(const hs_line *memory, const hs_group_loads *loads) {
     double limit = 0.0;
     for (int64_t index = 0; index < loads->count; ++index) limit += memory->friction[index] * loads->load[index];
     return limit;
@@ -289,7 +289,7 @@ static double limit_of(const hs_memory *memory, const hs_group_loads *loads) {
  *
  * Where nothing touches at d, a load leaves V at the anchor of the last spring to leave, which is one of the highest
  * summit. */
-int hs_solve_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+int hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
     if (loads->count == 0) {
         *found = target.rigid > 0.0 ? target.value : memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
         return HS_OK;
@@ -308,7 +308,7 @@ int hs_solve_displacement_with(hs_memory *memory, const hs_group_loads *loads, h
 
 /* The same where something touches at d, whatever the contact carries now. A load at the friction limit is met by the
  * displacement at which the last spring begins to slide. */
-int hs_search_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+int hs_search_displacement(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
     double goal = target.value, rigid = target.rigid, compliance = target.compliance;
     double limit = limit_of(memory, loads);
     double reach = hs_friction_range(memory, HUGE_VAL).most * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;

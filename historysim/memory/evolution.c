@@ -77,7 +77,7 @@ static void free_buffers(walk *w) {
 }
 
 /* Where the cut belongs that is made at an approach: its share of the path. */
-static int share_at(const walk *w, const hs_memory *memory, double d, double *share) {
+static int share_at(const walk *w, const hs_line *memory, double d, double *share) {
     const route *c = &w->course;
     double load = 0.0;
     int status = HS_OK;
@@ -93,7 +93,7 @@ static int share_at(const walk *w, const hs_memory *memory, double d, double *sh
 
 /* Cut a path where summits first touch, leave or begin to yield, what is before the first of them yields left out; where
  * these are many, where as many of them lie between one cut and the next; and close to the first touch. */
-static int cut_path(walk *w, const hs_memory *memory, int touches, int graded) {
+static int cut_path(walk *w, const hs_line *memory, int touches, int graded) {
     const route *c = &w->course;
     const hs_contact *contact = memory->contact;
     int rises = c->d[1] > c->d[0];
@@ -124,7 +124,7 @@ static int cut_path(walk *w, const hs_memory *memory, int touches, int graded) {
 }
 
 /* Put down where a path goes from where the memory is. */
-static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
+static int begin_course(walk *w, const hs_line *memory, const hs_path *path) {
     const hs_evolution *evolution = w->evolution;
     const hs_contact *contact = memory->contact;
     route *c = &w->course;
@@ -171,7 +171,7 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
 }
 
 /* Whether neither friction nor geometry evolves on a path. */
-static int is_still(const walk *w, const hs_memory *memory) {
+static int is_still(const walk *w, const hs_line *memory) {
     const hs_law *law = &w->evolution->law;
     int64_t count = memory->contact->count;
     if (w->wears) return 0;
@@ -183,19 +183,19 @@ static int is_still(const walk *w, const hs_memory *memory) {
 
 /* Integrate a path on which nothing evolves, exactly. Slid distances are those of its straight pieces, or, where both loads
  * change, followed in chords. */
-static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double before, double share) {
+static int walk_still(walk *w, hs_line *memory, const hs_plan *plan, double before, double share) {
     const route *c = &w->course;
-    hs_memory *start = w->spare[0];
+    hs_line *start = w->spare[0];
     int bent = c->both_loads && c->load[0] != c->load[1], status = HS_OK;
     for (int k = 0; before < share && status == HS_OK; ++k) {
         double stop = !bent && k < plan->pieces.count ? hs_least(plan->pieces.end[k], share) : share;
         if (stop <= before) continue;
         if (w->yields) hs_contact_assign(start->contact, memory->contact);
-        status = hs_memory_assign(start, memory);
+        status = hs_line_assign(start, memory);
         if (status == HS_OK && bent) {
-            hs_memory *fine = hs_copy_to_change(w, memory);
+            hs_line *fine = hs_copy_to_change(w, memory);
             status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, stop) : (int)HS_OUT_OF_MEMORY;
-            hs_memory_free(fine);
+            hs_line_free(fine);
         }
         if (status == HS_OK) status = hs_integrate_part(memory, plan, before, stop, w->drive);
         if (status != HS_OK) return status;
@@ -218,7 +218,7 @@ static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double be
 }
 
 /* Have asperities stand alone whose friction or shape comes to differ from that of others. */
-static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution) {
+static int part_as_they_evolve(hs_line *memory, const hs_evolution *evolution) {
     const hs_law *law = &evolution->law;
     size_t count = (size_t)memory->contact->count;
     int depends = law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING, status = HS_OK;
@@ -239,10 +239,10 @@ static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution)
 }
 
 /* Have copies of a memory to walk on, of the same groups. */
-static int make_spares(walk *w, const hs_memory *memory) {
+static int make_spares(walk *w, const hs_line *memory) {
     for (int k = 0; k < 2; ++k) {
         if (w->spare[k] && w->spare[k]->contact->groups == memory->contact->groups) continue;
-        hs_memory_free(w->spare[k]);
+        hs_line_free(w->spare[k]);
         w->spare[k] = hs_copy_to_change(w, memory);
         if (!w->spare[k]) return HS_OUT_OF_MEMORY;
     }
@@ -250,7 +250,7 @@ static int make_spares(walk *w, const hs_memory *memory) {
 }
 
 /* Have summits yield where nothing is strained, to a share of the path. */
-static int yield_at_rest(walk *w, hs_memory *memory, double share) {
+static int yield_at_rest(walk *w, hs_line *memory, double share) {
     double d, load;
     int status = hs_yielding_end(w, memory, share, &d, &load);
     if (status == HS_OK) status = hs_yield_to(memory, w->evolution, d, w->yield.changed);
@@ -269,7 +269,7 @@ static int yield_at_rest(walk *w, hs_memory *memory, double share) {
 }
 
 /* Have those stand alone that yield on the path, and all be ready to follow them in chords. */
-static int prepare_to_yield(walk *w, hs_memory *memory) {
+static int prepare_to_yield(walk *w, hs_line *memory) {
     const hs_evolved *evolved = memory->evolved;
     int status = hs_flag_yielding(memory, w->evolution, w->course.d[1], w->yield.changed);
     for (int pass = 0; pass < 2 && status == HS_OK; ++pass) {
@@ -282,7 +282,7 @@ static int prepare_to_yield(walk *w, hs_memory *memory) {
         }
         status = hs_split_groups(memory, w->shape.first, w->shape.last);
     }
-    if (status == HS_OK) status = hs_memory_unshare_contact(memory);
+    if (status == HS_OK) status = hs_line_unshare_contact(memory);
     w->parted = 1;
     return status == HS_OK ? make_spares(w, memory) : status;
 }
@@ -304,7 +304,7 @@ static hs_path path_to_onset(const walk *w, const hs_path *path) {
 }
 
 /* Whether nothing is strained, nor will be on a path. */
-static int is_at_rest(const walk *w, const hs_memory *memory) {
+static int is_at_rest(const walk *w, const hs_line *memory) {
     return w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
 }
 
@@ -318,7 +318,7 @@ typedef struct leg {
 } leg;
 
 /* Integrate the elastic part of a path on which summits yield later, straight to the displacement aimed at. */
-static int walk_elastic(walk *w, hs_memory *memory, double before, double share) {
+static int walk_elastic(walk *w, hs_line *memory, double before, double share) {
     const route *c = &w->course;
     hs_plan plan;
     double reached = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
@@ -330,7 +330,7 @@ static int walk_elastic(walk *w, hs_memory *memory, double before, double share)
 }
 
 /* Integrate a part of a path within one piece of its request. */
-static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, double share) {
+static int walk_part(walk *w, hs_line *memory, const leg *on, double before, double share) {
     const route *c = &w->course;
     double end = hs_least(share, on->elastic);
     int status = HS_OK;
@@ -357,7 +357,7 @@ static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, d
 }
 
 /* Displacement at the end of the present piece of a path, were it one chord; where summits yield, were it elastic. */
-static int guess_displacement(walk *w, const hs_memory *memory, hs_memory *tried, double *found) {
+static int guess_displacement(walk *w, const hs_line *memory, hs_line *tried, double *found) {
     const route *c = &w->course;
     double end = c->piece[1], d = hs_toward(c->d[0], c->d[1], end);
     if (!(w->yield.onset < end)) {
@@ -367,25 +367,25 @@ static int guess_displacement(walk *w, const hs_memory *memory, hs_memory *tried
     }
     hs_target target = {hs_toward(c->tangential[0], c->tangential[1], end), 1.0, w->compliance};
     if (c->tangential_by_load) target = hs_to_load(target.value);
-    return hs_solve_displacement((hs_memory *)memory, d, hs_load_at(hs_all_of(memory->contact), d).load, target, found);
+    return hs_solve_displacement((hs_line *)memory, d, hs_load_at(hs_all_of(memory->contact), d).load, target, found);
 }
 
 /* Find the displacement to which the present piece of a path is straight: where its last chord meets the request. `reached` is
  * the memory there. */
-static int aim(walk *w, const hs_memory *memory, const leg *on, hs_memory **reached) {
+static int aim(walk *w, const hs_line *memory, const leg *on, hs_line **reached) {
     route *c = &w->course;
     double touch = memory->contact->sorted_gap[0], aimed = NAN, missed = NAN;
-    hs_memory *tried = NULL;
+    hs_line *tried = NULL;
     c->straight = 1;
     c->aim[0] = memory->displacement;
     for (int turn = 0;; ++turn) {
-        hs_memory_free(tried);
+        hs_line_free(tried);
         tried = hs_copy_to_change(w, memory);
         if (!tried) return HS_OUT_OF_MEMORY;
         hs_set_clock(tried, NAN);
         int status = turn ? walk_part(w, tried, on, c->piece[0], c->piece[1]) : guess_displacement(w, memory, tried, c->aim + 1);
         if (status != HS_OK) {
-            hs_memory_free(tried);
+            hs_line_free(tried);
             return status;
         }
         if (turn == 0) continue;
@@ -402,9 +402,9 @@ static int aim(walk *w, const hs_memory *memory, const leg *on, hs_memory **reac
 }
 
 /* Find where a request that is straight on a path crosses the friction limit, in so many chords; refuse it where it may not. */
-static int find_crossings(walk *w, const hs_memory *memory, leg *on, int chords, int saturate) {
+static int find_crossings(walk *w, const hs_line *memory, leg *on, int chords, int saturate) {
     const route *c = &w->course;
-    hs_memory *tried = hs_copy_to_change(w, memory);
+    hs_line *tried = hs_copy_to_change(w, memory);
     int status = tried ? HS_OK : HS_OUT_OF_MEMORY;
     double before = 0.0, excess = 0.0;
     on->pieces.count = 1;
@@ -429,13 +429,13 @@ static int find_crossings(walk *w, const hs_memory *memory, leg *on, int chords,
         before = share;
     }
     w->crossings = NULL;
-    hs_memory_free(tried);
+    hs_line_free(tried);
     return status == HS_OK && excess > 0.0 ? (int)HS_BEYOND_LIMIT : status;
 }
 
 /* Find the pieces of a path whose tangential load is controlled while its approach is straight. A request that is within the
  * friction limit at both ends is one piece: no load is prescribed in between. */
-static int find_pieces(walk *w, const hs_memory *memory, leg *on) {
+static int find_pieces(walk *w, const hs_line *memory, leg *on) {
     route *c = &w->course;
     const hs_drive *drive = w->drive;
     hs_drive held = *drive;
@@ -449,13 +449,13 @@ static int find_pieces(walk *w, const hs_memory *memory, leg *on) {
     w->drive = &held;
     int crosses = fabs(c->tangential[0]) > slack * hs_friction_limit(memory, memory->approach, memory->normal_load);
     if (!crosses) {
-        hs_memory *reached = NULL;
+        hs_line *reached = NULL;
         c->piece[0] = 0.0;
         c->piece[1] = 1.0;
         status = aim(w, memory, on, &reached);
         if (status == HS_OK)
             crosses = slack * fabs(c->tangential[1]) >= hs_friction_limit(reached, reached->approach, reached->normal_load);
-        hs_memory_free(reached);
+        hs_line_free(reached);
     }
     if (status == HS_OK && crosses) status = find_crossings(w, memory, on, CHORDS_TO_CROSS, drive->saturate);
     w->drive = drive;
@@ -472,13 +472,13 @@ static void cut_at_crossings(walk *w, const hs_pieces *pieces) {
 }
 
 /* Integrate a part of a path, piece by piece of its request. */
-static int walk_pieces(walk *w, hs_memory *memory, leg *on, double before, double share) {
+static int walk_pieces(walk *w, hs_line *memory, leg *on, double before, double share) {
     route *c = &w->course;
     int status = HS_OK;
     if (!on->aims) return walk_part(w, memory, on, before, share);
     for (int k = 0; k < on->pieces.count && before < share && status == HS_OK; ++k) {
         double end = on->pieces.end[k], stop = hs_least(end, share);
-        hs_memory *reached = NULL;
+        hs_line *reached = NULL;
         if (end <= before) continue;
         if (on->pieces.side[k] != 0) {
             c->straight = 0;
@@ -489,17 +489,17 @@ static int walk_pieces(walk *w, hs_memory *memory, leg *on, double before, doubl
             status = aim(w, memory, on, &reached);
         }
         if (reached && status == HS_OK && stop == end && !hs_is_timed(memory))
-            hs_memory_swap(memory, reached);
+            hs_line_swap(memory, reached);
         else if (status == HS_OK)
             status = walk_part(w, memory, on, before, stop);
-        hs_memory_free(reached);
+        hs_line_free(reached);
         before = stop;
     }
     return status;
 }
 
 /* Whether displacements are straight on a path that is not integrated at once: to where a load or a drive leads. */
-static int has_aim(const walk *w, const hs_memory *memory, int still) {
+static int has_aim(const walk *w, const hs_line *memory, int still) {
     const route *c = &w->course;
     if (still && !(w->yield.onset < 1.0)) return 0;
     if (c->both_loads || c->ends_separated || !(c->tangential_by_load || w->compliance > 0.0)) return 0;
@@ -507,7 +507,7 @@ static int has_aim(const walk *w, const hs_memory *memory, int still) {
 }
 
 /* Integrate one path, of which rows are recorded. */
-static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double until, hs_recorder *recorder, int *flag) {
+static int walk_path(walk *w, hs_line *memory, const hs_path *path, double until, hs_recorder *recorder, int *flag) {
     leg on;
     int status = HS_OK;
     w->course.first = NULL;
@@ -534,7 +534,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         int direct = yields ? first >= on.elastic : path->parts == 1 && until == 1.0;
         status = hs_plan_path(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan, w->refusal);
     }
-    if (status == HS_OK && on.aims && w->alone) status = hs_memory_unshare_contact(memory);
+    if (status == HS_OK && on.aims && w->alone) status = hs_line_unshare_contact(memory);
     if (status == HS_OK && on.aims) status = find_pieces(w, memory, &on);
     if (status == HS_OK && !on.aims && w->drive->saturate && w->course.tangential_by_load && !is_at_rest(w, memory)) {
         if (!on.still || yields) {
@@ -570,7 +570,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
     return status;
 }
 
-int hs_line_evolve(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                    double until, const hs_evolution *evolution, hs_refusal *refusal) {
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
@@ -595,7 +595,7 @@ int hs_line_evolve(hs_memory *memory, const hs_path *paths, int64_t count, const
     status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status == HS_OK && !w.alone) {
         /* it changes places with copies whose summits change */
-        if (w.wears || w.yields) status = hs_memory_unshare_contact(memory);
+        if (w.wears || w.yields) status = hs_line_unshare_contact(memory);
         if (status == HS_OK) status = make_spares(&w, memory);
     }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
@@ -603,13 +603,13 @@ int hs_line_evolve(hs_memory *memory, const hs_path *paths, int64_t count, const
         refusal->path = p;
         status = walk_path(&w, memory, &path, until, &recorder, &flag);
     }
-    for (int k = 0; k < 2; ++k) hs_memory_free(w.spare[k]);
+    for (int k = 0; k < 2; ++k) hs_line_free(w.spare[k]);
     hs_end_recording(&recorder);
     free_buffers(&w);
     return status;
 }
 
-int hs_line_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
+int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
                         const hs_evolution *evolution) {
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);

@@ -58,7 +58,7 @@ typedef struct walk {
     const hs_evolution *evolution;
     const hs_drive *drive;
     hs_refusal *refusal;
-    hs_memory *spare[2]; /* copies to walk on */
+    hs_line *spare[2]; /* copies to walk on */
     hs_pieces *crossings; /* filled in with the pieces of a request between which it crosses the friction limit, or NULL */
     int64_t work; /* since the caller was asked whether to go on */
     int wears, yields;
@@ -111,10 +111,10 @@ typedef struct chord_end {
 } chord_end;
 
 /* Where the edge of a group starts a chord, and how much steeper a cone is than μ there. */
-static inline double starts_at(const walk *w, const hs_memory *memory, int64_t g) {
+static inline double starts_at(const walk *w, const hs_line *memory, int64_t g) {
     return w->yield.now ? w->yield.from[memory->contact->order[memory->contact->first[g]]] : memory->approach;
 }
-static inline double steeper(const walk *w, const hs_memory *memory, int64_t g) {
+static inline double steeper(const walk *w, const hs_line *memory, int64_t g) {
     return w->yield.now ? w->yield.steeper[memory->contact->order[memory->contact->first[g]]] : 1.0;
 }
 

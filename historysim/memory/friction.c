@@ -9,14 +9,14 @@
 #include "move.h"
 
 /* Change the coefficients, and the displacement to where it aims, straight together. */
-static int fall(hs_memory *memory, const double *friction, hs_target target) {
+static int fall(hs_line *memory, const double *friction, hs_target target) {
     int64_t groups = memory->contact->groups, touching = 0, room = hs_room_to_clip(hs_max_depth(memory));
     double d = memory->approach, v0 = memory->displacement, v1 = target.value;
     hs_point from = {d, v0};
     hs_tick(memory, memory->clock.end);
     hs_vertex *scratch = (hs_vertex *)malloc(2 * (size_t)room * sizeof *scratch);
     double *before = (double *)malloc(2 * (size_t)groups * sizeof *before);
-    int status = scratch && before ? hs_memory_reserve(memory, room) : HS_OUT_OF_MEMORY;
+    int status = scratch && before ? hs_line_reserve(memory, room) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
         /* the very loads that the edges have */
         hs_group_loads loads;
@@ -62,7 +62,7 @@ static void mix(const double *first, const double *last, double share, double *t
 
 /* A fall of the coefficients that the displacement follows. */
 typedef struct friction_fall {
-    hs_memory *memory, *fine; /* at the start, and at the end by the last number of parts */
+    hs_line *memory, *fine; /* at the start, and at the end by the last number of parts */
     const double *first, *last;
     double *between; /* (group) scratch */
     hs_target target;
@@ -86,11 +86,11 @@ static const hs_adaptive fall_settings = {
 /* Change the coefficients in equal parts. */
 static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int parts, double *error) {
     friction_fall *f = (friction_fall *)integrand->context;
-    const hs_memory *memory = f->memory;
+    const hs_line *memory = f->memory;
     const double tolerance = integrand->settings->tolerance;
     (void)step;
-    hs_memory_free(f->fine);
-    f->fine = hs_memory_copy(memory);
+    hs_line_free(f->fine);
+    f->fine = hs_line_copy(memory);
     int status = f->fine ? HS_OK : HS_OUT_OF_MEMORY;
     for (int k = 1; k <= parts && status == HS_OK; ++k) {
         mix(f->first, f->last, (double)k / parts, f->between, memory->contact->groups);
@@ -109,13 +109,13 @@ static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int 
 /* Scale the energies of the asperities to the balance. */
 static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
     friction_fall *f = (friction_fall *)integrand->context;
-    hs_memory *memory = f->memory, *fine = f->fine;
+    hs_line *memory = f->memory, *fine = f->fine;
     double factor = f->lost > 0.0 ? hs_most(f->balance, 0.0) / f->lost : 1.0;
     (void)step;
     for (int64_t i = 0; i < memory->contact->count; ++i)
         fine->dissipated_each[i] = memory->dissipated_each[i] + factor * (fine->dissipated_each[i] - memory->dissipated_each[i]);
     fine->dissipated = memory->dissipated + factor * f->lost;
-    hs_memory_take(memory, fine);
+    hs_line_take(memory, fine);
     f->fine = NULL;
     return HS_OK;
 }
@@ -124,7 +124,7 @@ static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
  *
  * The energy that is dissipated is the work of the tangential load, less what is stored, which is exact; the parts tell how
  * the asperities share it. */
-static int fall_in_parts(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
+static int fall_in_parts(hs_line *memory, const double *friction, hs_target target, double tolerance) {
     int64_t groups = memory->contact->groups;
     double reach = hs_friction_range(memory, HUGE_VAL).most * (memory->approach - memory->contact->sorted_gap[0]);
     double *first = (double *)malloc(2 * (size_t)groups * sizeof *first);
@@ -136,14 +136,14 @@ static int fall_in_parts(hs_memory *memory, const double *friction, hs_target ta
     settings.tolerance = tolerance;
     hs_integrand integrand = {&f, &settings, integrate_fall, accept_fall, NULL, 0, 0.0};
     int status = hs_adapt(&integrand, 0.0, 1.0);
-    hs_memory_free(f.fine);
+    hs_line_free(f.fine);
     free(first);
     return status;
 }
 
 /* Replace the groups' coefficients while the tangential channel holds what it aims at. A load beyond the new limit stays
  * with the memory as what is asked for. */
-static int change(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
+static int change(hs_line *memory, const double *friction, hs_target target, double tolerance) {
     size_t groups = (size_t)memory->contact->groups;
     double held = 1.0, force = memory->tangential_load;
     int falls = 0, status = HS_OK;
@@ -179,7 +179,7 @@ static int change(hs_memory *memory, const double *friction, hs_target target, d
     return status;
 }
 
-int hs_line_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive) {
+int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive *drive) {
     const hs_contact *contact = memory->contact;
     double compliance = drive->compliance[0] * contact->units.stiffness;
     hs_target target = hs_to_load(memory->tangential_load);

@@ -11,16 +11,16 @@ typedef struct hs_group {
     hs_vertex *stack;
     double friction;
     int64_t start;     /* position of its first asperity */
-    hs_memory *memory;
-    hs_memory *single; /* the memory if it has no other group, which caches P' for it; otherwise NULL */
+    hs_line *memory;
+    hs_line *single; /* the memory if it has no other group, which caches P' for it; otherwise NULL */
 } hs_group;
 
-static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
+static inline hs_group hs_group_of(const hs_line *memory, int64_t index) {
     const hs_contact *contact = memory->contact;
     int64_t start = contact->first[index];
     return HS_MADE(hs_group){hs_curve_of(contact, start, contact->first[index + 1] - start),
                              memory->dissipated_each + start, memory->vertices + index * memory->capacity, memory->friction[index], start,
-                             (hs_memory *)memory, contact->groups == 1 ? (hs_memory *)memory : NULL};
+                             (hs_line *)memory, contact->groups == 1 ? (hs_line *)memory : NULL};
 }
 
 /* Approach and displacement, dimensionless. */

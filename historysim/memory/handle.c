@@ -5,28 +5,28 @@
 
 hs_state *hs_state_new(hs_contact *contact, const double *friction) {
     hs_state *state = (hs_state *)calloc(1, sizeof *state);
-    if (state && hs_memory_start(&state->line, contact, friction) == HS_OK) return state;
+    if (state && hs_line_start(&state->line, contact, friction) == HS_OK) return state;
     free(state);
     return NULL;
 }
 
-int hs_belongs(const hs_state *state, const hs_state *like) { return hs_memory_belongs(&state->line, &like->line); }
+int hs_belongs(const hs_state *state, const hs_state *like) { return hs_line_belongs(&state->line, &like->line); }
 
-int hs_state_evolve(hs_state *state) { return state->plane ? (int)HS_FOREIGN : hs_memory_evolve(&state->line); }
+int hs_state_evolve(hs_state *state) { return state->plane ? (int)HS_FOREIGN : hs_line_add_evolved(&state->line); }
 
-int hs_state_yield(hs_state *state) { return state->plane ? (int)HS_FOREIGN : hs_memory_yield(&state->line); }
+int hs_state_yield(hs_state *state) { return state->plane ? (int)HS_FOREIGN : hs_line_add_yielded(&state->line); }
 
 hs_state *hs_state_of_one(const hs_state *state, int64_t asperity) {
     if (asperity < 0 || asperity >= state->line.contact->count) return NULL;
     hs_state *one = (hs_state *)calloc(1, sizeof *one);
-    if (one && hs_memory_init_one(&one->line, &state->line, asperity) == HS_OK) return one;
+    if (one && hs_line_init_one(&one->line, &state->line, asperity) == HS_OK) return one;
     free(one);
     return NULL;
 }
 
-void hs_slide_times(const hs_state *state, double *time) { hs_memory_slide_times(&state->line, time); }
+void hs_slide_times(const hs_state *state, double *time) { hs_line_slide_times(&state->line, time); }
 
-void hs_forget_slides(hs_state *state) { hs_memory_forget_slides(&state->line); }
+void hs_forget_slides(hs_state *state) { hs_line_forget_slides(&state->line); }
 
 /* ---- paths ---------------------------------------------------------------------------------------------------------------- */
 
@@ -107,7 +107,7 @@ int hs_step(hs_state *state, int normal_control, double normal_target, int tange
 
 void hs_stepper_observe(hs_stepper *stepper, double start) {
     const hs_state *state = stepper->state;
-    const hs_memory *line = &state->line;
+    const hs_line *line = &state->line;
     int is_ramp = line->normal_control == HS_LOAD && line->tangential_control == HS_LOAD;
     /* a ramp of both loads begins where the contact touches */
     stepper->start = (is_ramp && start < 0.0 ? 0.0 : start) * line->contact->units.length;
@@ -165,7 +165,7 @@ double hs_stored_energy(const hs_state *state) {
     return state->plane ? hs_plane_stored_energy(state) : hs_line_stored_energy(&state->line);
 }
 
-int64_t hs_contact_count(const hs_state *state) { return hs_memory_contact_count(&state->line); }
+int64_t hs_contact_count(const hs_state *state) { return hs_line_contact_count(&state->line); }
 
 /* ---- friction and summits ------------------------------------------------------------------------------------------------- */
 

@@ -151,7 +151,7 @@ typedef struct hs_clock {
 } hs_clock;
 
 /* The memory along one line: of motion in one direction, which is x, or in a plane up to the first turn. */
-typedef struct hs_memory {
+typedef struct hs_line {
     hs_contact *contact;
     double *friction;       /* (group) present coefficients */
     double *dissipated_each; /* (count) energy that each asperity has dissipated, by its position */
@@ -176,7 +176,7 @@ typedef struct hs_memory {
     int32_t tangential_control;
     int32_t lost_slides; /* whether there was no memory to note when an asperity has slid */
     int32_t unused;
-} hs_memory;
+} hs_line;
 
 typedef struct hs_vector {
     double x, y;
@@ -197,7 +197,7 @@ typedef struct hs_plane {
 
 /* What a contact remembers: the only handle of this library. */
 typedef struct hs_state {
-    hs_memory line;
+    hs_line line;
     hs_plane *plane; /* NULL in one tangential direction */
 } hs_state;
 

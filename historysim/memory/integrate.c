@@ -7,7 +7,7 @@
 #include "line.h"
 #include "readout.h"
 
-void hs_path_end(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
+void hs_path_end(const hs_line *memory, const hs_path *path, double compliance, double request, double *d,
                     double *load, hs_target *target) {
     if (path->normal_control == HS_LOAD) {
         *load = hs_toward(memory->normal_load, path->normal_target, path->normal_fraction);
@@ -26,7 +26,7 @@ void hs_path_end(const hs_memory *memory, const hs_path *path, double compliance
     }
 }
 
-int hs_plan_path(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
+int hs_plan_path(hs_line *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal) {
     double force0 = memory->tangential_load + (saturate ? memory->excess : 0.0), d1, load;
     hs_path_end(memory, path, compliance, force0, &d1, &load, &plan->target);
@@ -49,7 +49,7 @@ int hs_plan_path(hs_memory *memory, const hs_path *path, double compliance, int 
                : (int)HS_OK;
 }
 
-int hs_integrate_part(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive) {
+int hs_integrate_part(hs_line *memory, const hs_plan *plan, double before, double share, const hs_drive *drive) {
     const hs_request *request = &plan->request;
     double time = hs_toward(plan->times[0], plan->times[1], share);
     int side = 0, status;
@@ -93,7 +93,7 @@ hs_path hs_scale_path(const hs_units *units, const hs_path *path) {
     return found;
 }
 
-int hs_line_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+int hs_line_step(hs_line *memory, int normal_control, double normal_target, int tangential_control,
                  double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
     /* NaN holds a channel as it was controlled last */
@@ -125,10 +125,10 @@ typedef struct row_writers row_writers;
 
 #if defined(_WIN32) || defined(HS_ONE_THREAD)
 
-static row_writers *start_writers(int threads, const hs_memory *memory, const hs_rows *rows) {
+static row_writers *start_writers(int threads, const hs_line *memory, const hs_rows *rows) {
     return (void)threads, (void)memory, (void)rows, (row_writers *)NULL;
 }
-static int hand_over(row_writers *writers, const hs_memory *memory, int64_t row, int saturated) {
+static int hand_over(row_writers *writers, const hs_line *memory, int64_t row, int saturated) {
     return (void)writers, (void)memory, (void)row, (void)saturated, 0;
 }
 static int end_writers(row_writers *writers) { return (void)writers, (int)HS_OK; }
@@ -144,7 +144,7 @@ static int end_writers(row_writers *writers) { return (void)writers, (int)HS_OK;
 enum { FREE, FILLED, TAKEN };
 /* A memory as it was at a row. */
 typedef struct copy_of_row {
-    hs_memory *memory;
+    hs_line *memory;
     int64_t row;
     int saturated;
     int state;
@@ -201,14 +201,14 @@ static int end_writers(row_writers *writers) {
     pthread_mutex_unlock(&writers->lock);
     for (int i = 0; i < writers->threads; ++i) pthread_join(writers->thread[i], NULL);
     int status = writers->status;
-    for (int i = 0; i < writers->count; ++i) hs_memory_free(writers->copies[i].memory);
+    for (int i = 0; i < writers->count; ++i) hs_line_free(writers->copies[i].memory);
     pthread_cond_destroy(&writers->changed);
     pthread_mutex_destroy(&writers->lock);
     free(writers);
     return status;
 }
 
-static row_writers *start_writers(int threads, const hs_memory *memory, const hs_rows *rows) {
+static row_writers *start_writers(int threads, const hs_line *memory, const hs_rows *rows) {
     if (threads < 2) return NULL;
     row_writers *writers = (row_writers *)calloc(1, sizeof *writers);
     if (!writers) return NULL;
@@ -218,7 +218,7 @@ static row_writers *start_writers(int threads, const hs_memory *memory, const hs
     pthread_mutex_init(&writers->lock, NULL);
     pthread_cond_init(&writers->changed, NULL);
     while (writers->count < WAITING * (threads - 1)) {
-        hs_memory *copy = hs_memory_copy(memory);
+        hs_line *copy = hs_line_copy(memory);
         if (!copy) break;
         writers->copies[writers->count++].memory = copy;
     }
@@ -231,13 +231,13 @@ static row_writers *start_writers(int threads, const hs_memory *memory, const hs
     return NULL;
 }
 
-static int hand_over(row_writers *writers, const hs_memory *memory, int64_t row, int saturated) {
+static int hand_over(row_writers *writers, const hs_line *memory, int64_t row, int saturated) {
     pthread_mutex_lock(&writers->lock);
     copy_of_row *free_one = first_in(writers, FREE);
     if (free_one) free_one->state = TAKEN;
     pthread_mutex_unlock(&writers->lock);
     if (!free_one) return 0;
-    int copied = hs_memory_assign(free_one->memory, memory) == HS_OK;
+    int copied = hs_line_assign(free_one->memory, memory) == HS_OK;
     free_one->row = row;
     free_one->saturated = saturated;
     pthread_mutex_lock(&writers->lock);
@@ -252,7 +252,7 @@ static int hand_over(row_writers *writers, const hs_memory *memory, int64_t row,
 /* numbers of paths times recorded asperities from which threads are worth their start */
 #define HS_LEAST_SHARED (1 << 19)
 
-int hs_line_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                       double until, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
     double compliance = drive->compliance[0] * units->stiffness;

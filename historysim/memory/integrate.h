@@ -15,11 +15,11 @@ typedef struct hs_plan {
 } hs_plan;
 hs_path hs_scale_path(const hs_units *units, const hs_path *path);
 /* End of a path: approach, normal load, and the tangential target, which is `request` at its end. */
-void hs_path_end(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
+void hs_path_end(const hs_line *memory, const hs_path *path, double compliance, double request, double *d,
                     double *load, hs_target *target);
 /* Plan a path, whose targets are dimensionless here, as is the compliance. It is `direct` if nothing is recorded on the way. */
-int hs_plan_path(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
+int hs_plan_path(hs_line *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal);
-int hs_integrate_part(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive);
+int hs_integrate_part(hs_line *memory, const hs_plan *plan, double before, double share, const hs_drive *drive);
 
 #endif

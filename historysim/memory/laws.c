@@ -200,13 +200,13 @@ static double elastic_to(const hs_yielding *law, const hs_evolved *evolved, int6
     return hs_most(law->critical_approach[i], evolved->yielded_to[i]);
 }
 
-double hs_yields_at(const hs_memory *memory, const hs_yielding *law, int64_t asperity) {
+double hs_yields_at(const hs_line *memory, const hs_yielding *law, int64_t asperity) {
     const hs_evolved *evolved = memory->evolved;
     double flat = evolved->virgin_height[asperity] - elastic_to(law, evolved, asperity);
     return (memory->contact->datum - flat) / memory->contact->units.length;
 }
 
-double hs_next_yield(const hs_memory *memory, const hs_yielding *law) {
+double hs_next_yield(const hs_line *memory, const hs_yielding *law) {
     double next = HUGE_VAL;
     for (int64_t i = 0; i < memory->contact->count; ++i) next = hs_least(next, hs_yields_at(memory, law, i));
     return next;
@@ -231,7 +231,7 @@ static int gather(yielding_summits *found, int64_t most) {
 }
 
 /* Put down which summits yield on the way to an approach; of the others, add what they carry there [N]. */
-static void find_yielding(const hs_memory *memory, const hs_evolution *evolution, double d, yielding_summits *found,
+static void find_yielding(const hs_line *memory, const hs_evolution *evolution, double d, yielding_summits *found,
                           double *elastic) {
     const hs_evolved *evolved = memory->evolved;
     double flat = flat_at(memory->contact, d), modulus = 4.0 / 3.0 * evolution->contact_modulus;
@@ -255,7 +255,7 @@ static int on_first_loading(const hs_evolution *evolution, yielding_summits *fou
 }
 
 /* Load of all asperities at an approach at which some of them may yield, dimensionless. */
-static int load_at(const hs_memory *memory, const hs_evolution *evolution, double d, yielding_summits *place,
+static int load_at(const hs_line *memory, const hs_evolution *evolution, double d, yielding_summits *place,
                    double *load) {
     *load = 0.0;
     find_yielding(memory, evolution, d, place, load);
@@ -265,7 +265,7 @@ static int load_at(const hs_memory *memory, const hs_evolution *evolution, doubl
     return status;
 }
 
-int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, double d, double *load) {
+int hs_yielding_load(const hs_line *memory, const hs_evolution *evolution, double d, double *load) {
     yielding_summits place;
     int status = gather(&place, memory->contact->count);
     if (status == HS_OK) status = load_at(memory, evolution, d, &place, load);
@@ -273,7 +273,7 @@ int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, dou
     return status;
 }
 
-int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution, double load, double *approach) {
+int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, double load, double *approach) {
     double low = hs_most(hs_approach_at_load(memory, load), memory->approach);
     double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch);
     hs_bracket root = {low, low, 0.0, 0.0, 0};
@@ -348,7 +348,7 @@ static int take_energy(const hs_evolution *evolution, hs_evolved *evolved, const
     return HS_OK;
 }
 
-int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *changed) {
+int hs_yield_to(hs_line *memory, const hs_evolution *evolution, double d, uint8_t *changed) {
     hs_evolved *evolved = memory->evolved;
     yielding_summits at;
     int status = gather(&at, memory->contact->count);
@@ -371,7 +371,7 @@ int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint
     return status;
 }
 
-int hs_flag_yielding(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which) {
+int hs_flag_yielding(const hs_line *memory, const hs_evolution *evolution, double d, uint8_t *which) {
     yielding_summits at;
     int status = gather(&at, memory->contact->count);
     if (status != HS_OK) return status;

@@ -27,14 +27,14 @@ typedef struct station {
     hs_limit at;
 } station;
 
-static double approach_on(const hs_memory *memory, const hs_request *request, double share) {
+static double approach_on(const hs_line *memory, const hs_request *request, double share) {
     double d = hs_toward(request->d[0], request->d[1], share);
     if (!request->both_loads) return d;
     double load = hs_toward(request->load[0], request->load[1], share);
     return hs_label_at(hs_all_of(memory->contact), load, d, 0.0, 1.0);
 }
 
-static station station_at(const hs_memory *memory, const hs_request *request, double share) {
+static station station_at(const hs_line *memory, const hs_request *request, double share) {
     double d = approach_on(memory, request, share);
     return HS_MADE(station){share, d, hs_limit_and_slopes(memory, d)};
 }
@@ -45,7 +45,7 @@ static double excess(const hs_request *request, const station *place, double sid
 }
 
 /* Bounds of the limit's slope in the share between two places: the slopes in the approach rise with the approach. */
-static void slopes_of_limit(const hs_memory *memory, const hs_request *request, const station *low, const station *high,
+static void slopes_of_limit(const hs_line *memory, const hs_request *request, const station *low, const station *high,
                             double *flattest, double *steepest) {
     double limit_least = hs_least(low->at.limit_slope, high->at.limit_slope);
     double limit_most = hs_most(low->at.limit_slope, high->at.limit_slope);
@@ -63,7 +63,7 @@ static void slopes_of_limit(const hs_memory *memory, const hs_request *request, 
 }
 
 /* Share at which the one change of sign of `excess` between two places is, by false position (Illinois). */
-static double crossing_between(const hs_memory *memory, const hs_request *request, double side, const station *start,
+static double crossing_between(const hs_line *memory, const hs_request *request, double side, const station *start,
                                const station *end) {
     hs_bracket root = {start->share, end->share, excess(request, start, side), excess(request, end, side), 0};
     for (int turn = 0; turn < 200; ++turn) {
@@ -81,7 +81,7 @@ static double crossing_between(const hs_memory *memory, const hs_request *reques
  *
  * Infinity where it does not; at the start it is not. Intervals are halved until bounds of the slopes say that the excess
  * is monotone or has no sign to change to. */
-static double first_change(const hs_memory *memory, const hs_request *request, double side, const station *start,
+static double first_change(const hs_line *memory, const hs_request *request, double side, const station *start,
                            const station *end, int beyond) {
     /* the right ends of the intervals that are still to be looked at, the nearest last */
     station waiting[MOST_HALVINGS], low = *start;
@@ -114,7 +114,7 @@ static double first_change(const hs_memory *memory, const hs_request *request, d
 }
 
 /* Whether a request has to be cut: it is at a limit or beyond it somewhere. */
-static int meets_limit(const hs_memory *memory, const hs_request *request) {
+static int meets_limit(const hs_line *memory, const hs_request *request) {
     const double held = 1.0 - HS_TIE, *force = request->force;
     if (fabs(force[1]) > held * hs_friction_limit(memory, request->d[1], request->load[1])) return 1;
     /* a straight path to an end within the limit prescribes no load before it */
@@ -128,7 +128,7 @@ static int meets_limit(const hs_memory *memory, const hs_request *request) {
 }
 
 /* Cut a request where it meets the limit, or leaves it. */
-static void cut(const hs_memory *memory, const hs_request *request, hs_pieces *pieces) {
+static void cut(const hs_line *memory, const hs_request *request, hs_pieces *pieces) {
     station low = station_at(memory, request, 0.0), end = station_at(memory, request, 1.0);
     int side = excess(request, &low, 1.0) > 0.0 ? 1 : excess(request, &low, -1.0) > 0.0 ? -1 : 0;
     for (int count = 0; count < HS_MOST_PIECES_OF_REQUEST; ++count) {
@@ -153,7 +153,7 @@ static void cut(const hs_memory *memory, const hs_request *request, hs_pieces *p
 }
 
 /* The request, and the limit there, at the end, or amid the piece that exceeds the limit most; whether it is beyond. */
-static int is_overload(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
+static int is_overload(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
                        double *limit) {
     double begin = 0.0;
     *asked = request->force[1];
@@ -169,7 +169,7 @@ static int is_overload(const hs_memory *memory, const hs_request *request, const
     return fabs(*asked) > *limit * (1.0 + HS_LIMIT_SLACK);
 }
 
-int hs_cut_at_limit(const hs_memory *memory, const hs_request *request, int saturate, hs_pieces *pieces,
+int hs_cut_at_limit(const hs_line *memory, const hs_request *request, int saturate, hs_pieces *pieces,
                     hs_refusal *refusal) {
     double asked, limit;
     pieces->count = 0;
@@ -182,7 +182,7 @@ int hs_cut_at_limit(const hs_memory *memory, const hs_request *request, int satu
 }
 
 /* Approach and normal load at a share. */
-static void place_on(const hs_memory *memory, const hs_request *request, double share, double *d, double *load) {
+static void place_on(const hs_line *memory, const hs_request *request, double share, double *d, double *load) {
     if (share == 1.0) {
         *d = request->d[1];
         *load = request->load[1];
@@ -196,7 +196,7 @@ static void place_on(const hs_memory *memory, const hs_request *request, double 
 }
 
 /* Tangential load at a share within the limits: where the piece ends at a limit, that limit. */
-static double request_at(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, int piece,
+static double request_at(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, int piece,
                          double share, double d, double load) {
     double limit = hs_friction_limit(memory, d, load);
     if (share == pieces->end[piece] && piece + 1 < pieces->count) return pieces->side[piece + 1] * limit;
@@ -204,7 +204,7 @@ static double request_at(const hs_memory *memory, const hs_request *request, con
 }
 
 /* Let the clock go on along the limit, where a load is straight in time if both are prescribed. */
-static void tick_along_limit(hs_memory *memory, int both, double load, double side, double time) {
+static void tick_along_limit(hs_line *memory, int both, double load, double side, double time) {
     hs_tick(memory, time);
     if (!both) return;
     memory->clock.load = load;
@@ -215,7 +215,7 @@ static void tick_along_limit(hs_memory *memory, int both, double load, double si
  *
  * With the approach falling the displacement stays. With the approach rising it keeps pace with the springs that need most
  * to slide as soon as they touch. */
-static int slide(hs_memory *memory, const hs_request *request, double d, double load, double side, double time) {
+static int slide(hs_line *memory, const hs_request *request, double d, double load, double side, double time) {
     const hs_contact *contact = memory->contact;
     double limit = hs_friction_limit(memory, memory->approach, memory->normal_load), steepest = 0.0;
     if (side * memory->tangential_load < (1.0 - HS_TIE) * limit) {
@@ -248,7 +248,7 @@ static int slide(hs_memory *memory, const hs_request *request, double d, double 
 }
 
 /* Walk a request, cut into pieces, from one share to another; tell which limit it follows there. */
-int hs_follow_limit(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
+int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
               const double *times, const hs_drive *drive, int *side) {
     *side = 0;
     for (int k = 0; k < pieces->count; ++k) {

@@ -20,9 +20,9 @@ typedef struct hs_pieces {
     int side[HS_MOST_PIECES_OF_REQUEST];
 } hs_pieces;
 /* Cut a request at the friction limit; no pieces if it stays within it. */
-int hs_cut_at_limit(const hs_memory *memory, const hs_request *request, int saturate, hs_pieces *pieces,
+int hs_cut_at_limit(const hs_line *memory, const hs_request *request, int saturate, hs_pieces *pieces,
                     hs_refusal *refusal);
-int hs_follow_limit(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
+int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
               const double *times, const hs_drive *drive, int *side);
 
 #endif

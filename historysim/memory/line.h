@@ -7,28 +7,28 @@
 
 /* ---- readout.c ---- */
 
-int hs_line_read(const hs_memory *memory, const hs_rows *rows, int64_t row);
-hs_slopes hs_line_slopes(const hs_memory *memory, double start);
-double hs_line_stiffness(const hs_memory *memory, int direction);
-double hs_line_normal_stiffness(const hs_memory *memory);
-double hs_line_stored_energy(const hs_memory *memory);
+int hs_line_read(const hs_line *memory, const hs_rows *rows, int64_t row);
+hs_slopes hs_line_slopes(const hs_line *memory, double start);
+double hs_line_stiffness(const hs_line *memory, int direction);
+double hs_line_normal_stiffness(const hs_line *memory);
+double hs_line_stored_energy(const hs_line *memory);
 
 /* ---- friction.c ---- */
 
-int hs_line_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive);
+int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive *drive);
 
 /* ---- integrate.c ---- */
 
-int hs_line_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+int hs_line_step(hs_line *memory, int normal_control, double normal_target, int tangential_control,
                  double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-int hs_line_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                       double until, hs_refusal *refusal);
 
 /* ---- evolution.c ---- */
 
-int hs_line_evolve(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                    double until, const hs_evolution *evolution, hs_refusal *refusal);
-int hs_line_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
+int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
                         const hs_evolution *evolution);
 
 #endif

@@ -118,7 +118,7 @@ void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip) 
     hs_queue_loss(losses, group->curve.gap[0], group->curve.weight[0], group->start, group->each - group->start, slip);
 }
 
-void hs_commit_losses(hs_losses *losses, hs_memory *memory) {
+void hs_commit_losses(hs_losses *losses, hs_line *memory) {
     if (losses->number) hs_flush_losses(losses, memory->dissipated_each);
     memory->dissipated += losses->total;
     losses->total = 0.0;
@@ -163,7 +163,7 @@ void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t 
     }
 }
 
-double hs_elastic_energy(const hs_memory *memory, double *each) {
+double hs_elastic_energy(const hs_line *memory, double *each) {
     const hs_contact *contact = memory->contact;
     double total = 0.0;
     for (int64_t index = 0; index < contact->groups; ++index) {

@@ -50,11 +50,11 @@ static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, i
 /* Add the loss of a group, distributed over its asperities, unless `losses` is NULL. */
 void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip);
 /* Add all losses to the dissipated energies of a memory, of each asperity and of all. */
-void hs_commit_losses(hs_losses *losses, hs_memory *memory);
+void hs_commit_losses(hs_losses *losses, hs_line *memory);
 /* Add the losses of springs that separate on a straight path, down to a segment of the polyline. */
 void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
                        const hs_point *to);
 /* Elastic energy ½ ∫ v² N'' da of a memory, added per asperity (position) to `each` unless that is NULL. */
-double hs_elastic_energy(const hs_memory *memory, double *each);
+double hs_elastic_energy(const hs_line *memory, double *each);
 
 #endif

@@ -14,7 +14,7 @@ void hs_slides_release(struct hs_slides *slides) {
     if (slides && __atomic_sub_fetch(&slides->references, 1, __ATOMIC_ACQ_REL) == 0) free(slides);
 }
 
-struct hs_slides *hs_slides_unshare(hs_memory *memory) {
+struct hs_slides *hs_slides_unshare(hs_line *memory) {
     struct hs_slides *shared = memory->slides;
     if (shared && __atomic_load_n(&shared->references, __ATOMIC_ACQUIRE) == 1) return shared;
     size_t count = (size_t)hs_slide_count(memory->contact);
@@ -24,24 +24,24 @@ struct hs_slides *hs_slides_unshare(hs_memory *memory) {
         return NULL;
     }
     copy->references = 1;
-    hs_memory_slide_times(memory, copy->time);
+    hs_line_slide_times(memory, copy->time);
     hs_slides_release(shared);
     return memory->slides = copy;
 }
 
-void hs_memory_slide_times(const hs_memory *memory, double *time) {
+void hs_line_slide_times(const hs_line *memory, double *time) {
     int64_t count = hs_slide_count(memory->contact);
     if (memory->slides) memcpy(time, memory->slides->time, (size_t)count * sizeof *time);
     for (int64_t i = 0; i < count && !memory->slides; ++i) time[i] = NAN;
 }
 
-void hs_memory_forget_slides(hs_memory *memory) {
+void hs_line_forget_slides(hs_line *memory) {
     hs_slides_release(memory->slides);
     memory->slides = NULL;
     memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
 }
 
-int hs_slides_assign(hs_memory *memory, const double *time) {
+int hs_slides_assign(hs_line *memory, const double *time) {
     struct hs_slides *slides = hs_slides_unshare(memory);
     if (!slides) return HS_OUT_OF_MEMORY;
     if (time) memcpy(slides->time, time, (size_t)hs_slide_count(memory->contact) * sizeof *time);
@@ -79,14 +79,14 @@ static size_t size_of_numbers(const hs_contact *contact) {
 }
 
 /* Set up the memory of a contact that does not touch; its arrays are not filled in. */
-int hs_memory_init(hs_memory *memory, hs_contact *contact, int64_t capacity, int evolves) {
+int hs_line_init(hs_line *memory, hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
     memory->contact = hs_contact_retain(contact);
     memory->friction = (double *)malloc(size_of_numbers(contact));
     memory->vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *memory->vertices);
     memory->evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
     if (!memory->friction || !memory->vertices || (evolves && !memory->evolved)) {
-        hs_memory_clear(memory);
+        hs_line_clear(memory);
         return HS_OUT_OF_MEMORY;
     }
     memory->dissipated_each = memory->friction + groups;
@@ -99,9 +99,9 @@ int hs_memory_init(hs_memory *memory, hs_contact *contact, int64_t capacity, int
     return HS_OK;
 }
 
-hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
-    hs_memory *memory = (hs_memory *)calloc(1, sizeof *memory);
-    if (memory && hs_memory_init(memory, contact, capacity, evolves) == HS_OK) return memory;
+hs_line *hs_line_blank(hs_contact *contact, int64_t capacity, int evolves) {
+    hs_line *memory = (hs_line *)calloc(1, sizeof *memory);
+    if (memory && hs_line_init(memory, contact, capacity, evolves) == HS_OK) return memory;
     free(memory);
     return NULL;
 }
@@ -128,7 +128,7 @@ static uint64_t identity_of(const hs_contact *contact, const double *friction) {
     return hs_digest(found, contact->first, (size_t)(contact->groups + 1) * sizeof *contact->first);
 }
 
-int hs_memory_belongs(const hs_memory *memory, const hs_memory *like) {
+int hs_line_belongs(const hs_line *memory, const hs_line *like) {
     const hs_contact *one = memory->contact, *other = like->contact;
     /* all but the first are so where nobody has forged it */
     return memory->identity == like->identity && one->count == other->count && !one->load == !other->load &&
@@ -136,13 +136,13 @@ int hs_memory_belongs(const hs_memory *memory, const hs_memory *like) {
            (hs_evolves(memory) > 1) == (hs_evolves(like) > 1);
 }
 
-int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution) {
+int hs_can_evolve(const hs_line *memory, const hs_evolution *evolution) {
     int yields = evolution->yielding.kind != HS_NO_YIELDING;
     return hs_evolves(memory) > yields && ((!yields && !evolution->goal) || evolution->count == memory->contact->count);
 }
 
-int hs_memory_start(hs_memory *memory, hs_contact *contact, const double *friction) {
-    if (hs_memory_init(memory, contact, 4, 0) != HS_OK) return HS_OUT_OF_MEMORY;
+int hs_line_start(hs_line *memory, hs_contact *contact, const double *friction) {
+    if (hs_line_init(memory, contact, 4, 0) != HS_OK) return HS_OUT_OF_MEMORY;
     memory->identity = identity_of(contact, friction);
     memset(memory->friction, 0, size_of_numbers(contact));
     for (int64_t index = 0; index < contact->groups; ++index)
@@ -150,7 +150,7 @@ int hs_memory_start(hs_memory *memory, hs_contact *contact, const double *fricti
     return HS_OK;
 }
 
-int hs_memory_evolve(hs_memory *memory) {
+int hs_line_add_evolved(hs_line *memory) {
     const hs_contact *contact = memory->contact;
     if (memory->evolved) return HS_OK;
     memory->evolved = evolved_of(contact->count, 0);
@@ -168,10 +168,10 @@ void hs_sum_yielded(hs_evolved *evolved, int64_t count) {
     for (int64_t i = 0; i < count; ++i) evolved->yielded_energy += evolved->yielding_energy[i];
 }
 
-int hs_memory_yield(hs_memory *memory) {
+int hs_line_add_yielded(hs_line *memory) {
     size_t count = (size_t)memory->contact->count;
     if (memory->evolved && memory->evolved->virgin_height) return HS_OK;
-    int status = hs_memory_evolve(memory);
+    int status = hs_line_add_evolved(memory);
     hs_evolved *evolved = status == HS_OK ? evolved_of(memory->contact->count, 1) : NULL;
     if (!evolved) return HS_OUT_OF_MEMORY;
     copy_evolved(evolved, memory->evolved, memory->contact->count);
@@ -182,7 +182,7 @@ int hs_memory_yield(hs_memory *memory) {
     return HS_OK;
 }
 
-void hs_memory_clear(hs_memory *memory) {
+void hs_line_clear(hs_line *memory) {
     hs_slides_release(memory->slides);
     hs_contact_free(memory->contact);
     free(memory->friction);
@@ -190,44 +190,44 @@ void hs_memory_clear(hs_memory *memory) {
     free(memory->evolved);
 }
 
-void hs_memory_free(hs_memory *memory) {
+void hs_line_free(hs_line *memory) {
     if (!memory) return;
-    hs_memory_clear(memory);
+    hs_line_clear(memory);
     free(memory);
 }
 
-void hs_memory_swap(hs_memory *one, hs_memory *other) {
-    hs_memory kept = *one;
+void hs_line_swap(hs_line *one, hs_line *other) {
+    hs_line kept = *one;
     *one = *other;
     *other = kept;
 }
 
-void hs_memory_take(hs_memory *memory, hs_memory *other) {
-    hs_memory_swap(memory, other);
-    hs_memory_free(other);
+void hs_line_take(hs_line *memory, hs_line *other) {
+    hs_line_swap(memory, other);
+    hs_line_free(other);
 }
 
-static void copy_now(hs_memory *target, const hs_memory *source) {
+static void copy_now(hs_line *target, const hs_line *source) {
     if (target->slides != source->slides) {
         hs_slides_release(target->slides);
         target->slides = hs_slides_retain(source->slides);
     }
-    memcpy(&target->approach, &source->approach, sizeof *target - offsetof(hs_memory, approach));
+    memcpy(&target->approach, &source->approach, sizeof *target - offsetof(hs_line, approach));
 }
 
-static void copy_numbers(hs_memory *target, const hs_memory *source) {
+static void copy_numbers(hs_line *target, const hs_line *source) {
     copy_now(target, source);
     memcpy(target->friction, source->friction, size_of_numbers(source->contact));
     if (target->evolved) copy_evolved(target->evolved, source->evolved, source->contact->count);
 }
 
-static void copy_stacks(hs_memory *target, const hs_memory *source) {
+static void copy_stacks(hs_line *target, const hs_line *source) {
     for (int64_t index = 0; index < source->contact->groups; ++index)
         memcpy(target->vertices + index * target->capacity, source->vertices + index * source->capacity,
                (size_t)source->depth[index] * sizeof *target->vertices);
 }
 
-int64_t hs_max_depth(const hs_memory *memory) {
+int64_t hs_max_depth(const hs_line *memory) {
     int64_t most = 0;
     /* amid a chord summits that yield stand after some that touch on it, and have no vertices yet */
     for (int64_t index = 0; index < memory->contact->groups; ++index)
@@ -235,25 +235,25 @@ int64_t hs_max_depth(const hs_memory *memory) {
     return most;
 }
 
-int hs_has_steep(const hs_memory *memory) {
+int hs_has_steep(const hs_line *memory) {
     return memchr(memory->steep, 1, (size_t)memory->contact->groups) != NULL;
 }
 
-int hs_memory_init_copy(hs_memory *memory, const hs_memory *from) {
-    if (hs_memory_init(memory, from->contact, hs_max_depth(from) + 4, hs_evolves(from)) != HS_OK) return HS_OUT_OF_MEMORY;
+int hs_line_init_copy(hs_line *memory, const hs_line *from) {
+    if (hs_line_init(memory, from->contact, hs_max_depth(from) + 4, hs_evolves(from)) != HS_OK) return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
 }
 
-hs_memory *hs_memory_copy(const hs_memory *memory) {
-    hs_memory *copy = (hs_memory *)calloc(1, sizeof *copy);
-    if (copy && hs_memory_init_copy(copy, memory) == HS_OK) return copy;
+hs_line *hs_line_copy(const hs_line *memory) {
+    hs_line *copy = (hs_line *)calloc(1, sizeof *copy);
+    if (copy && hs_line_init_copy(copy, memory) == HS_OK) return copy;
     free(copy);
     return NULL;
 }
 
-int hs_memory_unshare_contact(hs_memory *memory) {
+int hs_line_unshare_contact(hs_line *memory) {
     hs_contact *copy = hs_contact_copy(memory->contact);
     if (!copy) return HS_OUT_OF_MEMORY;
     hs_contact_free(memory->contact);
@@ -261,9 +261,9 @@ int hs_memory_unshare_contact(hs_memory *memory) {
     return HS_OK;
 }
 
-int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
+int hs_line_reserve(hs_line *memory, int64_t capacity) {
     if (capacity <= memory->capacity) return HS_OK;
-    hs_memory grown = *memory;
+    hs_line grown = *memory;
     grown.vertices = (hs_vertex *)malloc((size_t)memory->contact->groups * (size_t)capacity * sizeof *grown.vertices);
     if (!grown.vertices) return HS_OUT_OF_MEMORY;
     grown.capacity = capacity;
@@ -274,26 +274,26 @@ int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
     return HS_OK;
 }
 
-int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
-    if (memory->contact->groups != from->contact->groups || !hs_memory_belongs(memory, from)) return HS_FOREIGN;
-    if (hs_memory_reserve(memory, hs_max_depth(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+int hs_line_assign(hs_line *memory, const hs_line *from) {
+    if (memory->contact->groups != from->contact->groups || !hs_line_belongs(memory, from)) return HS_FOREIGN;
+    if (hs_line_reserve(memory, hs_max_depth(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
 }
 
-int64_t hs_memory_contact_count(const hs_memory *memory) {
+int64_t hs_line_contact_count(const hs_line *memory) {
     return hs_count_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
-double hs_total_force(const hs_memory *memory) {
+double hs_total_force(const hs_line *memory) {
     double force = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
         force += memory->vertices[index * memory->capacity + memory->depth[index] - 1].tangential;
     return force;
 }
 
-void hs_refresh_loads(hs_memory *memory) {
+void hs_refresh_loads(hs_line *memory) {
     memory->known_label = NAN;
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         hs_group group = hs_group_of(memory, index);
@@ -306,7 +306,7 @@ void hs_refresh_loads(hs_memory *memory) {
     }
 }
 
-void hs_touch_unstrained(hs_memory *memory, int64_t index) {
+void hs_touch_unstrained(hs_line *memory, int64_t index) {
     hs_vertex *stack = memory->vertices + index * memory->capacity;
     double gap = memory->contact->gap[memory->contact->first[index]], v = memory->displacement;
     stack[0] = HS_MADE(hs_vertex){gap, v, 0.0, v, 0.0, 0.0};
@@ -318,9 +318,9 @@ void hs_touch_unstrained(hs_memory *memory, int64_t index) {
 /* The memory of a contact whose groups are parts of those of another: each part keeps what its group (`parent`) remembers,
  * unless its asperities are fresh: then springs are not strained. `place` has the earlier positions. Arrays are in the
  * caller's numbering. */
-static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const int64_t *place,
+static hs_line *of_parts(const hs_line *memory, hs_contact *contact, const int64_t *parent, const int64_t *place,
                            const uint8_t *fresh, int evolves) {
-    hs_memory *parts = hs_memory_blank(contact, hs_max_depth(memory) + 2, evolves);
+    hs_line *parts = hs_line_blank(contact, hs_max_depth(memory) + 2, evolves);
     if (!parts) return NULL;
     copy_now(parts, memory);
     parts->slid_labels[0] = parts->slid_labels[1] = 0.0;
@@ -343,7 +343,7 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
 }
 
 /* Put asperities (all arrays) into so many other groups, with other gaps and weights unless these are NULL. */
-static int regroup(hs_memory *memory, int64_t parts, const int64_t *group, const double *gap, const double *weight,
+static int regroup(hs_line *memory, int64_t parts, const int64_t *group, const double *gap, const double *weight,
                    const uint8_t *fresh) {
     const hs_contact *contact = memory->contact;
     int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent), *place = parent + count;
@@ -358,12 +358,12 @@ static int regroup(hs_memory *memory, int64_t parts, const int64_t *group, const
         }
     hs_contact *shaped = hs_contact_of(count, parts, gap ? gap : own_gap, weight ? weight : own_weight, group, 0,
                                        &contact->units, contact->datum);
-    hs_memory *found = shaped ? of_parts(memory, shaped, parent, place, fresh, hs_evolves(memory)) : NULL;
+    hs_line *found = shaped ? of_parts(memory, shaped, parent, place, fresh, hs_evolves(memory)) : NULL;
     if (found && fresh) {
         found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
         found->tangential_load = hs_total_force(found);
     }
-    if (found) hs_memory_take(memory, found);
+    if (found) hs_line_take(memory, found);
     hs_contact_free(shaped);
     free(parent);
     return found ? HS_OK : HS_OUT_OF_MEMORY;
@@ -394,7 +394,7 @@ static int part(const hs_contact *contact, const double *first_key, const double
 }
 
 /* Split groups of which asperities are not alike in a pair of keys (asperity) any more. */
-int hs_split_groups(hs_memory *memory, const double *first_key, const double *second_key) {
+int hs_split_groups(hs_line *memory, const double *first_key, const double *second_key) {
     const hs_contact *contact = memory->contact;
     int64_t parts = 0, *group = (int64_t *)malloc((size_t)contact->count * sizeof *group);
     int status = group ? part(contact, first_key, second_key, group, &parts) : (int)HS_OUT_OF_MEMORY;
@@ -409,7 +409,7 @@ int hs_split_groups(hs_memory *memory, const double *first_key, const double *se
  *
  * Where one is fresh, its contact is new. All others keep the anchors of their springs, as far as these are still in
  * contact. The present loads follow. */
-int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh) {
+int hs_reshape(hs_line *memory, const double *gap, const double *weight, const uint8_t *fresh) {
     size_t count = (size_t)memory->contact->count;
     int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group);
     double *key = (double *)(group + count);
@@ -422,14 +422,14 @@ int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const
     return status;
 }
 
-int hs_unstrained(const hs_memory *memory) {
+int hs_unstrained(const hs_line *memory) {
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
         for (int64_t j = 0; j < memory->depth[index]; ++j)
             if (memory->vertices[index * memory->capacity + j].anchor != memory->displacement) return 0;
     return 1;
 }
 
-int hs_slides_alike(const hs_memory *memory) {
+int hs_slides_alike(const hs_line *memory) {
     const hs_vertex *stack = memory->vertices;
     double side = memory->depth[0] == 2 ? copysign(1.0, stack[1].slope) : 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
@@ -442,7 +442,7 @@ int hs_slides_alike(const hs_memory *memory) {
 
 /* Have those of one coefficient of friction share what they remember from now on, which is the same: nothing where no
  * spring is strained, or that all slide. They get gaps and weights at an approach, in the caller's numbering. */
-int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained) {
+int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach, int unstrained) {
     const hs_contact *contact = memory->contact;
     size_t count = (size_t)contact->count, groups = (size_t)contact->groups;
     int64_t parts = 0, *group = (int64_t *)malloc((count + groups) * sizeof *group + count), *part_of = group + count;
@@ -461,19 +461,19 @@ int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, d
     return status;
 }
 
-int hs_memory_init_one(hs_memory *memory, const hs_memory *from, int64_t asperity) {
+int hs_line_init_one(hs_line *memory, const hs_line *from, int64_t asperity) {
     const hs_contact *contact = from->contact;
     int64_t position = 0, group = 0;
     while (contact->order[position] != asperity) ++position;
     while (contact->first[group + 1] <= position) ++group;
     hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
                                     contact->datum);
-    hs_memory *found = one ? of_parts(from, one, &group, &position, NULL, 0) : NULL;
+    hs_line *found = one ? of_parts(from, one, &group, &position, NULL, 0) : NULL;
     hs_contact_free(one);
     if (!found) return HS_OUT_OF_MEMORY;
     *memory = *found;
     free(found);
-    hs_memory_forget_slides(memory);
+    hs_line_forget_slides(memory);
     memory->identity = hs_digest(from->identity, &asperity, sizeof asperity);
     memory->steep[0] = from->steep[group];
     memory->normal_load = hs_load_at(hs_all_of(memory->contact), memory->approach).load;

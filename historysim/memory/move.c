@@ -7,18 +7,18 @@
 /* how many times softer than the contact an instrument is for which rounding of the load would be felt at its drive */
 #define MUCH_SOFTER 1e6
 
-int hs_has_single_group(const hs_memory *memory) { return memory->contact->groups == 1 && !memory->steep[0]; }
+int hs_has_single_group(const hs_line *memory) { return memory->contact->groups == 1 && !memory->steep[0]; }
 
 /* Have stacks hold what the next path adds: a front and an edge; a polyline steeper than μ may be cut in every segment. */
-int hs_reserve_vertices(hs_memory *memory) {
+int hs_reserve_vertices(hs_line *memory) {
     int64_t deepest = hs_max_depth(memory), needed = hs_has_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
     /* the less room there is above many shallow stacks, the more of them a cache holds */
     int64_t spare = memory->contact->groups > 1 && needed < 32 ? 2 : needed / 2;
-    return needed > memory->capacity ? hs_memory_reserve(memory, needed + spare) : HS_OK;
+    return needed > memory->capacity ? hs_line_reserve(memory, needed + spare) : HS_OK;
 }
 
 /* A tangential load has to be within the friction limit. */
-int hs_move(hs_memory *memory, double d, double load, hs_target target) {
+int hs_move(hs_line *memory, double d, double load, hs_target target) {
     hs_group_loads loads;
     int status = hs_reserve_vertices(memory);
     if (status == HS_OK) status = hs_loads_of_groups(memory, d, load, &loads);
@@ -38,7 +38,7 @@ int hs_move(hs_memory *memory, double d, double load, hs_target target) {
     return status;
 }
 
-int hs_move_group(hs_memory *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
+int hs_move_group(hs_line *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
                    hs_point to, double load, hs_target target, hs_vertex *scratch, double *reached) {
     int64_t depth = memory->depth[index];
     if (to.d <= group->curve.gap[0]) {
@@ -53,7 +53,7 @@ int hs_move_group(hs_memory *memory, const hs_group *group, hs_losses *losses, i
             double label = hs_slip_label(scratch, clipped, to.v, cone.friction);
             hs_find_slides(group, depth, &from, &to, cone.friction - cone.gain, label, 1);
         }
-        if (clipped > memory->capacity && hs_memory_reserve(memory, 2 * clipped) != HS_OK) return HS_OUT_OF_MEMORY;
+        if (clipped > memory->capacity && hs_line_reserve(memory, 2 * clipped) != HS_OK) return HS_OUT_OF_MEMORY;
         memcpy(memory->vertices + index * memory->capacity, scratch, (size_t)clipped * sizeof *scratch);
         memory->depth[index] = clipped;
         memory->steep[index] = (uint8_t)hs_is_steep(scratch, clipped, group->friction);
@@ -68,7 +68,7 @@ int hs_move_group(hs_memory *memory, const hs_group *group, hs_losses *losses, i
 }
 
 /* Note that all springs of a group of one asperity slide, down to a label. */
-HS_APART static void slides_whole(hs_memory *memory, int64_t index, const hs_point *from, const hs_point *to, double low) {
+HS_APART static void slides_whole(hs_line *memory, int64_t index, const hs_point *from, const hs_point *to, double low) {
     hs_group group = hs_group_of(memory, index);
     hs_find_slides(&group, memory->depth[index], from, to, group.friction, low, 0);
 }
@@ -76,7 +76,7 @@ HS_APART static void slides_whole(hs_memory *memory, int64_t index, const hs_poi
 /* Move a group of one asperity to a displacement by the fast path: the slip front moves inward on one segment, or all springs
  * slide. Add its load to `force` and return 1; return 0, with nothing changed, for all other cases, such as a tie, which
  * `hs_solve_update` handles. Compiled for a constant approach (`held`), which is the most frequent, and for others. */
-static HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
+static HS_INLINE int slide_one(hs_line *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
                      double load, int held, double *force) {
     const int64_t place = memory->contact->first[index], depth = memory->depth[index];
     const double friction = memory->friction[index], gap = memory->contact->gap[place], weight = memory->contact->weight[place];
@@ -139,7 +139,7 @@ static HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *loss
     return 1;
 }
 
-int hs_move_with_loads(hs_memory *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path) {
+int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path) {
     hs_point from = {memory->approach, memory->displacement};
     double reached = path.value, force = 0.0;
     int still = d == from.d && path.value == from.v && path.compliance == 0.0;
@@ -185,7 +185,7 @@ int hs_move_with_loads(hs_memory *memory, const hs_group_loads *loads, double d,
     return HS_OK;
 }
 
-void hs_flag_steep(hs_memory *memory) {
+void hs_flag_steep(hs_line *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index)
         memory->steep[index] = (uint8_t)hs_is_steep(memory->vertices + index * memory->capacity, memory->depth[index],
                                                     memory->friction[index]);

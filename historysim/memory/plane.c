@@ -14,7 +14,7 @@ static const hs_vector nowhere = {0.0, 0.0};
 static hs_vector scaled(double scale, hs_vector a) { return hs_plus(nowhere, scale, a); }
 
 static void look_along(hs_state *state) {
-    const hs_memory *line = &state->line;
+    const hs_line *line = &state->line;
     hs_plane *plane = state->plane;
     plane->displacement = hs_plus(plane->origin, line->displacement, plane->direction);
     plane->tangential_load = scaled(line->tangential_load, plane->direction);
@@ -44,7 +44,7 @@ void hs_plane_free(hs_plane *plane) {
 }
 
 /* Copy motion in a plane beside the copy of its line. */
-static hs_plane *copy_of_plane(const hs_plane *plane, const hs_memory *line) {
+static hs_plane *copy_of_plane(const hs_plane *plane, const hs_line *line) {
     hs_plane *copy = (hs_plane *)malloc(sizeof *copy);
     if (!copy) return NULL;
     *copy = *plane;
@@ -60,7 +60,7 @@ static hs_plane *copy_of_plane(const hs_plane *plane, const hs_memory *line) {
 
 hs_state *hs_state_copy(const hs_state *state) {
     hs_state *copy = (hs_state *)calloc(1, sizeof *copy);
-    if (!copy || hs_memory_init_copy(&copy->line, &state->line) != HS_OK) {
+    if (!copy || hs_line_init_copy(&copy->line, &state->line) != HS_OK) {
         free(copy);
         return NULL;
     }
@@ -74,7 +74,7 @@ hs_state *hs_state_copy(const hs_state *state) {
 void hs_state_free(hs_state *state) {
     if (!state) return;
     hs_plane_free(state->plane);
-    hs_memory_clear(&state->line);
+    hs_line_clear(&state->line);
     free(state);
 }
 
@@ -96,7 +96,7 @@ static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vecto
 }
 
 static plan planned(const hs_state *state, const hs_path *path, hs_vector compliance, int saturate) {
-    const hs_memory *line = &state->line;
+    const hs_line *line = &state->line;
     const hs_units *units = &line->contact->units;
     int by_x = path->tangential_control[0] == HS_LOAD, by_y = path->tangential_control[1] == HS_LOAD;
     int by_normal = path->normal_control == HS_LOAD;
@@ -126,7 +126,7 @@ static hs_vector goal_of(const hs_state *state, const plan *plan) {
 static int axis_of(const hs_state *state) { return state->plane->direction.x == 0.0; }
 
 /* Whether nothing has happened sideways yet, so that the line may be any. */
-static int has_no_line(const hs_memory *line) {
+static int has_no_line(const hs_line *line) {
     return line->displacement == 0.0 && line->tangential_load == 0.0 && hs_unstrained(line);
 }
 
@@ -219,7 +219,7 @@ static int walk_line(hs_state *state, const plan *plan, const hs_rows *rows, con
 
 /* The nodes of a class, from the vertices of its group. */
 static int nodes_of_line(const hs_state *state, hs_class *part) {
-    const hs_memory *line = &state->line;
+    const hs_line *line = &state->line;
     const hs_vertex *stack = line->vertices + part->group * line->capacity;
     double deepest = part->curve.gap[0];
     int64_t depth = line->depth[part->group];
@@ -270,7 +270,7 @@ hs_class *hs_add_class(hs_state *state, int64_t group, int64_t start, int64_t en
 }
 
 static int turn(hs_state *state) {
-    hs_memory *line = &state->line;
+    hs_line *line = &state->line;
     int64_t *end = (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *end);
     int status = end ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance))) status = HS_OUT_OF_MEMORY;
@@ -294,7 +294,7 @@ static int turn(hs_state *state) {
 /* Have the line, and what is seen, follow the body. */
 static int follow(hs_state *state) {
     hs_body *body = state->plane->body;
-    hs_memory *line = &state->line;
+    hs_line *line = &state->line;
     int64_t count = line->contact->count;
     if (body->approach != line->approach) {
         hs_set_clock(line, NAN);
@@ -306,7 +306,7 @@ static int follow(hs_state *state) {
     state->plane->displacement = body->displacement;
     state->plane->tangential_load = body->tangential_load;
     if (body->slid == 0) return HS_OK;
-    hs_memory_slide_times(line, body->scratch);
+    hs_line_slide_times(line, body->scratch);
     for (int64_t i = 0; i < count; ++i) {
         double *time = body->scratch + line->contact->order[i];
         if (isnan(*time)) *time = body->slide_time[i];
@@ -344,7 +344,7 @@ static void hold(hs_state *state, double approach, hs_plane_aim *aim) {
 
 /* Where a plan leads, a share of the way there; whether friction holds what it asks for. */
 static int target_of(hs_state *state, const plan *plan, double share, int saturate, hs_plane_target *to, hs_refusal *refusal) {
-    const hs_memory *line = &state->line;
+    const hs_line *line = &state->line;
     int by_normal = plan->path->normal_control == HS_LOAD;
     double normal = hs_toward(plan->normal[0], plan->normal[1], share);
     hs_vector asked = hs_between(plan->tangential[0], plan->tangential[1], share);
@@ -570,7 +570,7 @@ double hs_plane_stored_energy(const hs_state *state) {
 }
 
 int hs_plane_set_friction(hs_state *state, const double *friction, const hs_drive *drive) {
-    hs_memory *line = &state->line;
+    hs_line *line = &state->line;
     const hs_contact *contact = line->contact;
     double unit = contact->units.stiffness;
     if (!state->plane->body) {

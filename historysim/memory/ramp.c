@@ -9,7 +9,7 @@
 #include "slides.h"
 
 /* Let the clock go on to the end of a path that is straight in both loads. */
-static void begin_chord(hs_memory *memory, double load, double force, double time) {
+static void begin_chord(hs_line *memory, double load, double force, double time) {
     hs_tick(memory, time);
     memory->clock.load = load;
     memory->clock.force = force;
@@ -273,7 +273,7 @@ static void add_piece(slip_energy *energy, const front_point *from, const front_
  *
  * The front is where side·(T - T(a)) = μ (N - P(a)), so that P(a) is linear along the ramp on each segment. Where N falls, the
  * edge may reach the front: then all that has slipped has left, and slip begins anew, on either side. */
-static void follow_front(const hs_memory *memory, slip_energy *energy, double d1, double guess, double load1,
+static void follow_front(const hs_line *memory, slip_energy *energy, double d1, double guess, double load1,
                          double force1) {
     const hs_vertex *stack = memory->vertices;
     const hs_curve curve = energy->curve;
@@ -326,7 +326,7 @@ static void follow_front(const hs_memory *memory, slip_energy *energy, double d1
 }
 
 /* Move a single group along a ramp: to the end by one straight path, which is exact, with the energies of the ramp. */
-static int exact_ramp(hs_memory *memory, double load, double force, double time, const hs_drive *drive) {
+static int exact_ramp(hs_line *memory, double load, double force, double time, const hs_drive *drive) {
     const double d = hs_approach_at_load(memory, load);
     int status = hs_reserve_vertices(memory);
     if (status != HS_OK) return status;
@@ -374,7 +374,7 @@ static const double node_weight[NODES] = {0.11846344252809454, 0.239314335249683
  * The way of the loads is straight in (N, T) and not in (d, V). Both lead from one state to the other, so what it
  * dissipates more is the work of the tangential load that it has more at each displacement. To first order in the change of
  * N that load is the one at its approach. */
-static int extra_work(hs_memory *memory, hs_fronts *fronts, double d1, double v1, double load, double force,
+static int extra_work(hs_line *memory, hs_fronts *fronts, double d1, double v1, double load, double force,
                       double *work) {
     double rate = (load - memory->normal_load) / (force - memory->tangential_load), more = 0.0;
     int64_t count = memory->contact->count;
@@ -395,7 +395,7 @@ static int extra_work(hs_memory *memory, hs_fronts *fronts, double d1, double v1
 }
 
 /* Carry all groups along one chord, and correct its energy for the way of the loads. */
-static int corrected_chord(hs_memory *memory, double load, double force) {
+static int corrected_chord(hs_line *memory, double load, double force) {
     hs_target target = hs_to_load(force);
     double d1 = hs_approach_at_load(memory, load), before = memory->dissipated, more = 0.0;
     int64_t count = memory->contact->count;
@@ -436,7 +436,7 @@ typedef struct ramp {
     double times[2];
     const hs_drive *drive;
     int64_t work;
-    hs_memory *present, *coarse, *fine; /* at the start of a step, and at its end by one chord and by two */
+    hs_line *present, *coarse, *fine; /* at the start of a step, and at its end by one chord and by two */
 } ramp;
 
 static const hs_adaptive ramp_settings = {
@@ -457,7 +457,7 @@ static const hs_adaptive ramp_settings = {
 /* tolerance of displacements, over the displacement at which all slides, over the tolerance of energies */
 #define TOLERANCE_OF_DISPLACEMENT 0.1
 
-static int chord(hs_memory *memory, ramp *way, double fraction) {
+static int chord(hs_line *memory, ramp *way, double fraction) {
     double load = hs_toward(way->load[0], way->load[1], fraction), force = hs_toward(way->force[0], way->force[1], fraction);
     begin_chord(memory, load, force, hs_toward(way->times[0], way->times[1], fraction));
     int status = hs_move(memory, hs_approach_at_load(memory, load), load, hs_to_load(force));
@@ -467,8 +467,8 @@ static int chord(hs_memory *memory, ramp *way, double fraction) {
 /* Integrate a step of a ramp in one chord or two; the second result is timed. */
 static int integrate_step(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
     ramp *way = (ramp *)integrand->context;
-    hs_memory *memory = chords == 1 ? way->coarse : way->fine;
-    int status = hs_memory_assign(memory, way->present);
+    hs_line *memory = chords == 1 ? way->coarse : way->fine;
+    int status = hs_line_assign(memory, way->present);
     if (chords == 1) memory->clock.end = NAN;
     if (status == HS_OK && chords > 1) status = chord(memory, way, 0.5 * (step->begin + step->end));
     if (status == HS_OK) status = chord(memory, way, step->end);
@@ -483,18 +483,18 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
 
 static int accept_step(hs_integrand *integrand, const hs_interval *step) {
     ramp *way = (ramp *)integrand->context;
-    hs_memory *start = way->present, *coarse = way->coarse, *fine = way->fine;
+    hs_line *start = way->present, *coarse = way->coarse, *fine = way->fine;
     (void)step;
     for (int64_t i = 0; i < start->contact->count; ++i)
         fine->dissipated_each[i] = hs_extrapolate(start->dissipated_each[i], coarse->dissipated_each[i], fine->dissipated_each[i]);
     fine->dissipated = hs_extrapolate(start->dissipated, coarse->dissipated, fine->dissipated);
-    hs_memory_swap(start, fine);
+    hs_line_swap(start, fine);
     return HS_OK;
 }
 
 /* Integrate a ramp until its energy is known to a tolerance of the energy it dissipates, which is found meanwhile. If that takes
  * too many chords, the tolerance is enlarged. */
-static int integrate_ramp(const hs_memory *memory, ramp *way) {
+static int integrate_ramp(const hs_line *memory, ramp *way) {
     const double touch = memory->contact->sorted_gap[0], friction = hs_friction_range(memory, HUGE_VAL).most;
     double highest = hs_most(memory->approach, hs_approach_at_load(memory, way->load[1]));
     double reach = friction * (highest - touch), start = memory->dissipated;
@@ -507,7 +507,7 @@ static int integrate_ramp(const hs_memory *memory, ramp *way) {
     for (;;) {
         way->energy = hs_most(settings.tolerance * energy, rounding);
         way->displacement = hs_most(TOLERANCE_OF_DISPLACEMENT * settings.tolerance, HS_TIE) * reach;
-        int status = hs_memory_assign(way->present, memory);
+        int status = hs_line_assign(way->present, memory);
         if (status == HS_OK) status = hs_adapt(&integrand, 0.0, 1.0);
         if (status == HS_TOO_MANY_CHORDS) {
             hs_coarsen(&settings, integrand.reached);
@@ -530,7 +530,7 @@ static int integrate_ramp(const hs_memory *memory, ramp *way) {
  * little. Otherwise the ramp is integrated in chords whose ends lie on it, until the extrapolated energy and the displacement
  * are known to the tolerance of the drive (relative to the energy that the ramp dissipates, and to the displacement at which
  * the contact slides). */
-int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_drive *drive) {
+int hs_ramp(hs_line *memory, double load, double force, double time, const hs_drive *drive) {
     const double touch = memory->contact->sorted_gap[0];
     if (memory->approach < touch && load > 0.0) memory->approach = touch;
     double load0 = memory->normal_load, force0 = memory->tangential_load;
@@ -546,16 +546,16 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
         return corrected_chord(memory, load, force);
     }
     if (small || sticks) return chord(memory, &way, 1.0);
-    way.present = hs_memory_copy(memory);
-    way.coarse = hs_memory_copy(memory);
-    way.fine = hs_memory_copy(memory);
+    way.present = hs_line_copy(memory);
+    way.coarse = hs_line_copy(memory);
+    way.fine = hs_line_copy(memory);
     int status = way.present && way.coarse && way.fine ? integrate_ramp(memory, &way) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
-        hs_memory_take(memory, way.present);
+        hs_line_take(memory, way.present);
         way.present = NULL;
     }
-    hs_memory_free(way.present);
-    hs_memory_free(way.coarse);
-    hs_memory_free(way.fine);
+    hs_line_free(way.present);
+    hs_line_free(way.coarse);
+    hs_line_free(way.fine);
     return status;
 }

@@ -5,6 +5,6 @@
 #include "move.h"
 
 /* Move a memory along a straight ramp of both loads that ends at a time. */
-int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_drive *drive);
+int hs_ramp(hs_line *memory, double load, double force, double time, const hs_drive *drive);
 
 #endif

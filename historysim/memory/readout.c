@@ -29,7 +29,7 @@ static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacem
 
 /* Add dT/dV of a group at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs
  * that stick now, without those that slide either way. Those below a label stick but for inner discs, where it is steep. */
-static inline void add_stiffness(const hs_memory *memory, int64_t index, double direction, double label, double *stiffness) {
+static inline void add_stiffness(const hs_line *memory, int64_t index, double direction, double label, double *stiffness) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
     int everywhere = direction == 0.0 || group.friction == 0.0;
@@ -42,7 +42,7 @@ static inline void add_stiffness(const hs_memory *memory, int64_t index, double 
     }
 }
 
-double hs_line_stiffness(const hs_memory *memory, int direction) {
+double hs_line_stiffness(const hs_line *memory, int direction) {
     double stiffness = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
@@ -55,12 +55,12 @@ double hs_line_stiffness(const hs_memory *memory, int direction) {
     return stiffness * memory->contact->units.stiffness;
 }
 
-double hs_line_normal_stiffness(const hs_memory *memory) {
+double hs_line_normal_stiffness(const hs_line *memory) {
     const hs_units *units = &memory->contact->units;
     return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load / units->length;
 }
 
-double hs_line_stored_energy(const hs_memory *memory) {
+double hs_line_stored_energy(const hs_line *memory) {
     return hs_elastic_energy(memory, NULL) * memory->contact->units.energy;
 }
 
@@ -68,7 +68,7 @@ double hs_line_stored_energy(const hs_memory *memory) {
  * displacement alone, but for those that touched on the path: v = (V1 - V0) (d1 - a)/(d1 - d0) moves with both. The loads
  * are ∫ v N'' da, so that each part between labels adds differences of P and P' at its ends. The derivatives are those on
  * the side of the path: where it turned around, those of the way on which it came last. */
-hs_slopes hs_line_slopes(const hs_memory *memory, double start) {
+hs_slopes hs_line_slopes(const hs_line *memory, double start) {
     const hs_units *units = &memory->contact->units;
     double d0 = start / units->length, d1 = memory->approach, v1 = memory->displacement;
     hs_slopes found = {0.0, 0.0, 0.0};
@@ -200,7 +200,7 @@ static double real_area(const hs_contact *contact, int64_t touching, double appr
 }
 
 /* What of the normal load stands on asperities that have yielded, and what that has taken. */
-static void record_yielded(const hs_memory *memory, hs_totals *totals) {
+static void record_yielded(const hs_line *memory, hs_totals *totals) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     double on_yielded = 0.0;
@@ -215,7 +215,7 @@ static void record_yielded(const hs_memory *memory, hs_totals *totals) {
 }
 
 /* Where there are columns, note the zones of all groups for them. */
-static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_totals *totals, int saturated) {
+static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_totals *totals, int saturated) {
     const hs_contact *contact = memory->contact;
     const hs_units *units = &contact->units;
     double limit = 0.0, ratio = 1.0, stiffness = 0.0;
@@ -234,7 +234,7 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
     }
     hs_zone none = {-HUGE_VAL, -HUGE_VAL, 0.0, 0.0};
     for (; recorder->zones && index < contact->groups; ++index) recorder->zones[index] = none;
-    int64_t touching = hs_memory_contact_count(memory);
+    int64_t touching = hs_line_contact_count(memory);
     totals->normal_load = memory->normal_load * units->load;
     totals->tangential_load = memory->tangential_load * units->load;
     totals->approach = memory->approach * units->length;
@@ -340,7 +340,7 @@ HS_WIDE static void project_tangential(const double *restrict gap, const double 
 
 /* Fill in the columns of a curve with knots: what the springs of each knot carry, those that touch from its label up to that of
  * the next one. Radii stand for labels: their squares are in proportion to approaches from the knot on. */
-static void record_knots(const hs_recorder *recorder, const hs_memory *memory, int64_t row) {
+static void record_knots(const hs_recorder *recorder, const hs_line *memory, int64_t row) {
     const hs_rows *rows = recorder->rows;
     hs_curve curve = hs_all_of(memory->contact);
     const hs_vertex *stack = memory->vertices;
@@ -369,7 +369,7 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
 }
 
 /* Fill in the dissipated energies of the columns. */
-static void record_energies(const hs_recorder *recorder, const hs_memory *memory, int64_t at) {
+static void record_energies(const hs_recorder *recorder, const hs_line *memory, int64_t at) {
     const double unit = memory->contact->units.energy;
     double *target = recorder->rows->dissipated_energy;
     for (int64_t c = 0; target && c < recorder->rows->columns; ++c)
@@ -378,7 +378,7 @@ static void record_energies(const hs_recorder *recorder, const hs_memory *memory
 
 /* Fill in loads, radii and slip states of the columns, block by block, so that each is computed where the processor caches it;
  * `inner` holds the contributions of inner vertices to tangential loads, by column or by position. */
-static void record_columns(const hs_recorder *recorder, const hs_memory *memory, int64_t at, const double *inner, int by_column) {
+static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at, const double *inner, int by_column) {
     const hs_rows *rows = recorder->rows;
     const hs_contact *contact = memory->contact;
     const hs_columns *columns = &recorder->columns;
@@ -407,7 +407,7 @@ static void record_columns(const hs_recorder *recorder, const hs_memory *memory,
     }
 }
 
-static int record_asperities(hs_recorder *recorder, const hs_memory *memory, int64_t row) {
+static int record_asperities(hs_recorder *recorder, const hs_line *memory, int64_t row) {
     const hs_contact *contact = memory->contact;
     const double *inner = recorder->inner;
     int single = contact->groups == 1, status = HS_OK;
@@ -478,7 +478,7 @@ void hs_end_recording(hs_recorder *recorder) {
     free(recorder->stack);
 }
 
-int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated) {
+int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int saturated) {
     const hs_rows *rows = recorder->rows;
     const hs_evolved *evolved = memory->evolved;
     int64_t columns = rows->columns, at = row * columns;
@@ -504,7 +504,7 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
     return HS_OK;
 }
 
-int hs_line_read(const hs_memory *memory, const hs_rows *rows, int64_t row) {
+int hs_line_read(const hs_line *memory, const hs_rows *rows, int64_t row) {
     hs_recorder recorder;
     int status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;

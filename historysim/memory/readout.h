@@ -32,7 +32,7 @@ typedef struct hs_recorder {
     hs_zone *zones;      /* (group) of this row, allocated for as many as asperities; NULL if there are no columns */
 } hs_recorder;
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
-int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated);
+int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int saturated);
 void hs_end_recording(hs_recorder *recorder);
 
 #endif

@@ -133,7 +133,7 @@ typedef struct hs_plane_target {
 } hs_plane_target;
 
 /* A body where a line is, without classes yet. */
-hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
+hs_body *hs_body_new(const hs_line *line, int64_t rings, double tolerance);
 hs_body *hs_body_copy(const hs_body *body);
 void hs_body_free(hs_body *body);
 int hs_class_room(hs_class *part, int64_t count);

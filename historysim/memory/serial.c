@@ -64,7 +64,7 @@ typedef struct head {
     uint64_t identity;
     hs_units units;
     double datum;
-    double now[6];      /* of hs_memory, from the approach on */
+    double now[6];      /* of hs_line, from the approach on */
     double together[3]; /* of hs_evolved, from the distance slid together on */
     int64_t watched;
     int64_t classes, nodes; /* of rings */
@@ -90,7 +90,7 @@ static size_t size_of(const head *given) {
 }
 
 static head head_of(const hs_state *state) {
-    const hs_memory *memory = &state->line;
+    const hs_line *memory = &state->line;
     const hs_contact *contact = memory->contact;
     const hs_body *body = state->plane ? state->plane->body : NULL;
     head found;
@@ -120,7 +120,7 @@ size_t hs_state_size(const hs_state *state) {
 }
 
 /* Copy the arrays of a memory to bytes behind those of its contact, or from them. */
-static unsigned char *pass_arrays(const hs_memory *memory, unsigned char *at, int writes) {
+static unsigned char *pass_arrays(const hs_line *memory, unsigned char *at, int writes) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
@@ -152,7 +152,7 @@ static void write_plane(const hs_plane *plane, unsigned char *at) {
 }
 
 int hs_state_write(const hs_state *state, void *bytes, size_t size) {
-    const hs_memory *memory = &state->line;
+    const hs_line *memory = &state->line;
     const hs_contact *contact = memory->contact;
     head given = head_of(state);
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
@@ -204,7 +204,7 @@ static double blur_at(hs_curve curve, double approach, double load) {
 }
 
 /* Whether the vertices of a group go from its deepest spring to the edge, on lines of their slopes. */
-static int is_stack(const hs_memory *memory, int64_t index) {
+static int is_stack(const hs_line *memory, int64_t index) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
     int64_t depth = memory->depth[index];
@@ -268,7 +268,7 @@ static int is_yielded(const hs_evolved *evolved, int64_t i, const hs_units *unit
 }
 
 /* Whether what asperities have become fits their gaps and weights. */
-static int is_evolved(const hs_memory *memory) {
+static int is_evolved(const hs_line *memory) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const hs_units *units = &contact->units;
@@ -288,7 +288,7 @@ static int is_evolved(const hs_memory *memory) {
 }
 
 const char *hs_state_check(const hs_state *state) {
-    const hs_memory *memory = &state->line;
+    const hs_line *memory = &state->line;
     const hs_contact *contact = memory->contact;
     if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
     const hs_units *units = &contact->units;
@@ -359,7 +359,7 @@ static hs_contact *read_contact(const head *given, const unsigned char *at, hs_c
 }
 
 /* Whether asperities of a memory that belongs to a contact are those that it began with, unless they evolve. */
-static int has_those_of(const hs_memory *memory, const hs_memory *like) {
+static int has_those_of(const hs_line *memory, const hs_line *like) {
     const hs_contact *one = memory->contact, *other = like->contact;
     size_t size = (size_t)one->count * sizeof(double);
     if (memory->evolved || like->evolved) return hs_evolves(memory) >= hs_evolves(like);
@@ -475,12 +475,12 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     int evolves = !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1, slides = (given.what & SLIDES) != 0;
     hs_state *found = deepest < 0 ? NULL : (hs_state *)calloc(1, sizeof *found);
     *why = deepest < 0 ? "depths of stacks do not fit" : no_memory;
-    if (found && hs_memory_init(&found->line, contact, deepest + 4, evolves) != HS_OK) {
+    if (found && hs_line_init(&found->line, contact, deepest + 4, evolves) != HS_OK) {
         free(found);
         found = NULL;
     }
     hs_contact_free(contact);
-    hs_memory *line = found ? &found->line : NULL;
+    hs_line *line = found ? &found->line : NULL;
     /* sliding times have an array of their own */
     if (!found || (slides && hs_slides_assign(line, NULL) != HS_OK)) {
         hs_state_free(found);
@@ -495,7 +495,7 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     if (evolves > 1) hs_sum_yielded(line->evolved, given.count);
     int status = HS_NOT_A_STATE;
     *why = hs_state_check(found);
-    if (!*why && like && !hs_memory_belongs(line, &like->line)) {
+    if (!*why && like && !hs_line_belongs(line, &like->line)) {
         *why = "the state is of another contact";
         status = HS_FOREIGN;
     }

@@ -22,7 +22,7 @@ static void exchange(void *numbers, int64_t first, int64_t second, int64_t end) 
 }
 
 /* Swap a group and the next one, with so many vertices: also those of a group that does not touch for a while. */
-static void exchange_groups(hs_memory *memory, int64_t index, int64_t deepest) {
+static void exchange_groups(hs_line *memory, int64_t index, int64_t deepest) {
     const hs_contact *contact = memory->contact;
     int64_t *first = (int64_t *)contact->first + index, middle = first[0] + (first[2] - first[1]);
     void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->dissipated_each};
@@ -42,7 +42,7 @@ static void exchange_groups(hs_memory *memory, int64_t index, int64_t deepest) {
 }
 
 /* Put groups in order whose smallest gaps have changed; what is nearly in order takes little. */
-static void put_in_order(hs_memory *memory, const int64_t *depth) {
+static void put_in_order(hs_line *memory, const int64_t *depth) {
     const hs_contact *contact = memory->contact;
     const double *gap = contact->gap;
     const int64_t *order = contact->order, *first = contact->first;
@@ -53,7 +53,7 @@ static void put_in_order(hs_memory *memory, const int64_t *depth) {
         }
 }
 
-void hs_set_shape(hs_memory *memory, const double *height, const double *radius, const int64_t *depth) {
+void hs_set_shape(hs_line *memory, const double *height, const double *radius, const int64_t *depth) {
     const hs_contact *contact = memory->contact;
     const int64_t *order = contact->order, *first = contact->first;
     double *gap = (double *)contact->gap, *weight = (double *)contact->weight;
@@ -73,7 +73,7 @@ void hs_set_shape(hs_memory *memory, const double *height, const double *radius,
     memory->normal_load = hs_load_at(hs_all_of(contact), memory->approach).load;
 }
 
-void hs_forget_worn(hs_memory *memory) {
+void hs_forget_worn(hs_line *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         hs_vertex *stack = memory->vertices + index * memory->capacity;
         double gap = memory->contact->gap[memory->contact->first[index]];
@@ -94,18 +94,18 @@ void hs_store_gaps(walk *w, const hs_contact *contact) {
     for (int64_t i = 0; i < contact->count; ++i) w->gap[contact->order[i]] = contact->gap[i];
 }
 
-void hs_store_depths(walk *w, const hs_memory *memory) {
+void hs_store_depths(walk *w, const hs_line *memory) {
     const hs_contact *contact = memory->contact;
     for (int64_t g = 0; g < contact->groups; ++g) w->depth[contact->order[contact->first[g]]] = memory->depth[g];
 }
 
-double hs_wear_to(walk *w, hs_memory *memory, const double *height, const double *radius, double stored) {
+double hs_wear_to(walk *w, hs_line *memory, const double *height, const double *radius, double stored) {
     hs_set_shape(memory, height, radius, w->depth);
     hs_refresh_loads(memory);
     return stored - hs_elastic_energy(memory, NULL);
 }
 
-int hs_predict_wear(walk *w, const hs_memory *memory, const chord_end *end) {
+int hs_predict_wear(walk *w, const hs_line *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const hs_wear *wear = &w->evolution->wear;
@@ -150,7 +150,7 @@ int hs_predict_wear(walk *w, const hs_memory *memory, const chord_end *end) {
     return status;
 }
 
-int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
+int hs_yielding_end(const walk *w, const hs_line *memory, double share, double *d, double *load) {
     const route *c = &w->course;
     *d = hs_toward(c->d[0], c->d[1], share);
     *load = c->normal_by_load && share == 1.0 ? c->load[1] : NAN;
@@ -162,7 +162,7 @@ int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double
 /* Have summits become what they are at the end of a chord to approach d, each group of those that yield being alike. One
  * that first touches on the chord does so under its virgin summit: its way under the new one is told to begin where it
  * touches at the same share. */
-int hs_apply_yielding(walk *w, hs_memory *memory, double d) {
+int hs_apply_yielding(walk *w, hs_line *memory, double d) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const double unit = contact->units.length;

@@ -6,7 +6,7 @@
 #include "state.h"
 
 /* Of asperities that have slid since a start, take the times from another memory that knows them; returns a status. */
-int hs_slides_replace(hs_memory *memory, const hs_memory *start, const hs_memory *other);
+int hs_slides_replace(hs_line *memory, const hs_line *start, const hs_line *other);
 /* Record which asperities of a group first slide on a straight path, on which its coefficient changes linearly from `friction`
  * to its present one: those all of whose springs slip at the end, i.e. the springs from `label` to the edge, and those that
  * separate. The stack is the one before the path. If it is `uneven`, springs may reach the limit in any order. */
@@ -15,7 +15,7 @@ void hs_find_slides(const hs_group *group, int64_t depth, const hs_point *from, 
 /* Do the same if any asperity can first slide on the path. */
 static inline void hs_record_slides(const hs_group *group, int64_t depth, const hs_point *from, const hs_point *to,
                                   double friction, double label, int uneven) {
-    const hs_memory *memory = group->memory;
+    const hs_line *memory = group->memory;
     const hs_contact *contact = memory->contact;
     const int64_t last = group->curve.count - 1;
     const double top = hs_most(from->d, to->d), low = to->d < from->d ? hs_least(label, to->d) : label;
@@ -26,6 +26,6 @@ static inline void hs_record_slides(const hs_group *group, int64_t depth, const 
 }
 /* Record which asperities of several groups first slide on a path to a point on which both loads are linear, as the clock
  * states; with the loads of the groups and the slip fronts there. */
-int hs_record_slides_on_ramp(hs_memory *memory, hs_point to, const hs_group_loads *loads, hs_fronts *fronts);
+int hs_record_slides_on_ramp(hs_line *memory, hs_point to, const hs_group_loads *loads, hs_fronts *fronts);
 
 #endif

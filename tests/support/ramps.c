@@ -15,9 +15,9 @@
 static uint64_t random_state;
 static long chords;
 
-int __real_hs_move(hs_memory *memory, double d, double load, hs_target target);
-int __wrap_hs_move(hs_memory *memory, double d, double load, hs_target target);
-int __wrap_hs_move(hs_memory *memory, double d, double load, hs_target target) {
+int __real_hs_move(hs_line *memory, double d, double load, hs_target target);
+int __wrap_hs_move(hs_line *memory, double d, double load, hs_target target);
+int __wrap_hs_move(hs_line *memory, double d, double load, hs_target target) {
     ++chords;
     return __real_hs_move(memory, d, load, target);
 }

@@ -96,7 +96,7 @@ static int stiffness(hs_unit *unit, int component, double *value) {
 static int same_start(hs_unit *unit) {
     unit->now.state = hs_state_copy(unit->start);
     if (!unit->now.state) return out_of_memory(unit);
-    const hs_memory *memory = &unit->now.state->line;
+    const hs_line *memory = &unit->now.state->line;
     const hs_units *units = &memory->contact->units;
     unit->now.input[0] = NORMAL_CONTROL == HS_LOAD ? memory->normal_load * units->load : memory->approach * units->length;
     for (int k = 0; k < unit->directions; ++k) {
@@ -160,7 +160,7 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
         if (!has_table(unit, length)) return not_made(unit, message, size, "resources/curve.bin cannot be read, or is damaged");
     }
     unit->directions = unit->start->plane ? 2 : 1;
-    const hs_memory *line = &unit->start->line;
+    const hs_line *line = &unit->start->line;
     const hs_contact *contact = line->contact;
     unit->friction = (double *)malloc(2 * (size_t)contact->count * sizeof(double));
     for (int64_t g = 0; unit->friction && g < contact->groups; ++g)
@@ -285,7 +285,7 @@ static double area_at(const hs_unit *unit, double approach) {
 
 /* Share of the contact area outside the stick radii, as `slip_shares` has it. */
 static int slipping_share(hs_unit *unit, double *value) {
-    const hs_memory *memory = &unit->now.state->line;
+    const hs_line *memory = &unit->now.state->line;
     int64_t columns = PATCHES ? 1 : memory->contact->count;
     size_t n = (size_t)columns;
     *value = 0.0;
@@ -333,7 +333,7 @@ enum hs_type hs_unit_type(unsigned reference) {
 }
 
 int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
-    const hs_memory *memory = &unit->now.state->line;
+    const hs_line *memory = &unit->now.state->line;
     const hs_units *units = &memory->contact->units;
     hs_tangential along = tangential_of(unit->now.state, 0);
     switch (reference) {

@@ -76,7 +76,7 @@ int32_t EXPORT(read_asperities)(const hs_state *state, double *normal_load, doub
 int32_t EXPORT(superposition)(const hs_state *state, int32_t asperity, int32_t room, double *found) {
     hs_state *one = hs_state_of_one(state, asperity);
     if (!one) return -1;
-    const hs_memory *line = &one->line;
+    const hs_line *line = &one->line;
     const double gap = line->contact->gap[0], scale = line->contact->weight[0] * line->contact->units.radius;
     int32_t count = 0;
     if (state->plane) {
