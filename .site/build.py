@@ -1,8 +1,8 @@
 """Build the documentation site into ``build/site``: ``python .site/build.py``.
 
-Prose stands in READMEs in the folders that it is about. They are laid out as they stand in the repository, so that
+Prose is in READMEs of the folders that it describes. They are laid out as in the repository, so that
 links between them are the same here and there; the pages of this folder, and those that are made from the package,
-stand beside them. Nothing is fetched, and what comes out needs no network.
+are next to them. Nothing is fetched, and what comes out needs no network.
 """
 
 import argparse

@@ -72,7 +72,7 @@ SHIFT = 3.2, -1.85  # µm, of the second map along x and y onto the first
 DATUM = 40.0, 0.5, -0.3  # nm, nm/µm, nm/µm: offset and tilt of the second map
 NOISE = 0.5  # nm, standard deviation of each reading
 WORN_ABOVE = 100.0  # nm over the mean
-LEFT = 80.0  # nm: what is left above that level of a summit of any height
+LEFT = 80.0  # nm: remainder above that level of a summit of any height
 
 
 def worn(height: float) -> float:

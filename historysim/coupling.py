@@ -13,7 +13,7 @@ import numpy as np
 
 from historysim.asperities.body import require
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
+from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.basics.wording import nearest
 from historysim.errors import InputError, LoadError
 
@@ -104,7 +104,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     LoadError
         The solver fails; the message states time and reason.
     """
-    span, start_values = checked("t_span", t_span), checked("y0", y0)
+    span, start_values = as_floats("t_span", t_span), as_floats("y0", y0)
     if span.shape != (2,):
         raise InputError(f"t_span is {t_span!r}; expected two times, the start and the end")
     if start_values.ndim != 1:
@@ -125,7 +125,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         values.append(np.array(y))
 
     def rate(t: float, y: Floats) -> Floats:
-        derivative = checked("dy/dt of motion", motion(t, y, trial_state(t, y)))
+        derivative = as_floats("dy/dt of motion", motion(t, y, trial_state(t, y)))
         if derivative.shape != y.shape:
             # one number would be broadcast to all variables
             raise InputError(f"motion returned {derivative.tolist()}; expected dy/dt of each of {y.size} variables")

@@ -129,7 +129,7 @@ class RampWarning(UserWarning):
 
 
 @contextmanager
-def at(*place: str | int) -> Iterator[None]:
+def error_path(*place: str | int) -> Iterator[None]:
     """Prefix the path of an InputError raised inside with these names and indices."""
     try:
         yield

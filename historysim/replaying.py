@@ -20,7 +20,7 @@ from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
-from historysim.memory.paths import untimed
+from historysim.memory.paths import drop_slide_times
 from historysim.recording import provenance
 from historysim.recording import recorder as recorders
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly
@@ -150,7 +150,7 @@ class Replay:
         with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
-                path = segment if timed else attrs.evolve(segment, paths=untimed(segment.paths))
+                path = segment if timed else attrs.evolve(segment, paths=drop_slide_times(segment.paths))
                 state = self._advance_over(path, state, rows=rows, asperities=columns, threads=self.threads)
                 target.record(segment.row_time)
                 if on_event is not None and segment.cursor is not None:

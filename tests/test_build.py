@@ -27,7 +27,7 @@ compiles = pytest.mark.skipif(not hatch_build.compiler(), reason=NO_COMPILER)
 NAMES = [name for name in ("gcc", "clang") if shutil.which(name)]
 
 HEADER = """
-/* HS_API stands in this comment, too: HS_API int none(void); */
+/* HS_API is in this comment, too: HS_API int none(void); */
 #ifndef HS_ONE_H
 #define HS_ONE_H
 #include <stddef.h>
@@ -108,7 +108,7 @@ def hook(root):
 
 
 def built(tree, folder):
-    """Build a tree's library into a folder, and load it by the declarations beside it."""
+    """Build a tree's library into a folder, and load it by the declarations next to it."""
     folder.mkdir(exist_ok=True)
     hatch_build.build(tree, folder)
     made = {}

@@ -164,7 +164,7 @@ def test_another_version_of_a_package_is_reported(path, site):
 
 
 def test_the_rest_of_the_package_is_used(path, tmp_path):
-    # a law of its own on top of a law of its own is asked very often
+    # a separate law on top of a separate law is asked very often
     plain = SCENARIO.replace('law = "warming"\ncold = 0.3\nhalf_load = "2 mN"', "coefficient = 0.3")
     worn = plain.replace("[loading]", '[wear]\nlaw = "squared"\nrate = 1e-9\n[loading]')
     path.write_text(worn, encoding="utf-8")

@@ -11,7 +11,7 @@ import pytest
 
 import historysim as hs
 from historysim.memory.binding import DISPLACED, LOAD, TOTALS
-from historysim.memory.paths import Goals, Rows, paths_to
+from historysim.memory.paths import Goals, Rows, straight_paths
 from historysim.studies.sweep import _Plan
 from historysim.studies.workers import Processes, ending
 
@@ -74,7 +74,7 @@ def test_a_signal_is_heard_in_the_midst_of_a_segment(ensemble, normal, tangentia
         # in processor time, in which no walk of so many parts ends
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.2)
         with pytest.raises(HeardError):
-            ensemble.advance_along(start, paths_to(normal, tangential, parts=PARTS), rows=rows, saturate=True)
+            ensemble.advance_along(start, straight_paths(normal, tangential, parts=PARTS), rows=rows, saturate=True)
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)

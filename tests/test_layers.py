@@ -41,7 +41,7 @@ HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "pint", "tqdm", "h
 
 
 def room(name):
-    """The room that a module stands in."""
+    """The package of a module."""
     return name.split(".")[0]
 
 
@@ -59,13 +59,13 @@ def complaints(root):
     graph = {name: own for name, (own, _) in imports(root).items() if name not in (*FREE, ANYONE)}
     for name, own in graph.items():
         if room(name) not in ROOMS:
-            found.append(f"{name} stands in no room; put it into one of them, below what it may import")
+            found.append(f"{name} is in no package of the table; move it into one, below the packages it imports")
             continue
         for target in sorted(own - {name, ANYONE}):
             if target in FREE:
-                found.append(f"{name} imports the package itself; import the module that the name stands in")
+                found.append(f"{name} imports the package itself; import the module that defines the name")
             elif room(target) in ROOMS and ROOMS.index(room(target)) > ROOMS.index(room(name)):
-                found.append(f"{name} imports {target}, which stands below it")
+                found.append(f"{name} imports {target}, which is below it")
     for own_room in ROOMS:
         inside_it = {name: own for name, own in graph.items() if room(name) == own_room}
         if names := circle(inside_it):
@@ -162,14 +162,14 @@ def made(folder, **sources):
     ],
 )
 def test_an_import_from_below_is_found_anywhere(tmp_path, source):
-    assert complaints(made(tmp_path, loads=source, cli="")) == ["loads imports cli, which stands below it"]
+    assert complaints(made(tmp_path, loads=source, cli="")) == ["loads imports cli, which is below it"]
     assert complaints(made(tmp_path, loads="", cli="from historysim import loads")) == []
 
 
 @pytest.mark.parametrize("source", ["import historysim", "from historysim import replay", "from . import replay"])
 def test_an_import_of_the_whole_package_is_seen(tmp_path, source):
     found = complaints(made(tmp_path, loads=source))
-    assert found == ["loads imports the package itself; import the module that the name stands in"]
+    assert found == ["loads imports the package itself; import the module that defines the name"]
     assert complaints(made(tmp_path, loads="from historysim._version import __version__", _version="")) == []
 
 
@@ -184,7 +184,7 @@ def test_a_circle_inside_a_room_is_seen(tmp_path):
 
 def test_a_module_without_a_room_is_seen(tmp_path):
     found = complaints(made(tmp_path, wear="import historysim.errors", errors=""))
-    assert found == ["wear stands in no room; put it into one of them, below what it may import"]
+    assert found == ["wear is in no package of the table; move it into one, below the packages it imports"]
 
 
 @pytest.mark.parametrize(

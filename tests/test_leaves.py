@@ -13,7 +13,7 @@ LEAVES = {
     "controllers and batches": ["coupling.py", "asperities/contact_batch.py"],
 }
 COMMANDS = "cli"  # may import any room where a command is called
-# How modules begin that import a leaf where it is asked for, beside commands.
+# How modules begin that import a leaf on request, except commands.
 CALLERS = {
     # types register their pages
     "report": ("verbs", "scenario.fit", "studies.gallery", "exchange.reduced."),

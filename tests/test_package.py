@@ -115,7 +115,7 @@ def test_signatures_are_short_enough_to_read(name):
     if inspect.isclass(thing) and issubclass(thing, Exception | int):
         return
     signature = str(inspect.signature(thing))
-    # what stands for anything that numpy takes is a page of types
+    # the type of anything that numpy accepts is a page of types
     assert "_SupportsArray" not in signature
     assert all(": Any" not in part for part in signature.split(", "))
 

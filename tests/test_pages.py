@@ -1,4 +1,4 @@
-"""The pages of the documentation: what stands in them runs, and they stand where they say."""
+"""The pages of the documentation: contents runs, and they stand where they say."""
 
 import ast
 import inspect

@@ -1,6 +1,6 @@
 """Every calculated figure and table of the source is run, drawn, and a number of it agrees with another calculation.
 
-Numbers beside which no formula stands were worked out beforehand and without this program, for the source's examples,
+Numbers without a formula were worked out beforehand and without this program, for the source's examples,
 or are those that the source prints. The others are closed forms of one sphere, or bisection on Hertz over the summits.
 """
 
@@ -76,7 +76,7 @@ def ran(tmp_path):
 
 
 def foot_of(figure):
-    """What stands in a figure beside its axes, and what is said of it."""
+    """Contents of a figure beside its axes, and what is said of it."""
     parts = [figure, *figure.subfigs]
     texts = [text.get_text() for part in parts for text in part.texts]
     return " ".join([*texts, *figure.notices]).replace("\n", " ")
@@ -215,7 +215,7 @@ def test_2_04_adhesion_map():
         "2.4",
         f"pull-off 1.5πWR = {pull:.3f} mN by JKR; λ = {found[0]:.3g} (ball), {found[1]:.3g} (10 µm), {found[2]:.2g} "
         "(.5 µm)",
-        "form; a: atomic distance .3 nm, λ goes as its inverse; W = 2√(γ₁γ₂), λ goes as its power 2/3",
+        "form; a: atomic distance .3 nm, λ varies as its inverse; W = 2√(γ₁γ₂), λ varies as its power 2/3",
     )
 
 
@@ -292,7 +292,7 @@ def turned(load, top, tangential):
     return first_loading(load, top) - 2 * preliminary(load, 0.2) * (1 - (1 - back) ** (2 / 3))
 
 
-# what is left when N has changed by ΔN and T by μΔN is the state of the new load, its turn μΔN further
+# the remaining state when N has changed by ΔN and T by μΔN is the state of the new load, its turn μΔN further
 BOTH = {
     "2.9": ("fig_2_09", [first_loading(50e-3, 5e-3), first_loading(70e-3, 9e-3), first_loading(70e-3, 11e-3)]),
     "2.10": (
@@ -396,7 +396,7 @@ def test_4_04_behind_the_instrument():
     assert stiffness == pytest.approx(559.8, abs=0.05)
     secant = 0.12 * 10e-3 / preliminary(10e-3, 0.12) * 1e6
     assert secant == pytest.approx(2 / 3 * stiffness, rel=1e-9)
-    # stiffness goes as N^(1/3)
+    # stiffness varies as N^(1/3)
     at = 10 * (767 / stiffness) ** 3
     assert at == pytest.approx(25.7, abs=0.05)
     spring = (load.max("step") / 334e3).values * NANO
@@ -422,7 +422,7 @@ def test_eq_4_05_zero_load_to_slip(ran):
 
 
 def test_4_07_constant_shear_strength():
-    """δ goes as N^(1/3); 115 MPa under silicon at 90 mN, as the source says."""
+    """δ varies as N^(1/3); 115 MPa under silicon at 90 mN, as the source says."""
     found = swept("fig_4_07")
     silicon, silica = found.preliminary_displacement.values * NANO
     assert silicon == pytest.approx([5.50, 7.93, 9.40, 10.52, 11.44], abs=0.01)
@@ -438,7 +438,7 @@ def test_4_07_constant_shear_strength():
 
 
 def test_4_08_traction_over_the_diameter():
-    """As N^(1/30) where F goes as N^.7; apparent over true strength from 1.64 to 1.18 by JKR; as N^(1/3) by Coulomb."""
+    """As N^(1/30) if F varies as N^.7; apparent over true strength from 1.64 to 1.18 by JKR; as N^(1/3) by Coulomb."""
     found, functions = calculated("fig_4_08")
     loads = found.normal_load.values
     for ball, (material, friction) in functions["BALLS"].items():
@@ -784,7 +784,7 @@ def test_5_23_before_and_after():
     assert found[3] / found[2] == pytest.approx(np.full(3, 2.6), abs=0.15)
     times = (found[3] / found[2]).mean()
     words = f"{times:.1f} times more, and rising: {listed(found[3], 1)} against {listed(found[2], 1)} nm"
-    # δ goes as R^(-1/3) under the load of one asperity
+    # δ varies as R^(-1/3) under the load of one asperity
     assert preliminary(10e-3, 0.2) / preliminary(10e-3, 0.2, BALL * 1e6) == pytest.approx(100, rel=1e-9)
     repeats("5.23", words)
     repeats(
@@ -804,13 +804,13 @@ def test_6_01_drift():
     own = [rough(5.0, 0.3, HARD, rms=rms)[0] for rms in (1.18e-6, 1.50e-6)]
     assert found.preliminary_displacement.values == pytest.approx(own, rel=1e-9)
     drift = (own[1] - own[0]) * NANO
-    # one surface beside 138 nm of ten, ± a quarter
+    # one surface against 138 nm of ten, ± a quarter
     assert drift == pytest.approx(138, rel=0.5)
     repeats("6.1", f"{drift:.0f} nm, {own[0] * NANO:.0f} → {own[1] * NANO:.0f}, from Rq 1.18 to 1.50 µm")
 
 
 def test_6_04_n_equal_asperities():
-    """δ goes as n^(-1/2) where R/√n, and as n^(-2/3) where R is kept."""
+    """δ varies as n^(-1/2) where R/√n, and as n^(-2/3) where R is kept."""
     found = swept("fig_6_04").preliminary_displacement
     count = np.array([1, 4, 6, 8, 12, 16, 36, 64, 144])
     one = preliminary(10e-3, 0.5, **SHARP)
@@ -968,7 +968,7 @@ def test_6_09_and_6_10_error_bars_from_the_radii():
     ("name", "load", "worked"), [("fig_6_15", 1.0, [384, 393, 428, 463]), ("fig_6_16", 5.0, [586, 971, 671, 809])]
 )
 def test_6_15_and_6_16_worn_pairs(name, load, worked):
-    """One surface of the Rq of the sum, beside means of ten, ± a fifth for one."""
+    """One surface of the Rq of the sum, against means of ten, ± a fifth for one."""
     found = swept(name)
     own = found.preliminary_displacement.values
     rms = found.surface_rms_height.values
@@ -989,7 +989,7 @@ def test_6_15_and_6_16_worn_pairs(name, load, worked):
 
 
 def foot(found):
-    """What stands at the foot of the figure of a result."""
+    """Text at the foot of the figure of a result."""
     return foot_of(draw_scenario_figure(found, drawable(found)))
 
 
@@ -1015,7 +1015,7 @@ def test_6_17_bars():
     assert mean == pytest.approx(worked, rel=2 * 0.25 * np.sqrt(2 / 10))
     assert mean / mean[0] == pytest.approx(worked / worked[0], rel=0.1)
     short, long = abs(mean[1] - mean[0]), abs(mean[3] - mean[2])
-    # δ goes as μ: here it changes with the distance, up in ambient and down in vacuum
+    # δ varies as μ: here it changes with the distance, up in ambient and down in vacuum
     other = mean / [0.3, 0.25, 0.3, 0.25] * [0.25, 0.35, 0.3, 0.25]
     # of the printed 50 and 3 nm, the drawn reading is nearer to the first
     assert abs(short - 50) < abs(abs(other[1] - other[0]) - 50)

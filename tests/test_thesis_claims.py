@@ -82,11 +82,11 @@ def test_one_ball():
     )
     traction, _ = calculated("fig_4_08")
     power, adhering, coulomb = traction.greatest_traction.sel(ball="a  Si").values
-    # friction over load goes as the traction of the law over that of constant μ
+    # friction over load varies as the traction of the law over that of constant μ
     area = 1 + np.log((adhering / coulomb)[-1] / (adhering / coulomb)[0]) / np.log(9)
     assert area == pytest.approx(0.519, abs=1e-3)
     repeats(
-        "area with adhesion goes with the load much as Hertz's (4.2)",
+        "area with adhesion varies with the load much as Hertz's (4.2)",
         f"JKR N^{area:.3f} from 10 to 90 mN, Hertz N^.667",
     )
     repeats(

@@ -1,4 +1,4 @@
-"""The tutorials are typed as they stand: files are saved, commands run, and what Python prints is what stands below."""
+"""The tutorials are typed verbatim: files are saved, commands run, and Python prints the output shown."""
 
 import random
 import re

@@ -359,7 +359,7 @@ def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
     np.testing.assert_allclose(load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12)
     # before its first waypoint x is free of load, and begins to be driven at the event before it
     np.testing.assert_allclose(displacement[2:7, 0], [0, 4e-9, 8e-9, 0, -8e-9], atol=1e-16)
-    # x by load, y by displacement, and at once x back to a displacement
+    # x by load, y by displacement, and immediately x back to a displacement
     np.testing.assert_allclose(displacement[-1], [2e-9, 9e-9], atol=1e-16)
     state = ENSEMBLE.initial_state()
     for targets in (

@@ -138,7 +138,7 @@ VALUES = {
     "history": lambda: hs.replay(ensemble(), EVENTS[:4]),
     "Changes": lambda: Changes(friction=True),
     "Variable": lambda: COORDINATES,
-    "LogHeader": lambda: LogHeader.of(hs.Replay(ensemble(), ()), title="a run", seeds=[1]),
+    "LogHeader": lambda: LogHeader.from_replay(hs.Replay(ensemble(), ()), title="a run", seeds=[1]),
     "Verdict": lambda: Verdict(3, "abc", "batch 2 cannot be read"),
     "Verification": lambda: Verification("out.nc", 3, "abc", differences=(Difference("speed", 2, largest=np.nan),)),
     "Finding": lambda: Finding("slope", 0.3, 0.1, "too steep"),
@@ -148,7 +148,7 @@ VALUES = {
 }
 
 
-# Of these, or of what stands in them, it is not asked yet whether arrays stay read-only.
+# Of these, or of contents, it is not asked yet whether arrays stay read-only.
 OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "State", "state in a plane", "Start", "Replay", "LogHeader"}
 # They look into an ensemble, change at each step, and hold an open file.
 NO_VALUES = {"RampWarning", "UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
@@ -215,7 +215,7 @@ def modules(rooms):
         package = importlib.import_module(f"historysim.{room}")
         yield package
         for found in pkgutil.walk_packages(getattr(package, "__path__", []), f"{package.__name__}."):
-            # the compiled library stands where its module is and is none
+            # the compiled library is next to its module and is not a module
             if not found.name.rpartition(".")[2].startswith("lib") or found.ispkg or found.name.endswith(".library"):
                 yield importlib.import_module(found.name)
 

@@ -17,14 +17,14 @@ from historysim.asperities.state import State
 from historysim.asperities.traction_picture import traction_svg
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.arguments import Array, Floats, checked, scalar
+from historysim.basics.arguments import Array, Floats, as_floats, scalar
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, html_table
+from historysim.basics.wording import count_text, html_table
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import TIE, Memory, nodes, owned, view
+from historysim.memory.binding import TIE, Memory, nodes, take_ownership, view
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
 
@@ -189,7 +189,7 @@ class Asperity:
     def __repr__(self) -> str:
         texts = [f"{name} {value}" for name, value in summary(self)[-5:-1]]
         if self.has_moved_straight:
-            texts.append(counted(self.reversal_points.size, "reversal point", "reversal points"))
+            texts.append(count_text(self.reversal_points.size, "reversal point", "reversal points"))
         name = type(self).__name__ if self.index is None else f"{type(self).__name__} {self.index}"
         return f"<{name}: {', '.join([self.state_text, *texts])}>"
 
@@ -241,7 +241,7 @@ class Asperity:
     @cached_property
     def memory(self) -> Memory:
         """Traction memory of this asperity alone, held by the library; in two directions the memory along its line."""
-        return owned(lib.hs_state_of_one(self.state.memory, self._position))
+        return take_ownership(lib.hs_state_of_one(self.state.memory, self._position))
 
     @property
     def stored_energy(self) -> float:
@@ -366,7 +366,7 @@ class Asperity:
         The radii are distances from the centre of the contact [m], an array of any shape; the traction outside the
         contact is 0. In two directions the last axis is x and y. InputError if a distance is not finite.
         """
-        distance = np.abs(checked("radius", radius))
+        distance = np.abs(as_floats("radius", radius))
         radii, weights = self.superposition
         total = np.zeros((*distance.shape, *weights.shape[1:]))
         for vertex_radius, weight in zip(radii, weights, strict=True):
@@ -375,7 +375,7 @@ class Asperity:
 
     def pressure(self, radius: npt.ArrayLike) -> Floats:
         """Return the normal pressure p(r) [Pa] (Hertz); radii as for `traction`."""
-        return self._pressure(np.abs(checked("radius", radius)), self.contact_radius)
+        return self._pressure(np.abs(as_floats("radius", radius)), self.contact_radius)
 
     def _pressure(self, distance: Floats, contact_radius: float) -> Floats:
         peak = float(2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius))
@@ -477,7 +477,7 @@ class Asperities(Sequence[Asperity]):
         return map(self._make, self._indices)
 
     def __repr__(self) -> str:
-        return f"<Asperities: {counted(len(self), 'asperity', 'asperities')} of one state>"
+        return f"<Asperities: {count_text(len(self), 'asperity', 'asperities')} of one state>"
 
 
 def summary(asperity: Asperity) -> list[tuple[str, str]]:

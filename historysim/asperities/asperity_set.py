@@ -9,13 +9,13 @@ import numpy as np
 from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.body import Body, check_pair, require
 from historysim.asperities.law import FrictionLaw, coulomb
-from historysim.basics.arguments import ArrayLike, Floats, checked, one_per, scalar, workable
+from historysim.basics.arguments import ArrayLike, Floats, as_floats, as_item_array, scalar, workable
 from historysim.basics.limits import SMALLEST
 from historysim.basics.wording import brief
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 
-per_asperity = partial(one_per, "asperity", "asperities")
+per_asperity = partial(as_item_array, "asperity", "asperities")
 
 
 def summit_fields(  # noqa: PLR0913 - the parameters of `Ensemble`
@@ -50,7 +50,7 @@ def summit_fields(  # noqa: PLR0913 - the parameters of `Ensemble`
         "friction": per_asperity("friction", coulomb(coefficients, count), count),
         "x": None if x is None else per_asperity("x", x, count),
         "y": None if y is None else per_asperity("y", y, count),
-        "tolerance": float(checked("tolerance", tolerance, above=0)),
+        "tolerance": float(as_floats("tolerance", tolerance, above=0)),
         "nominal_area": None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
     }
 

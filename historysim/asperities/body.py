@@ -13,7 +13,7 @@ from historysim.asperities.law import Law
 from historysim.asperities.stepper import Totals, make_paths
 from historysim.basics.arguments import ArrayLike, Booleans, Floats
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import brief, counted, html_table
+from historysim.basics.wording import brief, count_text, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.paths import Paths, Rows, blank_rows
@@ -197,7 +197,7 @@ class Body(abc.ABC):
         )
         rows = blank_rows(paths.size, None)
         state = self.advance_along(state, paths, rows=rows, saturate=saturate, instrument=instrument)
-        return state, Totals.of(rows.totals)
+        return state, Totals.from_row(rows.totals)
 
     def load_state(self, path: str | Path) -> Any:
         """Read a state of this body from a file of `save`; InputError for a state of another one."""
@@ -215,7 +215,7 @@ class Body(abc.ABC):
 
     def __repr__(self) -> str:
         texts = [" ".join(line) for line in self._summary_lines]
-        return f"<{type(self).__name__}: {', '.join([counted(len(self), *self.nouns), *texts])}>"
+        return f"<{type(self).__name__}: {', '.join([count_text(len(self), *self.nouns), *texts])}>"
 
     def _repr_html_(self) -> str:
         moduli = ("contact modulus E*", self.pair.contact_modulus), ("shear modulus G*", self.pair.shear_modulus)

@@ -6,12 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.law import coulomb
-from historysim.basics.arguments import Floats, checked, one_per, workable
+from historysim.basics.arguments import Floats, as_floats, as_item_array, workable
 from historysim.basics.library import OneAtATime, ffi, lib, pointer
 from historysim.basics.limits import LARGEST, SMALLEST
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import check, owned
+from historysim.memory.binding import check, take_ownership
 
 # module-level references save attribute look-ups in each step
 _FLOAT, _DOUBLES, _from_buffer = np.dtype(np.float64), ffi.typeof("double[]"), ffi.from_buffer
@@ -50,9 +50,9 @@ class ContactBatch:
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
             raise InputError(f"count is {count!r}; expected a whole number of contacts, 1 or more")
-        radii = workable("radius", checked("radius", radius, above=0), smallest=SMALLEST)
+        radii = workable("radius", as_floats("radius", radius, above=0), smallest=SMALLEST)
         if radii.size > 1:
-            radii = one_per("contact", "contacts", "radius", radii, int(count))
+            radii = as_item_array("contact", "contacts", "radius", radii, int(count))
         coefficients = coulomb(friction, int(count)) if np.size(friction) > 1 else coulomb(friction, 1)
         scale = np.atleast_1d(4.0 / 3.0 * pair.contact_modulus * np.sqrt(radii))
         self._count = int(count)
@@ -62,7 +62,7 @@ class ContactBatch:
         batch = lib.hs_batch_new(
             count, coefficients.size, pointer(coefficients), scale.size, pointer(scale), pair.displacement_ratio
         )
-        self._batch = owned(batch, lib.hs_batch_free)
+        self._batch = take_ownership(batch, lib.hs_batch_free)
 
     def __len__(self) -> int:
         """Return the number of contacts."""
@@ -140,11 +140,11 @@ class ContactBatch:
     def _copy_fields(self) -> dict[str, Any]:
         with self._guard:
             return _load_fields(self._loads.copy()) | {
-                "_batch": owned(lib.hs_batch_copy(self._batch), lib.hs_batch_free)
+                "_batch": take_ownership(lib.hs_batch_copy(self._batch), lib.hs_batch_free)
             }
 
     def _checked_array(self, name: str, values: npt.ArrayLike) -> Floats:
-        array = workable(name, checked(name, values))
+        array = workable(name, as_floats(name, values))
         if array.shape != (len(self),):
             raise InputError(f"{name} has shape {array.shape}; expected one number for each of {len(self)} contacts")
         return np.ascontiguousarray(array)

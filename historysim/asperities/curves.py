@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Array, Booleans, Floats, Integers, checked
+from historysim.basics.arguments import Array, Booleans, Floats, Integers, as_floats
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, InputError, distinct_texts
 from historysim.memory.binding import LOAD, check, fill
@@ -280,7 +280,7 @@ class NormalCurves:
         optional: dict[str, Any] = {"area": areas}
         positions = ("x", x), ("y", y)
         optional |= {
-            name: np.atleast_1d(checked(name, position)) for name, position in positions if position is not None
+            name: np.atleast_1d(as_floats(name, position)) for name, position in positions if position is not None
         }
         total = loads.sum(axis=1)
         exact = deviation is None and rows.size <= MOST_ROWS and is_convex(rows, total)
@@ -431,7 +431,7 @@ class NormalCurves:
 
 
 def _noise(noise: npt.ArrayLike, rows: int) -> Floats:
-    deviation = checked("noise", noise, above=0)
+    deviation = as_floats("noise", noise, above=0)
     if deviation.size not in (1, rows) or deviation.ndim > 1:
         raise InputError(f"noise has shape {deviation.shape}; expected one number, or {rows}, one for each load")
     return np.broadcast_to(deviation, rows).astype(np.float64)
@@ -455,7 +455,7 @@ def _table(
     approach: npt.ArrayLike, load: npt.ArrayLike, area: npt.ArrayLike | None
 ) -> tuple[Floats, Floats, Floats | None]:
     """Check a table and drop a first row without a load."""
-    rows = checked("approach", approach)
+    rows = as_floats("approach", approach)
     if rows.ndim != 1:
         raise InputError(f"approach has shape {rows.shape}; expected a list with one value for each row of the table")
     loads = _columns("load", load, rows.size)
@@ -491,7 +491,7 @@ def _check_values(name: str, values: Floats, wrong: Booleans, expected: str) -> 
 
 
 def _columns(name: str, values: npt.ArrayLike, count: int) -> Floats:
-    array = checked(name, values)
+    array = as_floats(name, values)
     array = array[:, None] if array.ndim == 1 else array
     if array.ndim != 2 or array.shape[0] != count or array.shape[1] == 0:
         raise InputError(

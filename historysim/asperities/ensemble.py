@@ -25,7 +25,7 @@ from historysim.basics.library import lib, pointer
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory import binding
-from historysim.memory.binding import Memory, check, copied, view
+from historysim.memory.binding import Memory, check, copy_state, view
 from historysim.memory.paths import Paths, Rows
 
 if TYPE_CHECKING:
@@ -275,7 +275,7 @@ class Ensemble(AsperitySet, IntegratedBody):
         stays in the state: the contact slides at the displacement at which sliding began, and the next path raises an
         error unless it unloads, or holds the load at the limit.
         """
-        memory, chosen = copied(self._checked_memory(state)), self._selected_indices(asperities)
+        memory, chosen = copy_state(self._checked_memory(state)), self._selected_indices(asperities)
         coefficients = state.friction
         coefficients[chosen] = coulomb(friction, chosen.size)
         if memory.line.evolved:
@@ -304,7 +304,7 @@ class Ensemble(AsperitySet, IntegratedBody):
         tangential load.
         """
         binding.check_one_direction(self._checked_memory(state))
-        memory, chosen = copied(state.memory), self._selected_indices(asperities)
+        memory, chosen = copy_state(state.memory), self._selected_indices(asperities)
         self._track_evolution(memory)
         count, evolved = self.elements, memory.line.evolved
         old = view(evolved.summit_height, count), view(evolved.summit_radius, count)

@@ -13,7 +13,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import State
 from historysim.basics.arguments import Array, Integers
 from historysim.basics.library import lib
-from historysim.memory.binding import DISPLACED, Memory, advanced
+from historysim.memory.binding import DISPLACED, Memory, advance_state
 from historysim.memory.paths import Rows
 
 SETTLED = 1e-13  # relative error of a load that counts as met
@@ -69,7 +69,7 @@ class Facet(Ensemble):
     def advance_memory(self, memory: Memory, approach: float, displacement: float) -> Memory:
         """Advance a memory along a straight path of the body."""
         normal, tangential = self.to_facet_axes(approach, displacement)
-        advanced_memory: Memory = advanced(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
+        advanced_memory: Memory = advance_state(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
         return advanced_memory
 
     def unloaded_state(self) -> State:

@@ -24,7 +24,7 @@ from historysim.basics.limits import is_workable
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, are_in_plane
-from historysim.memory.paths import Goals, Paths, Rows, blank_rows, paths_to, unrecorded
+from historysim.memory.paths import Goals, Paths, Rows, blank_rows, drop_rows, straight_paths
 
 # Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load.
 STEEPEST_SLIDING = 0.9
@@ -297,7 +297,7 @@ class InclinedEnsemble(AsperitySet):
             raise error
         legs = self._body_legs(state, paths, until)
         if rows is None:
-            rows, legs = blank_rows(0, None), unrecorded(legs)
+            rows, legs = blank_rows(0, None), drop_rows(legs)
         ends = np.stack([legs["normal_target"], legs["tangential_target"][:, 0]])
         columns, facets = np.asarray(asperities, dtype=np.int64), []
         rows.totals[:] = np.zeros((), rows.totals.dtype)
@@ -391,7 +391,7 @@ class InclinedEnsemble(AsperitySet):
                     low = high
         columns = np.array(legs).reshape(-1, 6).T
         goals = Goals(DISPLACED, columns[0]), Goals(DISPLACED, columns[1])
-        return paths_to(*goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5]))
+        return straight_paths(*goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5]))
 
 
 def _interpolate_rows(positions: Floats, legs: Paths) -> Floats:

@@ -17,8 +17,8 @@ from historysim.basics.arguments import ArrayLike, Booleans, Floats, scalar, wor
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, FrictionLimitError, InputError
 from historysim.memory import binding
-from historysim.memory.binding import DISPLACED, LOAD, Memory, advanced, check, copied, owned
-from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, paths_to, unrecorded
+from historysim.memory.binding import DISPLACED, LOAD, Memory, advance_state, check, copy_state, take_ownership
+from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, drop_rows, straight_paths
 
 _ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
 # Row variables that are recorded only for asperities that evolve.
@@ -50,7 +50,7 @@ class IntegratedBody(Body):
     @cached_property
     def _initial_memory(self) -> Memory:
         """Memory at the start, which is never changed."""
-        memory: Memory = owned(lib.hs_state_new(self._contact, pointer(self._element_friction)))
+        memory: Memory = take_ownership(lib.hs_state_new(self._contact, pointer(self._element_friction)))
         identity = self._identity_bytes
         memory.line.identity = lib.hs_digest(memory.line.identity, ffi.from_buffer(identity), len(identity))
         if self.evolves:
@@ -175,7 +175,7 @@ class IntegratedBody(Body):
                 moved = State(advanced_memory, self._initial_planar_memory)
             else:
                 drive = self._drive if instrument is RIGID and not saturate else self.make_drive(saturate, instrument)
-                moved = State(advanced(memory, normal, normal_target, tangential, tangential_target, drive), start)
+                moved = State(advance_state(memory, normal, normal_target, tangential, tangential_target, drive), start)
         if friction is None:
             return moved
         moved = self.with_friction(moved, friction, instrument=instrument)
@@ -298,12 +298,12 @@ class IntegratedBody(Body):
             raise InputError(
                 "friction that varies along a path supports one tangential direction only; expected a change at a time"
             )
-        memory = copied(memory) if memory.plane or not planar else self._planar_copy(memory)
+        memory = copy_state(memory) if memory.plane or not planar else self._planar_copy(memory)
         paths = binding.check_in_plane(paths) if planar else paths
         if friction is not None or (not planar and rows is not None and EVOLVED & rows.each.keys()):
             self._track_evolution(memory)
         if rows is None:
-            rows, paths = blank_rows(0, None, planar=planar), unrecorded(paths)
+            rows, paths = blank_rows(0, None, planar=planar), drop_rows(paths)
         path, refusal = ffi.cast("hs_path *", ffi.from_buffer(paths)), ffi.new("hs_refusal *")
         drive = self.make_drive(saturate, instrument, threads, directions=2 if planar else 1)
         arguments = memory, path, paths.size, rows.as_struct(asperities), drive, until
@@ -335,7 +335,7 @@ class IntegratedBody(Body):
     def _set_friction(self, memory: Memory, coefficients: Floats, instrument: Instrument) -> State:
         """Set the coefficients (element) of a memory, and wrap it in a state."""
         with _series_instrument(memory, instrument) as series:
-            drive = self.make_drive(False, series, directions=binding.directions_of(memory))
+            drive = self.make_drive(False, series, directions=binding.count_directions(memory))
             status = lib.hs_set_friction(memory, pointer(coefficients), drive)
         if status == lib.HS_FOREIGN:
             raise InputError(
@@ -352,7 +352,7 @@ def _series_instrument(memory: Memory, instrument: Instrument) -> Iterator[Instr
     if not as_instrument(instrument).parallel_stiffness or memory.line.tangential_control != LOAD:
         yield instrument
         return
-    with binding.controlled(memory, DISPLACED):
+    with binding.temporary_control(memory, DISPLACED):
         yield instrument.load_control_equivalent
 
 
@@ -366,7 +366,7 @@ def return_path(memory: Memory, instrument: Instrument) -> Paths:
         LOAD: instrument.drive_load(displacement, load),
         DISPLACED: (line.displacement + compliance * line.tangential_load) * units.displacement,
     }
-    return paths_to(
+    return straight_paths(
         Goals(line.normal_control, normal[line.normal_control]),
         Goals(line.tangential_control, tangential[line.tangential_control]),
         times=(line.clock.end, line.clock.end),

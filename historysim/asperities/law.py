@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Floats, checked, workable
+from historysim.basics.arguments import Floats, as_floats, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import MOST_FRICTION
 from historysim.basics.registry import Registry
@@ -107,7 +107,7 @@ class Law(abc.ABC):
                 f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is "
                 "a module of your own, import it first"
             )
-        law = laws.named(kind)
+        law = laws.lookup(kind)
         try:
             law_of_settings: Self = law(**fields)
         except TypeError as error:
@@ -184,7 +184,7 @@ class FrictionLaw(Law):
 
 def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
     """Return one coefficient μ ≥ 0 per asperity (asperity), from one for all or one per asperity."""
-    coefficients = workable("friction", checked("friction", friction, least=0))
+    coefficients = workable("friction", as_floats("friction", friction, least=0))
     if (large := coefficients > MOST_FRICTION).any():
         raise InputError(
             f"friction is {coefficients[large].ravel()[0]:g}; expected {MOST_FRICTION:g} at most, with which the "

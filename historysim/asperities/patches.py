@@ -13,12 +13,12 @@ from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.asperities.integration import EVOLVED, IntegratedBody
 from historysim.asperities.law import coulomb
 from historysim.asperities.state import State
-from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
+from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.basics.library import lib
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory import binding
-from historysim.memory.binding import check, copied
+from historysim.memory.binding import check, copy_state
 from historysim.memory.paths import Paths, Rows, blank_rows
 
 _STEADY = "patches of one contact keep their shape and share one coefficient; expected independent summits"
@@ -71,7 +71,7 @@ class Patches(IntegratedBody):
             curves=curves,
             friction=_shared_coefficient(friction, len(curves)),
             highest_summit=scalar("highest_summit", highest_summit),
-            tolerance=float(checked("tolerance", tolerance, above=0)),
+            tolerance=float(as_floats("tolerance", tolerance, above=0)),
             rings=rings,
         )
 
@@ -158,7 +158,7 @@ class Patches(IntegratedBody):
 
     def with_friction(self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID) -> State:
         """Return the state with a new friction coefficient, which all patches share; see `Ensemble.with_friction`."""
-        memory = copied(self._checked_memory(state))
+        memory = copy_state(self._checked_memory(state))
         return self._set_friction(memory, _shared_coefficient(friction, self.elements), instrument)
 
     def superposition(self, state: State) -> Superposition:

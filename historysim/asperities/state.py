@@ -164,14 +164,14 @@ class State(WholeContact, SavedState):
     def _bits(self) -> bytes:
         memory = self.memory
         if memory.line.slides:
-            memory = binding.copied(memory)
+            memory = binding.copy_state(memory)
             lib.hs_forget_slides(memory)
         return binding.to_bytes(memory)
 
     @property
     def directions(self) -> int:
         """Number of tangential directions in which it moves, 1 or 2."""
-        return binding.directions_of(self.memory)
+        return binding.count_directions(self.memory)
 
     @property
     def group(self) -> Integers:
@@ -246,7 +246,7 @@ class State(WholeContact, SavedState):
 
     def on_line(self, displacement: Floats) -> Floats:
         """Convert dimensionless displacements along the line of motion to positions [m], (…, direction) in two."""
-        return binding.on_line(self.memory, displacement)
+        return binding.positions_along_line(self.memory, displacement)
 
     @property
     def rings(self) -> Rings | None:

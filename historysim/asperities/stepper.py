@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.state import State, WholeContact
-from historysim.basics.arguments import Floats, Integers, checked, workable
+from historysim.basics.arguments import Floats, Integers, as_floats, workable
 from historysim.basics.library import OneAtATime, lib
 from historysim.basics.limits import LARGEST
 from historysim.errors import InputError
 from historysim.memory import binding
-from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, copied
-from historysim.memory.paths import STILL, Goals, Paths, paths_to
+from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, copy_state
+from historysim.memory.paths import STILL, Goals, Paths, straight_paths
 
 TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
 _step = lib.hs_stepper_step
@@ -53,7 +53,7 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
             return _each_component(control, load, displacement)
         if isinstance(x, float) and isinstance(y, float) and abs(x) <= LARGEST and abs(y) <= LARGEST:
             return kind, (x, y)
-    target = workable(label, checked(label, value, least=minimum))
+    target = workable(label, as_floats(label, value, least=minimum))
     if target.ndim <= is_sequence:
         return kind, target if is_sequence else float(target)
     if target.shape == (2,) and name == "tangential":
@@ -87,7 +87,7 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
                 raise InputError(
                     f"tangential_load and tangential_displacement both give {'xy'[axis]}; expected None in one of them"
                 )
-            target = workable(label, checked(label, value))
+            target = workable(label, as_floats(label, value))
             if target.ndim:
                 raise InputError(f"{label} is {values!r}; expected one number, or None, in x and in y")
             kinds[axis], targets[axis] = kind, float(target)
@@ -97,7 +97,7 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
 def make_path(*channels: tuple[Control, Target]) -> Paths:
     """Build the paths to the targets of the normal and the tangential channel, as returned by `channel`."""
     normal, tangential = (_make_goals(*target) for target in channels)
-    return paths_to(normal, tangential)
+    return straight_paths(normal, tangential)
 
 
 def make_paths(controls: tuple[int, int], *, normal: tuple[Any, Any], tangential: tuple[Any, Any]) -> Paths:
@@ -139,7 +139,7 @@ class Totals(NamedTuple):
     dissipated_energy: Floats
 
     @classmethod
-    def of(cls, rows: npt.NDArray[Any]) -> Self:
+    def from_row(cls, rows: npt.NDArray[Any]) -> Self:
         """Read the totals from recorded rows, with the fields of ``hs_totals``."""
         names = ["displacement" if name == "tangential_displacement" else name for name in cls._fields]
         columns: dict[str, Any] = {field: rows[name].copy() for field, name in zip(cls._fields, names, strict=True)}
@@ -184,14 +184,14 @@ class Stepper(WholeContact):
             self._continue_from(state)
 
     def _continue_from(self, state: State) -> None:
-        self._hold(copied(state.memory))
+        self._hold(copy_state(state.memory))
         lib.hs_stepper_observe(self._call, self.memory.line.approach)
         self._call.move = (0.0, 0.0)
         self._numbers[START], self._numbers[TURN_COUNT], self._time = state.approach, 0.0, -math.inf
 
     def _hold(self, memory: Any) -> None:
         """Replace the memory that is stepped."""
-        is_planar = binding.directions_of(memory) == 2
+        is_planar = binding.count_directions(memory) == 2
         if self.memory is None or is_planar != self._in_plane:
             # a step in one direction is in place: after an interruption its state would be lost
             self.drive = self._ensemble.make_drive(**self._how, directions=1 + is_planar, heeds=is_planar)
@@ -202,7 +202,7 @@ class Stepper(WholeContact):
     def save(self) -> State:
         """Return the present state, which later steps do not change."""
         with self._guard:
-            state: State = self._ensemble.wrap_memory(copied(self.memory))
+            state: State = self._ensemble.wrap_memory(copy_state(self.memory))
             return state
 
     def step(

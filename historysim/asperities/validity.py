@@ -17,7 +17,7 @@ from historysim.asperities.patches import Patches
 from historysim.asperities.yielding import HARDNESS_OF_YIELD
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import Finding, counted
+from historysim.basics.wording import Finding, count_text
 from historysim.contact import hertz
 from historysim.surfaces.summits import detached_summits
 
@@ -134,8 +134,8 @@ def _outliers(contact: _Contact) -> Finding | None:
         return None
     share = contact.share(height[contact.index] >= np.sort(height)[-count])
     text = (
-        f"{counted(count, 'summit', 'summits')} of {height.size:,} apart above all others, with {_percent(share)} of "
-        "the normal load: check whether they are spikes or dirt; for a map, remove them with spikes or outliers, or "
+        f"{count_text(count, 'summit', 'summits')} of {height.size:,} apart above all others, with {_percent(share)} "
+        "of the normal load: check whether they are spikes or dirt; for a map, remove them with spikes or outliers, or "
         "crop it"
     )
     return _over("outliers", share, MOST_ON_OUTLIERS, text)

@@ -7,7 +7,7 @@ import numpy as np
 
 from historysim.asperities.law import Law, copy_array, put
 from historysim.basics.arguments import Floats, scalar
-from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
+from historysim.basics.fields import Number, Pressure, Quantity, at_least, choice
 from historysim.basics.library import lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, cubic_metres_per_joule, pascals, quantity_text
@@ -44,7 +44,7 @@ class WearLaw(Law):
         that a paraboloid is left: dh = 2 dV/(πa²), d(1/R) = -4 dV/(πa⁴).
     """
 
-    shape: str = attrs.field(default="truncated", validator=one_of("truncated", "blunted"))
+    shape: str = attrs.field(default="truncated", validator=choice("truncated", "blunted"))
 
     registry: ClassVar[Registry[Any]] = WEAR_LAWS
     struct, answers = "wear", "volume"

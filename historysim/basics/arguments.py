@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.limits import LARGEST, SIZE
-from historysim.basics.units import UNIT_OF, has_unit, in_si
-from historysim.basics.wording import counted
+from historysim.basics.units import UNIT_OF, has_unit, to_si
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 
 Array = npt.NDArray[Any]
@@ -48,14 +48,14 @@ def _has_boolean(values: Any) -> bool:
     return isinstance(values, bool | np.bool_)
 
 
-def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
+def as_floats(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
     """Convert an argument to finite floats greater than ``above`` and not less than ``least``; otherwise InputError.
 
     Strings with units and pint quantities are converted if `UNIT_OF` contains the name.
     """
     if name in UNIT_OF or has_unit(values):
         try:
-            values = in_si(values, UNIT_OF.get(name, "1"))
+            values = to_si(values, UNIT_OF.get(name, "1"))
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     try:
@@ -83,8 +83,8 @@ def _first_index(wrong: Booleans) -> str:
 
 
 def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
-    """Convert an argument to one float. Parameters and errors as in `checked`."""
-    number = checked(name, value, above=above, least=least)
+    """Convert an argument to one float. Parameters and errors as in `as_floats`."""
+    number = as_floats(name, value, above=above, least=least)
     if number.ndim:
         raise InputError(f"{name} is a list of shape {number.shape}; expected one number, in SI")
     return float(number)
@@ -92,26 +92,26 @@ def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: floa
 
 def per_axis(name: str, values: ArrayLike) -> tuple[float, float]:
     """Convert an argument to two positive numbers, along x and y; one number sets both."""
-    numbers = checked(name, values, above=0)
+    numbers = as_floats(name, values, above=0)
     if numbers.shape not in {(), (1,), (2,)}:
         raise InputError(f"{name} has shape {numbers.shape}; expected one number, or one for x and one for y")
     x, y = np.broadcast_to(numbers, 2)
     return float(x), float(y)
 
 
-def one_per(
+def as_item_array(
     one: str, several: str, name: str, values: ArrayLike, count: int | None = None, *, above: float = -math.inf
 ) -> Floats:
     """Convert an argument to a read-only array with one value per item; one number applies to all items.
 
     ``one`` and ``several`` are the noun of an item in messages; without ``count`` the number of values defines it.
     """
-    array = np.atleast_1d(checked(name, values, above=above))
+    array = np.atleast_1d(as_floats(name, values, above=above))
     if array.ndim > 1:
         raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per {one}")
     if count is not None and array.size not in {1, count}:
-        size = counted(array.size, "value", "values")
-        raise InputError(f"{name} has {size} for {counted(count, one, several)}; expected one, or one per {one}")
+        size = count_text(array.size, "value", "values")
+        raise InputError(f"{name} has {size} for {count_text(count, one, several)}; expected one, or one per {one}")
     array = np.array(array if count is None else np.broadcast_to(array, count))
     array.flags.writeable = False
     return array

@@ -10,7 +10,7 @@ import attrs
 
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import is_number
-from historysim.basics.wording import shown
+from historysim.basics.wording import format_value
 from historysim.errors import InputError, field_error
 
 
@@ -94,7 +94,7 @@ class Key:
     def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         """Check a value."""
         if value is not None and not self.fits(value):
-            value_text = f"{value:g}" if isinstance(value, float) else shown(value)
+            value_text = f"{value:g}" if isinstance(value, float) else format_value(value)
             raise field_error(f"{value_text}; expected {self.expected}", attribute.name)
 
 
@@ -119,7 +119,7 @@ at_least = AtLeast
 NOT_NEGATIVE, POSITIVE = KeyLimit("≥ 0"), KeyLimit("> 0")
 
 
-def one_of(*words: str) -> OneOf:
+def choice(*words: str) -> OneOf:
     """Return a validator of one of several words."""
     return OneOf(words)
 

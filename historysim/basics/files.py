@@ -296,7 +296,7 @@ class WriterLock:
             busy = "another process is writing it; wait until it is done, or end it (readers are not held up)"
             raise OSError(errno.EAGAIN, busy, str(path))
 
-    def moved(self, path: Path) -> "WriterLock":
+    def rename(self, path: Path) -> "WriterLock":
         """Rename the locked file, replacing another file, and return its lock."""
         if not system.REPLACES_OPEN_FILES:
             self.release()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 import attrs
 
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class Registry(Mapping[str, T], Generic[T]):
         """Return the names of all classes, or of the subclasses of a class."""
         return [name for name in self if among is object or issubclass(self[name], among)]
 
-    def named(self, name: Any, among: type = object) -> T:
+    def lookup(self, name: Any, among: type = object) -> T:
         """Look up a class by its name among the subclasses of a class; InputError for an unknown name."""
         is_known = name in self
         if is_known and issubclass(member := self[name], among):
@@ -103,9 +103,8 @@ class Registry(Mapping[str, T], Generic[T]):
         entry_point_hint = (
             f"; one of your own is an entry point of {self.group!r}, see 'How to add' in historysim/README.md"
         )
-        raise InputError(
-            f"{shown(name)}; {remedy}{'' if matches or is_known or remedy.startswith('did') else entry_point_hint}"
-        )
+        hint = "" if matches or is_known or remedy.startswith("did") else entry_point_hint
+        raise InputError(f"{format_value(name)}; {remedy}{hint}")
 
     def provider(self, kind: type) -> Provider | None:
         """Return the package that provides a class; None for a class of this package."""

@@ -91,7 +91,7 @@ def netcdf(name: str, *contents: str) -> OutputFormat:
     return OutputFormat(name, (".nc",), lambda path: _content(path) in (contents or ("",)))
 
 
-def marked(name: str, *endings: str, mark: bytes = MARK) -> OutputFormat:
+def signed_format(name: str, *endings: str, mark: bytes = MARK) -> OutputFormat:
     """Return the format of files that name this program near one of their ends."""
     return OutputFormat(name, endings, lambda path: mark in _read_ends(path))
 
@@ -115,10 +115,12 @@ def format_without_mark(name: str, *endings: str) -> OutputFormat:
 
 RESULT = netcdf("a result of historysim")
 STORE = OutputFormat("a zarr store of historysim", (".zarr",), lambda path: is_zarr(path) and _is_own_store(path))
-LOG = marked("the log of a run", ".history", mark=b"CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER")
-PICTURE = marked("a picture of historysim", ".png", ".pdf", ".svg")
-PAGE = marked("a page of historysim", ".html", ".htm")
-FITTED = marked("a fitted scenario", ".toml", mark=b"# fitted")
+LOG = signed_format(
+    "the log of a run", ".history", mark=b"CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER"
+)
+PICTURE = signed_format("a picture of historysim", ".png", ".pdf", ".svg")
+PAGE = signed_format("a page of historysim", ".html", ".htm")
+FITTED = signed_format("a fitted scenario", ".toml", mark=b"# fitted")
 SUGGESTED = format_without_mark("a scenario to start from", ".toml")
 
 

@@ -96,7 +96,7 @@ class PhysicalQuantity(Protocol):
         """Convert to another unit."""
 
 
-def in_si(value: Any, unit: str) -> Any:
+def to_si(value: Any, unit: str) -> Any:
     """Convert strings with units and pint quantities, or lists of them, to an SI unit; keep other values."""
     if type(value) is float:
         return value
@@ -115,7 +115,7 @@ def in_si(value: Any, unit: str) -> Any:
             ) from None
     values = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
     if isinstance(values, list | tuple) and not all(map(is_number, values)):
-        return [in_si(element, unit) for element in values]
+        return [to_si(element, unit) for element in values]
     return values
 
 
@@ -136,42 +136,42 @@ def convert_each(convert: Callable[[Any], Any], value: Any) -> Any:
 
 def newtons(value: float | str | PhysicalQuantity) -> float:
     """Return a force in N."""
-    return as_float(in_si(value, "N"))
+    return as_float(to_si(value, "N"))
 
 
 def metres(value: float | str | PhysicalQuantity) -> float:
     """Return a length in m."""
-    return as_float(in_si(value, "m"))
+    return as_float(to_si(value, "m"))
 
 
 def seconds(value: float | str | PhysicalQuantity) -> float:
     """Return a time in s."""
-    return as_float(in_si(value, "s"))
+    return as_float(to_si(value, "s"))
 
 
 def pascals(value: float | str | PhysicalQuantity) -> float:
     """Return a pressure or modulus in Pa."""
-    return as_float(in_si(value, "Pa"))
+    return as_float(to_si(value, "Pa"))
 
 
 def newtons_per_metre(value: float | str | PhysicalQuantity) -> float:
     """Return a stiffness in N/m."""
-    return as_float(in_si(value, "N m-1"))
+    return as_float(to_si(value, "N m-1"))
 
 
 def pascals_root_metre(value: float | str | PhysicalQuantity) -> float:
     """Return a fracture toughness in Pa √m."""
-    return as_float(in_si(value, "Pa m0.5"))
+    return as_float(to_si(value, "Pa m0.5"))
 
 
 def joules_per_area(value: float | str | PhysicalQuantity) -> float:
     """Return a surface energy in J/m²."""
-    return as_float(in_si(value, "J m-2"))
+    return as_float(to_si(value, "J m-2"))
 
 
 def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
     """Return a volume per energy in m³/J."""
-    return as_float(in_si(value, "m3 J-1"))
+    return as_float(to_si(value, "m3 J-1"))
 
 
 def warn_unlikely(statement: str, unit: str, *, sample: float = 50, stacklevel: int) -> None:
@@ -416,7 +416,7 @@ def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
     if isinstance(value, tuple) or getattr(value, "ndim", 0) == 1:
         return f"({', '.join(quantity_text(component, unit, digits) for component in value)})"
     # the prefix is that of the rounded value: 999.96 mN is 1 N
-    factor, symbol = scaled(float(f"{value:.{digits}g}"), unit)
+    factor, symbol = choose_unit(float(f"{value:.{digits}g}"), unit)
     number = float(f"{value * factor:.{digits}g}")
     text = QuantityText(f"{number:.{max(digits, 4)}g}{symbol}")
     text.value, text.unit = float(value), unit
@@ -429,7 +429,7 @@ def uncertain_text(value: float, error: float, unit: str) -> str:
         return quantity_text(value, unit)
     if error <= 1e-6 * abs(value):
         return f"{quantity_text(value, unit)} ± {quantity_text(error, unit, 2)}"
-    factor, symbol = scaled(max(abs(value), error), unit)
+    factor, symbol = choose_unit(max(abs(value), error), unit)
     decimals = max(0, 1 - math.floor(math.log10(error * factor)))
     return f"{value * factor:.{decimals}f} ± {error * factor:.{decimals}f}{symbol}"
 
@@ -448,7 +448,7 @@ def duration_text(seconds: float) -> str:
     return f"{seconds:.4g} s" if seconds >= 1 else quantity_text(seconds, "s")
 
 
-def scaled(value: float, unit: str) -> tuple[float, str]:
+def choose_unit(value: float, unit: str) -> tuple[float, str]:
     """Return the factor from SI to a prefixed unit, and that unit after a space: ``" mN"``."""
     if unit in {"1", ""}:
         return 1.0, ""

@@ -23,7 +23,7 @@ def nearest(word: str, candidates: Collection[str]) -> str:
     match = match or [candidate for candidate in plain if len(word) > 3 and word.lower() in candidate]
     if match:
         return f"did you mean {' or '.join(repr(plain[candidate]) for candidate in match[:2])}?"
-    return f"expected one of {listed(candidates)}" if candidates else "none is expected here"
+    return f"expected one of {join_words(candidates)}" if candidates else "none is expected here"
 
 
 def shell_word(path: object) -> str:
@@ -37,13 +37,13 @@ def shell_word(path: object) -> str:
 MOST_NAMED = 100  # largest number of words listed in a message
 
 
-def listed(words: Collection[str]) -> str:
+def join_words(words: Collection[str]) -> str:
     """Join words by commas; a long list is cut, with the number of remaining words."""
     text = ", ".join(itertools.islice(words, MOST_NAMED))
     return f"{text}, and {len(words) - MOST_NAMED:,} more" if len(words) > MOST_NAMED else text
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Return a short form of a value in the notation of TOML and JSON."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -63,7 +63,7 @@ def brief(value: object) -> str:
     return text if len(text) <= 120 and "\n" not in text else f"of the type {type(value).__name__}"
 
 
-def counted(count: int, singular: str, plural: str) -> str:
+def count_text(count: int, singular: str, plural: str) -> str:
     """Return a number with its noun: ``"1 asperity"``, ``"40,000 asperities"``."""
     return f"{count:,} {singular if count == 1 else plural}"
 

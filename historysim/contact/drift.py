@@ -7,7 +7,7 @@ arrays that broadcast; of load and friction a drift takes two, before and after.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import Floats, checked
+from historysim.basics.arguments import Floats, as_floats
 from historysim.contact import hertz
 from historysim.contact.materials import MaterialPair
 
@@ -17,7 +17,7 @@ def preliminary_displacement(
 ) -> Floats:
     """Return the displacement at which one virgin contact slides, θ μ δ [m], with the approach δ ∝ N^(2/3) R^(-1/3)."""
     approach = hertz.approach(normal_load, summit_radius=summit_radius, contact_modulus=pair.contact_modulus)
-    return pair.displacement_ratio * checked("friction", friction, least=0) * approach
+    return pair.displacement_ratio * as_floats("friction", friction, least=0) * approach
 
 
 def drift(

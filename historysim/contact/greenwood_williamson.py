@@ -15,7 +15,7 @@ import attrs
 import numpy as np
 from scipy.special import gamma, hyp1f1
 
-from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
+from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 
@@ -83,7 +83,7 @@ class GreenwoodWilliamson:
 
     def separation_at(self, normal_load: ArrayLike) -> Floats:
         """Return the separation d over the datum of the heights [m] at loads N > 0; there is none without load."""
-        target = np.log(checked("normal_load", normal_load, above=0)) - math.log(self._load)
+        target = np.log(as_floats("normal_load", normal_load, above=0)) - math.log(self._load)
         h = np.zeros_like(target)
         step = np.full_like(target, np.inf)
         # ln F is concave and falls, so that Newton's method comes down to the root from any start, and from the second
@@ -108,7 +108,7 @@ class GreenwoodWilliamson:
         return self._summits * float(summit_load)
 
     def _integral(self, order: float, separation: ArrayLike) -> Floats:
-        over_mean = checked("separation", separation) - self.mean_height
+        over_mean = as_floats("separation", separation) - self.mean_height
         return height_integral(order, over_mean / self.height_deviation)
 
 
@@ -129,8 +129,8 @@ def summit_contact(
     Heights (summit) and separations [m] are over one datum, radii [m] one for all or one per summit, E* [Pa]. A summit
     touches where z > d, with the approach δ = z - d.
     """
-    height = np.atleast_1d(checked("summit_height", summit_height))
-    radius = checked("summit_radius", summit_radius, above=0)
+    height = np.atleast_1d(as_floats("summit_height", summit_height))
+    radius = as_floats("summit_radius", summit_radius, above=0)
     if height.ndim > 1 or radius.shape not in {(), (1,), height.shape}:
         raise InputError(
             f"summit_height has shape {height.shape} and summit_radius {radius.shape}; expected a list of heights, and "
@@ -138,7 +138,7 @@ def summit_contact(
         )
     radius = np.broadcast_to(radius, height.shape)
     modulus = scalar("contact_modulus", contact_modulus, above=0)
-    distance = checked("separation", separation)
+    distance = as_floats("separation", separation)
     totals = np.zeros((4, distance.size))
     # one by one: summits times separations may not fit in memory
     for column, d in enumerate(distance.flat):
@@ -160,7 +160,7 @@ def height_integral(order: float, separation: ArrayLike) -> Floats:
     than the smallest float (h > 38).
     """
     with np.errstate(over="ignore"):
-        return np.exp(_log_height_integral(order, checked("separation over deviation", separation)))
+        return np.exp(_log_height_integral(order, as_floats("separation over deviation", separation)))
 
 
 def _nodes() -> tuple[Floats, Floats]:

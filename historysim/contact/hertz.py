@@ -12,13 +12,13 @@ Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (
 import numpy as np
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import Floats, checked
+from historysim.basics.arguments import Floats, as_floats
 from historysim.errors import InputError
 
 
 def contact_radius(approach: ArrayLike, *, summit_radius: ArrayLike) -> Floats:
     """Return the contact radius a [m]: a² = R δ, and 0 where the surfaces are apart."""
-    return np.sqrt(checked("summit_radius", summit_radius, above=0) * _depth(approach))
+    return np.sqrt(as_floats("summit_radius", summit_radius, above=0) * _depth(approach))
 
 
 def normal_load(approach: ArrayLike, *, summit_radius: ArrayLike, contact_modulus: ArrayLike) -> Floats:
@@ -30,9 +30,9 @@ def normal_load(approach: ArrayLike, *, summit_radius: ArrayLike, contact_modulu
 
 def approach(normal_load: ArrayLike, *, summit_radius: ArrayLike, contact_modulus: ArrayLike) -> Floats:
     """Return the approach δ [m] under a normal load: δ = (3 N / (4 E* √R))^(2/3)."""
-    load = checked("normal_load", normal_load, least=0)
-    radius = checked("summit_radius", summit_radius, above=0)
-    modulus = checked("contact_modulus", contact_modulus, above=0)
+    load = as_floats("normal_load", normal_load, least=0)
+    radius = as_floats("summit_radius", summit_radius, above=0)
+    modulus = as_floats("contact_modulus", contact_modulus, above=0)
     return np.cbrt(0.75 * load / (modulus * np.sqrt(radius))) ** 2
 
 
@@ -50,13 +50,13 @@ def peak_pressure(normal_load: ArrayLike, *, contact_radius: ArrayLike) -> Float
 def pressure_profile(r: ArrayLike, *, normal_load: ArrayLike, contact_radius: ArrayLike) -> Floats:
     """Return the pressure p(r) [Pa]: 3 N / (2 π a²) · √(1 - r²/a²), and 0 outside the contact."""
     load, radius = loaded_contact(normal_load, contact_radius)
-    return 1.5 * load / (np.pi * radius**3) * half_chord(np.abs(checked("r", r)), radius)
+    return 1.5 * load / (np.pi * radius**3) * half_chord(np.abs(as_floats("r", r)), radius)
 
 
 def normal_stiffness(contact_radius: ArrayLike, *, contact_modulus: ArrayLike) -> Floats:
     """Return the normal stiffness dN/dδ [N/m]: 2 E* a."""
-    radius = checked("contact_radius", contact_radius, least=0)
-    return 2 * checked("contact_modulus", contact_modulus, above=0) * radius
+    radius = as_floats("contact_radius", contact_radius, least=0)
+    return 2 * as_floats("contact_modulus", contact_modulus, above=0) * radius
 
 
 def loaded_contact(normal_load: ArrayLike, contact_radius: ArrayLike) -> tuple[Floats, Floats]:
@@ -64,8 +64,8 @@ def loaded_contact(normal_load: ArrayLike, contact_radius: ArrayLike) -> tuple[F
 
     There the load is 0 and the contact radius cannot be divided by; any other radius gives the right pressure, 0.
     """
-    load = checked("normal_load", normal_load, least=0)
-    radius = checked("contact_radius", contact_radius, least=0)
+    load = as_floats("normal_load", normal_load, least=0)
+    radius = as_floats("contact_radius", contact_radius, least=0)
     if np.any((load > 0) & (radius == 0)):
         raise InputError("contact_radius is 0 m under a normal load; expected the contact radius of that load")
     return load, radius + (radius == 0)
@@ -78,4 +78,4 @@ def half_chord(r: Floats, radius: ArrayLike) -> Floats:
 
 
 def _depth(approach: ArrayLike) -> Floats:
-    return np.maximum(checked("approach", approach), 0)
+    return np.maximum(as_floats("approach", approach), 0)

@@ -11,17 +11,17 @@ import attrs
 import numpy as np
 from attrs.converters import optional
 
-from historysim.basics.arguments import ArrayLike, Floats, checked
+from historysim.basics.arguments import ArrayLike, Floats, as_floats
 from historysim.basics.fields import FractureToughness, Length, Number, Pressure, Quantity, SurfaceEnergy, at_least
 from historysim.basics.units import (
     as_float,
-    in_si,
     joules_per_area,
     metres,
     newtons,
     pascals,
     pascals_root_metre,
     quantity_text,
+    to_si,
     warn_unlikely,
 )
 from historysim.basics.wording import html_table, nearest
@@ -29,7 +29,7 @@ from historysim.errors import InputError
 
 
 def _metres_each(value: Any) -> Any:
-    return tuple(map(as_float, in_si(value, "m"))) if isinstance(value, list | tuple) else value
+    return tuple(map(as_float, to_si(value, "m"))) if isinstance(value, list | tuple) else value
 
 
 def _is(fits: Callable[[Any], bool], expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
@@ -206,10 +206,10 @@ def work_of_adhesion(first: ArrayLike, second: ArrayLike, interfacial: ArrayLike
     of the works of cohesion 2γ1 and 2γ2 is taken, which is good for dispersion forces (Girifalco and Good, *J. Phys.
     Chem.* 61 (1957) 904-909, with Φ = 1). An interface with more energy than the surfaces is an InputError.
     """
-    energies = checked("first", first, above=0), checked("second", second, above=0)
+    energies = as_floats("first", first, above=0), as_floats("second", second, above=0)
     if interfacial is None:
         return 2 * np.sqrt(energies[0] * energies[1])
-    energy = checked("interfacial", interfacial, least=0)
+    energy = as_floats("interfacial", interfacial, least=0)
     work = energies[0] + energies[1] - energy
     if np.any(work <= 0):
         raise InputError(

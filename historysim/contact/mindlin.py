@@ -23,7 +23,7 @@ from typing import TypedDict, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import Floats, checked
+from historysim.basics.arguments import Floats, as_floats
 from historysim.contact.hertz import half_chord, loaded_contact
 from historysim.errors import InputError
 
@@ -99,7 +99,7 @@ def tangential_stiffness(radius: ArrayLike, *, shear_modulus: ArrayLike) -> Floa
     That is a, for the initial stiffness and immediately after a reversal (k_t = 8 G* a; Winogrodzka, Eq. 4.3),
     `stick_radius` along virgin loading, and `counter_slip_radius` after a reversal.
     """
-    return 8 * _modulus(shear_modulus) * checked("radius", radius, least=0)
+    return 8 * _modulus(shear_modulus) * as_floats("radius", radius, least=0)
 
 
 def traction(r: ArrayLike, *, tangential_load: ArrayLike, **contact: Unpack[Slipping]) -> Floats:
@@ -110,7 +110,7 @@ def traction(r: ArrayLike, *, tangential_load: ArrayLike, **contact: Unpack[Slip
     """
     radius = _radius(**contact)
     load, limit, f, q = _utilisation(tangential_load, **contact)
-    distance = np.abs(checked("r", r))
+    distance = np.abs(as_floats("r", r))
     outer, inner = half_chord(distance, radius), half_chord(distance, q * radius)
     # √(a² - r²) - √(c² - r²) loses digits near T = 0; a² - c² over their sum does not
     one_less_square = f * (1 + q) / (1 + q + q**2)
@@ -141,7 +141,7 @@ def dissipated_energy_per_loop(
     3μ²N²/(20 a G*) · (1-q)³ (1 + 3q + q²): the same polynomial in q = (1-f)^(1/3) with its triple root at q = 1 taken
     out, so that it keeps all digits for small f, where ΔW → T*³/(36 a G* μN).
     """
-    _, limit, f, q = _utilisation(checked("amplitude", amplitude, least=0), "amplitude", **contact)
+    _, limit, f, q = _utilisation(as_floats("amplitude", amplitude, least=0), "amplitude", **contact)
     one_less_q = f / (1 + q + q**2)
     return 0.15 * limit**2 / (_radius(**contact) * _modulus(shear_modulus)) * one_less_q**3 * (1 + 3 * q + q**2)
 
@@ -150,8 +150,10 @@ def _utilisation(
     tangential_load: ArrayLike, name: str = "tangential_load", **contact: Unpack[Slipping]
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return T, μN, f = |T|/(μN) and q = (1 - f)^(1/3); f = q = 0 where μN = 0: such a contact slides freely."""
-    load = checked(name, tangential_load)
-    limit = checked("friction", contact["friction"], least=0) * checked("normal_load", contact["normal_load"], least=0)
+    load = as_floats(name, tangential_load)
+    limit = as_floats("friction", contact["friction"], least=0) * as_floats(
+        "normal_load", contact["normal_load"], least=0
+    )
     size = _within(
         name, load, limit, "the limit friction × normal_load", "the contact slides beyond it: reduce the load"
     )
@@ -162,8 +164,8 @@ def _utilisation(
 
 def _since_reversal(tangential_load: ArrayLike, reversal_load: ArrayLike) -> tuple[Floats, Floats]:
     """Return T* and (T - T*)/2."""
-    turned = checked("reversal_load", reversal_load)
-    load = checked("tangential_load", tangential_load)
+    turned = as_floats("reversal_load", reversal_load)
+    load = as_floats("tangential_load", tangential_load)
     advice = "the contact has forgotten the reversal beyond it: use the functions for virgin loading"
     _within("tangential_load", load, np.abs(turned), "the reversal load", advice)
     return turned, (load - turned) / 2
@@ -184,4 +186,4 @@ def _radius(normal_load: ArrayLike, contact_radius: ArrayLike, **_: ArrayLike) -
 
 
 def _modulus(shear_modulus: ArrayLike) -> Floats:
-    return checked("shear_modulus", shear_modulus, above=0)
+    return as_floats("shear_modulus", shear_modulus, above=0)

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from scipy import special
 
-from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
+from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.basics.units import pascals
 from historysim.basics.wording import Notify, silent
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, height_integral, summit_contact
@@ -73,7 +73,7 @@ def area_laws(
     """
     if 1 in surface.shape:
         raise InputError("a profile has no contact area; expected a height map")
-    loads = np.sort(np.atleast_1d(checked("normal_load", normal_load, above=0)))
+    loads = np.sort(np.atleast_1d(as_floats("normal_load", normal_load, above=0)))
     summits, moments = surface.summits(rule), surface.statistics().moments
     pressure, modulus, nominal = loads / surface.nominal_area, pair.contact_modulus, surface.nominal_area
     greenwood = GreenwoodWilliamson.from_summits(summits, modulus)
@@ -111,7 +111,7 @@ def area_laws(
 
 def bowden_tabor_area(pressure: ArrayLike, hardness: float) -> Floats:
     """Return A/A0 = p/H, at most 1: every contact flows at its hardness [Pa]."""
-    return np.minimum(checked("pressure", pressure, least=0) / scalar("hardness", hardness, above=0), 1.0)
+    return np.minimum(as_floats("pressure", pressure, least=0) / scalar("hardness", hardness, above=0), 1.0)
 
 
 def persson_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
@@ -121,7 +121,7 @@ def persson_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus:
     between this and √(2π) p/(E* h') of Bush, Gibson and Thomas.
     """
     slope = math.sqrt(2 * scalar("m2", moments.m2, above=0))
-    return np.asarray(special.erf(math.sqrt(2) * checked("pressure", pressure, least=0) / (contact_modulus * slope)))
+    return np.asarray(special.erf(math.sqrt(2) * as_floats("pressure", pressure, least=0) / (contact_modulus * slope)))
 
 
 def bush_gibson_thomas(
@@ -136,7 +136,7 @@ def bush_gibson_thomas(
     alpha = m0 * m4 / m2**2
     if not alpha > 1.5:
         raise InputError(f"the moments have m0 m4/m2² = {alpha:.4g}; expected more than 1.5, as every surface has")
-    heights = np.atleast_1d(checked("separation", separation)) / math.sqrt(m0)
+    heights = np.atleast_1d(as_floats("separation", separation)) / math.sqrt(m0)
     sums = np.array([_summits_above(height, alpha) for height in heights]).T
     # lengths in √m0 and curvatures in √m4; summits per area from 1/(2π m2)
     scale = m4 / (2 * math.pi * m2)
@@ -148,7 +148,7 @@ def bush_gibson_thomas(
 
 def bush_gibson_thomas_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
     """Return A/A0 by Bush, Gibson and Thomas at nominal pressures [Pa]; NaN beyond contact at the mean plane."""
-    nominal_pressure = checked("pressure", pressure, least=0)
+    nominal_pressure = as_floats("pressure", pressure, least=0)
     separations = np.linspace(HIGHEST, 0.0, 241) * math.sqrt(scalar("m0", moments.m0, above=0))
     pressures, areas = bush_gibson_thomas(separations, moments, contact_modulus)
     # between the separations both go nearly as exponentials, and their ratio is nearly constant

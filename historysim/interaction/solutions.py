@@ -17,7 +17,7 @@ import numpy as np
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.basics.files import replacing
 from historysim.basics.limits import check_archive
-from historysim.basics.wording import Notify, counted, progress_bar, silent
+from historysim.basics.wording import Notify, count_text, progress_bar, silent
 from historysim.errors import InputError
 from historysim.interaction.half_space import EACH_TOUCH, FewPoints, HalfSpace
 from historysim.surfaces.heights import Surface
@@ -35,7 +35,9 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "historysim"
 
 
-def cached(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]) -> dict[str, Floats]:
+def load_or_compute(
+    name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]
+) -> dict[str, Floats]:
     """Return the cached arrays of a computation, identified by its arguments; compute and store them if there are none.
 
     A damaged file is computed again. If the folder cannot be written to, nothing is cached.
@@ -125,7 +127,7 @@ class NormalSolutions:
         def compute() -> dict[str, Floats]:
             return _solve(space, surface, target, progress=progress, notify=notify)
 
-        arrays = cached("normal_solutions", key, compute)
+        arrays = load_or_compute("normal_solutions", key, compute)
         point = arrays["point"].astype(np.int64)
         touching = np.zeros(surface.shape, dtype=bool)
         touching.flat[point] = True
@@ -163,7 +165,7 @@ class NormalSolutions:
         if abs(change) <= MOST_CHANGE:
             return ()
         becomes = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
-        patches = counted(self.count, "patch", "patches")
+        patches = count_text(self.count, "patch", "patches")
         notice = (
             f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {becomes} without every "
             "second point of the map: areas, patches and pressures are those of the grid, not of the surface; take a "

@@ -14,7 +14,7 @@ import numpy as np
 
 from historysim.basics.arguments import Array, Floats, workable
 from historysim.basics.units import duration_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.loads.events import (
     EVENTS,
@@ -215,7 +215,7 @@ def as_events(argument: Iterable[Event]) -> Sequence[Event]:
 
 def events_text(events: Sequence[Event]) -> str:
     """Describe number and duration of events: ``"2,000 events over 198 s"``."""
-    return f"{counted(len(events), 'event', 'events')}{over_text(events)}"
+    return f"{count_text(len(events), 'event', 'events')}{over_text(events)}"
 
 
 def over_text(events: Sequence[Event]) -> str:

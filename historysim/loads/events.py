@@ -9,8 +9,8 @@ import attrs
 from historysim.basics.fields import Force, Length, Numbers, Quantity
 from historysim.basics.limits import MOST_FRICTION, SIZE, is_workable
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, convert_each, in_si, is_number, metres, newtons, seconds
-from historysim.basics.wording import counted
+from historysim.basics.units import as_float, convert_each, is_number, metres, newtons, seconds, to_si
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 
 __all__ = [
@@ -80,7 +80,7 @@ def as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
 
 def _as_lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
     """Convert lengths with or without units to metres."""
-    lengths = None if value is None else as_numbers(in_si(value, "m"))
+    lengths = None if value is None else as_numbers(to_si(value, "m"))
     return lengths if isinstance(lengths, tuple | None) else (lengths,)
 
 
@@ -169,7 +169,7 @@ class Event:
         return [getattr(self, name) for name in self.fields()]
 
     @classmethod
-    def of(cls, time: float, contents: Sequence[Any]) -> Self:
+    def from_contents(cls, time: float, contents: Sequence[Any]) -> Self:
         """Make an event at a time from `contents`; missing trailing values are left open."""
         event_class: Any = cls
         if len(contents) > len(cls.fields()):
@@ -199,7 +199,7 @@ class Event:
             if self.noun != "number" and isinstance(values, tuple) and len(values) not in {1, expected}:
                 return (
                     f"{name} has shape ({len(values)},); expected one {self.noun}, or one for each of "
-                    f"{counted(expected, 'asperity', 'asperities')}"
+                    f"{count_text(expected, 'asperity', 'asperities')}"
                 )
         return ""
 
@@ -246,11 +246,11 @@ class LoadEvent(Event):
         """True if the value has two components, in x and y."""
         return False
 
-    def reached(self, channel: str) -> float:  # noqa: ARG002 - it has one
+    def channel_value(self, channel: str) -> float:  # noqa: ARG002 - it has one
         """Return the value of one of the `channels` [N] or [m]."""
         return float(self.value)
 
-    def restrict_to(self, channels: Collection[str]) -> Self:  # noqa: ARG002 - it has one
+    def restrict(self, channels: Collection[str]) -> Self:  # noqa: ARG002 - it has one
         """Return the event as a waypoint of some of its `channels` only."""
         return self
 
@@ -328,11 +328,11 @@ class TangentialEvent(LoadEvent):
         """Channels of this waypoint: "tangential" is the channel of x, or of a single direction."""
         return tangential_channels(self.value)
 
-    def reached(self, channel: str) -> float:
+    def channel_value(self, channel: str) -> float:
         """Return the value of one of the `channels` [N] or [m]."""
         return float(self.value[channel.endswith(ACROSS)] if self.planar else self.value)
 
-    def restrict_to(self, channels: Collection[str]) -> Self:
+    def restrict(self, channels: Collection[str]) -> Self:
         """Return the event as a waypoint of some of its `channels` only."""
         if not self.planar:
             return self
@@ -346,10 +346,12 @@ class TangentialEvent(LoadEvent):
         return [*self.value] if self.planar and None in self.value else [self.value]
 
     @classmethod
-    def of(cls, time: float, contents: Sequence[Any]) -> Self:
+    def from_contents(cls, time: float, contents: Sequence[Any]) -> Self:
         """Make an event at a time from `contents`."""
         event_class: Any = cls
-        event: Self = event_class(time, tuple(contents)) if len(contents) == 2 else super().of(time, contents)
+        event: Self = (
+            event_class(time, tuple(contents)) if len(contents) == 2 else super().from_contents(time, contents)
+        )
         return event
 
     @property

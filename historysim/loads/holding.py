@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError, RampWarning
 from historysim.loads import schedule
 from historysim.loads.event_sequence import Events, SampledLoads, check_sequence, time_text
@@ -34,7 +34,7 @@ class Timeline:
         for event in dict.fromkeys(self.last.values()):
             if event.time < time:
                 channels = [name for name in event.channels if self.last[name] == event]
-                self.append(attrs.evolve(event.restrict_to(channels), time=time))
+                self.append(attrs.evolve(event.restrict(channels), time=time))
 
 
 @attrs.frozen
@@ -48,7 +48,7 @@ class LoadRamp:
 
     def notice(self, location: str, hold: str, ramp: str) -> str:
         """Format a notice about the event in between; `hold` and `ramp` are the settings to choose from."""
-        more = f", and so in {counted(self.others, 'other place', 'other places')}" if self.others else ""
+        more = f", and so in {count_text(self.others, 'other place', 'other places')}" if self.others else ""
         return (
             f"{location}: {self.start.name} is not set here and ramps from {_text(self.start)} to {_text(self.end)}"
             f"{more}; set {hold} to hold it, or {ramp} if the ramp is intended"
@@ -56,7 +56,7 @@ class LoadRamp:
 
 
 def _text(event: LoadEvent) -> str:
-    values = [quantity_text(event.reached(channel), event.unit) for channel in event.channels]
+    values = [quantity_text(event.channel_value(channel), event.unit) for channel in event.channels]
     return f"{', '.join(values)} at {event.time:g} s"
 
 
@@ -82,7 +82,7 @@ def find_ramp(events: Sequence[Event]) -> LoadRamp | None:
     assert isinstance(start, LoadEvent)  # noqa: S101 - a waypoint of a load channel
     assert isinstance(end, LoadEvent)  # noqa: S101
     others = sum(ramps[0].size for ramps in found) - 1
-    return LoadRamp(start.restrict_to([name]), end.restrict_to([name]), int(passed[0]), others)
+    return LoadRamp(start.restrict([name]), end.restrict([name]), int(passed[0]), others)
 
 
 def apply_hold(events: Sequence[Event], hold: bool | None, *, stacklevel: int) -> Sequence[Event]:

@@ -24,7 +24,7 @@ from historysim.loads.events import (
     tangential_channels,
 )
 from historysim.memory.binding import DISPLACED, LOAD
-from historysim.memory.paths import Goals, Paths, paths_to
+from historysim.memory.paths import Goals, Paths, straight_paths
 
 if TYPE_CHECKING:
     from historysim.asperities.instrument import Instrument
@@ -247,7 +247,7 @@ class _Schedule:
             for name, event in jumps.items():
                 goal = goals[name in COMPONENTS]
                 where = ..., int(name == COMPONENTS[1])
-                goal[0][where], goal[1][where], goal[2][where] = _control(type(event)), event.reached(name), 1.0
+                goal[0][where], goal[1][where], goal[2][where] = _control(type(event)), event.channel_value(name), 1.0
                 held[name in COMPONENTS][0][where] = _control(type(event))
             path = [column for goal in goals for column in goal]
             path.append(np.ones(1, dtype=np.int64))
@@ -312,13 +312,13 @@ def fork_waypoints(
     waypoints: list[Event] = []
     for name, bounds in loads.items():
         of_channel: list[Any] = [
-            _waypoint(
-                bounds.kind, moment, state_at(moment), instrument, keeps_gap=straight_in_displacements
-            ).restrict_to({name})
+            _waypoint(bounds.kind, moment, state_at(moment), instrument, keeps_gap=straight_in_displacements).restrict(
+                {name}
+            )
             for moment in sorted(moments)
             if bounds.kind and moment > bounds.start(latest)
         ]
-        held: Any = bounds.previous and bounds.previous.restrict_to({name})
+        held: Any = bounds.previous and bounds.previous.restrict({name})
         if bounds.ahead is None and of_channel and all(_is_same_waypoint(held, waypoint) for waypoint in of_channel):
             of_channel = [attrs.evolve(held, time=time)]
         waypoints += of_channel
@@ -373,7 +373,10 @@ def _is_same_waypoint(held: LoadEvent, waypoint: Event) -> bool:
     """Return True if a waypoint has the control and, to rounding, the value of the held one."""
     if not isinstance(waypoint, LoadEvent) or type(held) is not type(waypoint):
         return False
-    return all(np.isclose(waypoint.reached(name), held.reached(name), rtol=1e-12, atol=0.0) for name in held.channels)
+    return all(
+        np.isclose(waypoint.channel_value(name), held.channel_value(name), rtol=1e-12, atol=0.0)
+        for name in held.channels
+    )
 
 
 def _waypoint(
@@ -471,7 +474,7 @@ def _sampled_segments(samples: SampledLoads, substeps: int, most_rows: int | Non
         time = samples.time[block]
         times = np.append(samples.time[max(start - 1, 0)], time[:-1]), time
         goals = Goals(LOAD, samples.normal_load[block]), Goals(DISPLACED, samples.tangential_displacement[block])
-        yield Segment(paths_to(*goals, times=times), range(2 * start + 1, 2 * block.stop, 2), time)
+        yield Segment(straight_paths(*goals, times=times), range(2 * start + 1, 2 * block.stop, 2), time)
 
 
 def _check(events: Sequence[Event], substeps: int) -> None:
@@ -517,7 +520,7 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
     for name in (*CHANNELS, *COMPONENTS[1:]) if is_planar(events) else CHANNELS:
         of_channel = [(number, event) for number, event in enumerate(events) if name in event.channels]
         indices = np.array([number for number, _ in of_channel], dtype=np.int64)
-        values = [event.reached(name) if isinstance(event, LoadEvent) else 0.0 for _, event in of_channel]
+        values = [event.channel_value(name) if isinstance(event, LoadEvent) else 0.0 for _, event in of_channel]
         channels.append(_Channel(indices, time[indices], np.array(values, dtype=float), control[indices]))
     return channels
 
@@ -558,9 +561,9 @@ class _Channel:
             return np.full(time.size, LOAD), none, np.zeros(time.size)
         at = np.searchsorted(self.time, time)
         next_index = np.minimum(at, last_index)
-        goes = self.time[next_index]
-        arrives = (at > last_index) | (goes == time)
-        remaining = np.divide(time - previous, goes - previous, out=np.ones(time.size), where=~arrives)
+        target_time = self.time[next_index]
+        arrives = (at > last_index) | (target_time == time)
+        remaining = np.divide(time - previous, target_time - previous, out=np.ones(time.size), where=~arrives)
         waits = (at == 0) & ~arrives
         return (
             np.where(waits, LOAD, self.control[next_index]),
@@ -617,7 +620,7 @@ class _Table:
         """Return the segment of the paths so far, and start another one."""
         columns = [np.concatenate(column) for column in zip(*self.columns, strict=True)]
         goals = Goals(*columns[:3]), Goals(*columns[3:PARTS])
-        paths = paths_to(*goals, parts=columns[PARTS], recorded=self.recorded, times=(columns[-2], columns[-1]))
+        paths = straight_paths(*goals, parts=columns[PARTS], recorded=self.recorded, times=(columns[-2], columns[-1]))
         ramp, ramp_part = self.ramp or (None, 1.0)
         times, events = np.concatenate(self.row_times), self.events
         self.clear()

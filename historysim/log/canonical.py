@@ -32,7 +32,7 @@ LISTED: dict[int, type[Event]] = {
     10: TangentialLoad,
     11: TangentialDisplacement,
 }
-ABSENT, ALONE = -1, -2  # the length of a list that is not given, and of a number that stands for all asperities
+ABSENT, ALONE = -1, -2  # the length of a missing list, and of one number for all asperities
 LINK = struct.Struct("<qqq")
 
 
@@ -123,7 +123,7 @@ def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
         position += len(values)
     kind = LISTED[code] if code != NAMED else _kind_by_name(lists.pop(0) if lists else None)
     try:
-        return kind.of(time, lists)
+        return kind.from_contents(time, lists)
     except (TypeError, ValueError) as error:
         raise InputError(f"holds an event {kind.name!r} with other numbers than it has ({error})") from error
 

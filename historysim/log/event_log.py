@@ -15,7 +15,7 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
 from historysim.basics.files import as_path
-from historysim.basics.wording import Notify, counted, silent
+from historysim.basics.wording import Notify, count_text, silent
 from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, over_text, time_text
@@ -25,7 +25,7 @@ from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import start_before
 from historysim.memory.binding import DISPLACED
-from historysim.memory.paths import STILL, Goals, paths_to
+from historysim.memory.paths import STILL, Goals, straight_paths
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
 from historysim.replaying import Replay
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _HELD = Goals(DISPLACED, *STILL)
-HOLD = paths_to(_HELD, _HELD)  # A path that leads nowhere and records a row
+HOLD = straight_paths(_HELD, _HELD)  # A path that leads nowhere and records a row
 
 
 @attrs.frozen
@@ -104,7 +104,7 @@ class EventLog:
         chosen_asperities(ensemble, (), record)
         job = Replay(ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument)
         events = apply_hold(as_events(events), hold, stacklevel=3)
-        return cls(LogFile.create(Path(path), LogHeader.of(job, title=title), events))
+        return cls(LogFile.create(Path(path), LogHeader.from_replay(job, title=title), events))
 
     def __enter__(self) -> Self:
         return self
@@ -123,7 +123,7 @@ class EventLog:
     def __repr__(self) -> str:
         content = self._file.read()
         damage = ", damaged after them" if content.problem else ""
-        asperities = counted(len(self.ensemble), "asperity", "asperities")
+        asperities = count_text(len(self.ensemble), "asperity", "asperities")
         return f"<EventLog {self.path}: {events_text(content.events)}{damage}, {asperities}>"
 
     # -- contents ----------------------------------------------------------------------------------

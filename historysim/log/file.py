@@ -147,7 +147,7 @@ class LogFile:
                 for _ in _put_events(connection, [head.link], [0], events):
                     pass
             settle(path)
-            lock = lock.moved(path)
+            lock = lock.rename(path)
             with write_errors(path, unfinished):
                 sync_folder(path.parent)
             return cls(path, lock=lock)

@@ -22,7 +22,7 @@ from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import convert_each
-from historysim.basics.wording import shown
+from historysim.basics.wording import format_value
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.events import Event
@@ -70,7 +70,7 @@ class LogHeader:
     arrays: Mapping[str, Array] = attrs.field(repr=False)
 
     @classmethod
-    def of(
+    def from_replay(
         cls,
         job: Replay,
         *,
@@ -137,13 +137,13 @@ class LogHeader:
         for name, kinds in _OF_SETTINGS.items():
             value = self.settings.get(name, {} if name == "metadata" else ...)
             if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
-                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
+                raise InputError(f"is damaged: its setting {name} is {format_value(value)}, which is no value for it")
         record, metadata = self.settings["record"], self.settings.get("metadata", {})
         indices = all(type(item) is int for item in record if not isinstance(record, str))
         if not (indices and all(isinstance(item, str) for item in metadata.values())):
             raise InputError("is damaged: what it records are no indices, or its metadata are no strings")
         if not 1 <= self.substeps <= most("STEPS"):
-            raise InputError(f"says {shown(self.substeps)} as substeps; {at_most('STEPS')}")
+            raise InputError(f"says {format_value(self.substeps)} as substeps; {at_most('STEPS')}")
         try:
             # either is computed once
             _ = self.ensemble, self.instrument

@@ -38,7 +38,7 @@ from historysim.log.result import SNAPSHOT_CELLS, digest_attribute, log_path_for
 from historysim.memory.paths import Rows
 from historysim.recording.provenance import MADE_BY
 from historysim.recording.recorder import Recorder, Selection, StateOnly, asperity_coordinates, labelled_dataset
-from historysim.recording.variables import COMPONENTS, COORDINATES, SLIDE_TIME, Variable, recorded
+from historysim.recording.variables import COMPONENTS, COORDINATES, SLIDE_TIME, Variable, recorded_variables
 from historysim.replaying import Replay
 
 TIME = COORDINATES[0]
@@ -292,7 +292,7 @@ class LogReference:
     program: str  #: versions that compute it
 
     @classmethod
-    def of(cls, path: Path, record: Selection | None = None) -> "LogReference":
+    def from_file(cls, path: Path, record: Selection | None = None) -> "LogReference":
         """Read a log, or a result that holds one; InputError if it is damaged or has no events."""
         head, content, _ = _read(path)
         if not content.events:
@@ -375,7 +375,7 @@ class _LazyArray(BackendArray):
 
     def _read_key(self, key: tuple[Any, ...]) -> Array:
         history = self.reference.history
-        totals, per_asperity = recorded(history.job.changes)
+        totals, per_asperity = recorded_variables(history.job.changes)
         variables = {
             (variable.name, variable.dimensions): variable for variable in (*totals, *per_asperity, SLIDE_TIME)
         }
@@ -389,7 +389,7 @@ class _Grid(NamedTuple):
     asperities: Sequence[range]
 
     @classmethod
-    def of(cls, chunks: Chunks, steps: int, asperities: int) -> "_Grid":
+    def from_chunks(cls, chunks: Chunks, steps: int, asperities: int) -> "_Grid":
         """Return the chunks of given sizes, or of default ones; -1 is all."""
         sizes = {} if chunks == "auto" else dict(chunks) if isinstance(chunks, Mapping) else {str(chunks): 0}
         for name, size in sizes.items():
@@ -436,13 +436,13 @@ def open_lazily(
         The file cannot be used, or dask is not installed.
     """
     path = as_path(path).absolute()
-    reference = LogReference.of(path, record)
+    reference = LogReference.from_file(path, record)
     history = reference.history
     history.check_snapshots()
     job = history.job
     sizes = {"step": history.time.size, "asperity": history.labels.size, DIRECTION: len(COMPONENTS)}
     known_totals = _known_totals(history, totals or (path if is_netcdf(path) else path.with_suffix(".nc")))
-    totals_variables, per_asperity = recorded(job.changes)
+    totals_variables, per_asperity = recorded_variables(job.changes)
     computed = [*(variable for variable in totals_variables if variable.name not in known_totals), *per_asperity]
     lazy = [
         (
@@ -458,7 +458,7 @@ def open_lazily(
         *lazy,
     ]
     if chunks is not None:
-        grid = _Grid.of(chunks, sizes["step"], sizes["asperity"])
+        grid = _Grid.from_chunks(chunks, sizes["step"], sizes["asperity"])
         data = [*data, *_dask_variables(reference, computed, grid)]
     coordinates = [*asperity_coordinates(job.ensemble, history.labels), (TIME, history.time)]
     attributes = job.attributes() | history.head.attributes | digest_attribute(history.content.links[-1])
@@ -477,7 +477,7 @@ def _known_totals(history: LazyHistory, path: Path) -> Mapping[str, Array]:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
             if all(name in file.ncattrs() and file.getncattr(name) == value for name, value in expected.items()):
-                names = [variable.name for variable in recorded(history.job.changes)[0]]
+                names = [variable.name for variable in recorded_variables(history.job.changes)[0]]
                 return {name: file[name][...] for name in names if name in file.variables}
     return {}
 
@@ -497,7 +497,7 @@ def with_chunks(history: xr.Dataset, chunks: Chunks) -> xr.Dataset:
     """Return a history that is read from a file as dask arrays; chunks and errors as for `open_lazily`."""
     with _needs_dask():
         import dask.array  # noqa: F401 - xarray reports its absence in other words
-    grid = _Grid.of(chunks, history.sizes["step"], history.sizes.get("asperity", 0))
+    grid = _Grid.from_chunks(chunks, history.sizes["step"], history.sizes.get("asperity", 0))
     sizes = {"step": len(grid.steps[0]), "asperity": len(grid.asperities[0])}
     return history.chunk({axis: size for axis, size in sizes.items() if axis in history.sizes})
 

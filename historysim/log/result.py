@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim._version import __version__
-from historysim.basics.fields import one_of
+from historysim.basics.fields import choice
 from historysim.basics.files import replacing, write_errors
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.system import resolve_threads
@@ -68,11 +68,11 @@ class RunOptions:
     progress: bool = False
     resume: bool = False
     snapshot_every: int | None = attrs.field(default=None, validator=_check_interval)
-    compression: str = attrs.field(default="none", validator=one_of(*COMPRESSIONS))
+    compression: str = attrs.field(default="none", validator=choice(*COMPRESSIONS))
     threads: int | None = attrs.field(default=None, converter=resolve_threads)
     force: bool = False
     notify: Notify = silent
-    record: str | None = attrs.field(default=None, validator=attrs.validators.optional(one_of("totals")))
+    record: str | None = attrs.field(default=None, validator=attrs.validators.optional(choice("totals")))
     cluster: str | None = None
 
     def apply_record(self, job: Replay) -> Replay:
@@ -89,7 +89,7 @@ class _Spacing:
     rows: int = attrs.field(init=False)
 
     @classmethod
-    def of(cls, options: RunOptions, job: Replay) -> "_Spacing":
+    def from_options(cls, options: RunOptions, job: Replay) -> "_Spacing":
         """Return the spacing at the start of a run."""
         spacing = cls(options.snapshot_every, job.steps())
         spacing.rows = spacing.chosen or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(job.ensemble)))
@@ -138,7 +138,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         with make_recorder(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
                 options.notify(_size_notice(output, target))
-            spacing = _Spacing.of(options, job)
+            spacing = _Spacing.from_options(options, job)
             at_once = spacing.rows
             rows = written if start.rows else f"{unfinished.path.name} {date_created}"
 

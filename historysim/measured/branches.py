@@ -11,14 +11,14 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.measured.reduction import (
     FEWEST_SAMPLES,
     REVERSAL,
     channel,
     check_order,
-    noise_of,
+    estimate_white_noise,
     noise_of_curve,
     turning_points,
 )
@@ -166,7 +166,7 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     if math.isnan(gap):
         gap, height = (
             load[-1] - load[0],
-            height + (REVERSAL * noise_of(load) + 2 * float(load_steps.min())) / CLOSED,
+            height + (REVERSAL * estimate_white_noise(load) + 2 * float(load_steps.min())) / CLOSED,
         )
     if max(abs(gap), CLOSED_ERRORS * error) > CLOSED * height:
         return None
@@ -453,12 +453,15 @@ def at_one_load(
         return AtOneLoad(number, ends, none, none, tuple(notes))
     if moved.any():
         low, high = (f"{100 * float(of(on_the_way[moved])):.3g} %" for of in (np.min, np.max))
-        count, by = counted(int(moved.sum()), "branch is", "branches are"), low if low == high else f"{low} to {high}"
+        count, by = (
+            count_text(int(moved.sum()), "branch is", "branches are"),
+            low if low == high else f"{low} to {high}",
+        )
         notes.append(f"{count} left out, on which the normal load moves by {by} of its greatest value, over {limit}")
     if begun := int((stepped & ~moved).sum()):
         notes.append(
-            f"{counted(begun, 'branch begins', 'branches begin')} with a step of the normal load of more than {limit}: "
-            "without preliminary displacement and stiffness"
+            f"{count_text(begun, 'branch begins', 'branches begin')} with a step of the normal load of more than "
+            f"{limit}: without preliminary displacement and stiffness"
         )
     if lone is not None and lone_move[0, 0] <= limit_of_move:
         number = np.append(number, number[-1] + 1)

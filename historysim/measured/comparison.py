@@ -27,9 +27,9 @@ from historysim.measured.reduction import (
     USUAL_STEPS,
     Measurement,
     check_moves,
+    estimate_white_noise,
     find_spikes,
     loop_dead_band,
-    noise_of,
     turning_points,
 )
 from historysim.measured.residual_diagnosis import FEWEST_OF_BRANCH, BranchSamples, diagnose_residuals
@@ -114,7 +114,7 @@ class Observation:
         channels: dict[str, Any] = {name: np.add.reduceat(getattr(self, name), group_starts) / sizes for name in names}
         white = 1 / math.sqrt(group_size)
         displacement_noise, load_noise = (
-            float(np.clip(noise_of(channels[name]), white * noise, noise))
+            float(np.clip(estimate_white_noise(channels[name]), white * noise, noise))
             for name, noise in (("displacement", self.displacement_noise), ("tangential_load", self.load_noise))
         )
         count = f"{self.time.size:,} samples as {group_starts.size:,}"
@@ -167,7 +167,7 @@ def observe(
     if loops is not None and loops.trace.time.size > measurement.time.size:
         # one closed period: the cycles before it were not stored, so the model follows the record from a reversal on
         start = max(start, 1)
-    noise = noise_of(displacement) if displacement_noise is None else displacement_noise
+    noise = estimate_white_noise(displacement) if displacement_noise is None else displacement_noise
     nodes = np.union1d(turns, find_load_steps(normal))
     # half the distance from each sample to the farther one of its neighbours
     steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
@@ -183,7 +183,7 @@ def observe(
         node_deviation=np.hypot(noise, half_step[nodes]),
         node_offset=offset[nodes],
         displacement_noise=noise,
-        load_noise=noise_of(load) if load_noise is None else load_noise,
+        load_noise=estimate_white_noise(load) if load_noise is None else load_noise,
         reading_noise=noise,
         dead_band=dead_band,
         loops=loops,
@@ -298,7 +298,7 @@ def find_load_steps(normal_load: Floats) -> Integers:
     change = np.abs(np.diff(normal_load))
     # the last digit is not a step, although a load that rests on it seems free of noise
     threshold = max(
-        10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max())
+        10 * estimate_white_noise(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max())
     )
     step_samples = np.flatnonzero(change > threshold)
     steps: Integers = np.union1d(step_samples, step_samples + 1)

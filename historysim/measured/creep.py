@@ -13,11 +13,17 @@ from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import counted, html_table
+from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
 from historysim.measured.comparison import Observation, compute_response, find_load_steps, observe
 from historysim.measured.loop_table import CONFIDENCE
-from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, noise_of, turning_points
+from historysim.measured.reduction import (
+    Measurement,
+    estimate_white_noise,
+    estimated_noise,
+    loop_dead_band,
+    turning_points,
+)
 
 FEWEST_HOLDS = 3  # holds from which on their scatter is known
 FINENESS = 10  # means of a hold in a decade of its time
@@ -345,7 +351,9 @@ class _Record:
         still = quiet(measurement, rests)
         band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
         still = attrs.evolve(still, dead_band={**still.dead_band, "tangential_displacement": band})
-        observation = observe(still, displacement_noise=estimated_noise(displacement), load_noise=noise_of(load))
+        observation = observe(
+            still, displacement_noise=estimated_noise(displacement), load_noise=estimate_white_noise(load)
+        )
         return cls(load, observation, ensemble, instrument, rests, np.sign([part.start(load) for part in rests]))
 
     def at_steady_load(self) -> "_Record":
@@ -411,7 +419,7 @@ def _creeping(record: _Record) -> _Law:
 
     count = len(record.rests)
     if count < FEWEST_HOLDS:
-        few = counted(count, "hold", "holds")
+        few = count_text(count, "hold", "holds")
         return _Law(unknown=f"it has {few}; expected {FEWEST_HOLDS} or more, for an interval")
     measured, steady = record.points(record.load), record.at_steady_load()
     unit = 1e-3 * float(np.ptp(record.observation.displacement))

@@ -11,7 +11,7 @@ import numpy as np
 
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import UNIT_OF, quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.measured import intervals
 from historysim.measured.comparison import ModelResponse, Observation, compute_residuals
 from historysim.measured.loop_table import CONFIDENCE
@@ -242,7 +242,7 @@ def _notes_on_search(search: Search, result: SearchResult, misfit: float, *, min
     if not result.converged:
         notes.append("the search did not converge; start it again from these values")
     if result.at_bounds:
-        nodes = counted(search.free, "turning point or step of load", "turning points and steps of load")
+        nodes = count_text(search.free, "turning point or step of load", "turning points and steps of load")
         notes.append(
             f"{result.at_bounds:,} of {nodes} would be more than {FARTHEST_NODE:g} deviations of the noise away from "
             "where they were measured: noise alone does not explain the residuals"

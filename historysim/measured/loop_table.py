@@ -8,8 +8,8 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
-from historysim.basics.units import quantity_text, scaled
-from historysim.basics.wording import columns, counted, html_table
+from historysim.basics.units import choose_unit, quantity_text
+from historysim.basics.wording import columns, count_text, html_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ class LoopStatistics:
         """Return mean ± standard deviation as a string, and of how many loops where that is not all of them."""
         if self.count == 0:
             return "–"
-        factor, symbol = scaled(self.mean, unit)
+        factor, symbol = choose_unit(self.mean, unit)
         # a scatter at the level of rounding is none
         spread = self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
         scatter = f" ± {spread * factor:.2g}" if self.count > 1 else ""
@@ -66,7 +66,7 @@ def interval_text(mean: float, low: float, high: float, unit: str) -> str:
     """Return the 95 % confidence interval of a mean as a string in parentheses; empty if it is rounding."""
     if not high - low > 2e-12 * abs(mean):
         return ""
-    factor, symbol = scaled(mean, unit)
+    factor, symbol = choose_unit(mean, unit)
     return f" (95 %: {factor * low:.4g} to {factor * high:.4g}{symbol})"
 
 
@@ -198,7 +198,7 @@ class LoopTable:
         low, high = (quantity_text(bound, "N", 3) for bound in (line.intercept_low, line.intercept_high))
         interval = f" (95 %: {line.slope_low:.4g} to {line.slope_high:.4g}; {low} to {high})" if line.count > 2 else ""
         offset = f"{'-' if line.intercept < 0 else '+'} {quantity_text(abs(line.intercept), 'N', 3)}"
-        over = counted(line.count, "load", "loads") + ("" if interval else ", which give no interval")
+        over = count_text(line.count, "load", "loads") + ("" if interval else ", which give no interval")
         lines = [("friction over load", f"F = {line.slope:.4g} N {offset}{interval}, through the means at {over}")]
         for quantity, (label, text) in _POWERS.items():
             law = self.power_law(quantity)

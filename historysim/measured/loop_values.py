@@ -12,7 +12,7 @@ import numpy as np
 
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.measured import branch_shape
 from historysim.measured.branches import Definitions, Trace
@@ -145,7 +145,9 @@ class LoopValues:
                 "one with more: lower skip_per_level"
             )
         names = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
-        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~selected).sum():,} in all"
+        note = (
+            f"the first {count_text(count, 'loop is', 'loops are')} left out at each load, {(~selected).sum():,} in all"
+        )
         values = {name: getattr(self, name)[selected] for name in (*QUANTITIES, *names)}
         return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
 
@@ -161,7 +163,7 @@ class LoopValues:
         if self._has_damper:
             everyone = np.arange(len(self))
             reason = "their energy is proportional to the square of the amplitude, and their load to the amplitude"
-            return ((everyone, f"{counted(len(self), 'loop', 'loops')} are no friction: {reason}, {DAMPER}"),)
+            return ((everyone, f"{count_text(len(self), 'loop', 'loops')} are no friction: {reason}, {DAMPER}"),)
         large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
         small = [members[~self.large[members]] for members in self.amplitude_classes()]
         for number, members in enumerate(large + small):
@@ -171,7 +173,7 @@ class LoopValues:
             if number < len(large):
                 load = quantity_text(float(np.nanmean(self.normal_load[members])), "N") if len(large) > 1 else ""
                 where = f"at {load} " if load else ""
-            many, are = counted(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
+            many, are = count_text(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
             classes.append((members, f"{many} {where}{are} friction: {reason}"))
         return tuple(classes)
 

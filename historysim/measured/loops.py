@@ -9,7 +9,7 @@ import numpy as np
 
 from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, html_table
+from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
 from historysim.measured import branch_shape
 from historysim.measured.branches import (
@@ -65,7 +65,7 @@ class Loops(LoopValues):
     def __repr__(self) -> str:
         names = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
         texts = [f"{QUANTITIES[name][0]} {self.text(name, QUANTITIES[name][1])}" for name in names]
-        return f"<Loops: {', '.join([counted(len(self), 'loop', 'loops'), *texts])}>"
+        return f"<Loops: {', '.join([count_text(len(self), 'loop', 'loops'), *texts])}>"
 
     def _repr_html_(self) -> str:
         heading, *rows = self.rows()
@@ -86,7 +86,7 @@ class Loops(LoopValues):
         length = float(np.ptp(self.trace.displacement))
         share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
         large, threshold = int(self.large.sum()), self.definitions.amplitude_share
-        of = f"{large:,} of {counted(len(self), 'loop', 'loops')}"
+        of = f"{large:,} of {count_text(len(self), 'loop', 'loops')}"
         small = "" if large == len(self) else f", those of {threshold:.3g} of the largest amplitude or more: {of}"
         return [
             *self.remarks,
@@ -203,7 +203,7 @@ class Loops(LoopValues):
                 ),
             },
             attrs={
-                "title": counted(len(self), "friction loop", "friction loops"),
+                "title": count_text(len(self), "friction loop", "friction loops"),
                 "content": CONTENT,
                 "fretting_regime": self.fretting.regime_text(),
                 **self._attributes(),
@@ -281,7 +281,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     if first_loop >= len(all_ends):
         skipped = f", of which {first_loop:,} are to be skipped" if first_loop else ""
         raise NoLoopError(
-            f"the record has {counted(len(all_ends), 'whole loop', 'whole loops')} at a dead band of {band:g} m"
+            f"the record has {count_text(len(all_ends), 'whole loop', 'whole loops')} at a dead band of {band:g} m"
             f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
         )
     pieces = (0, int(all_ends[0, 0])), (int(all_ends[-1, 2]), moved.size - 1)

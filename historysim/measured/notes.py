@@ -11,7 +11,7 @@ import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.measured import intervals
 from historysim.measured.branch_shape import are_level, average_branches
 from historysim.measured.branches import Trace
@@ -24,7 +24,7 @@ from historysim.measured.reduction import (
     SPIKE,
     USUAL_STEPS,
     count_of_spikes,
-    noise_of,
+    estimate_white_noise,
     noise_of_curve,
 )
 
@@ -160,8 +160,8 @@ def _still_rising(loops: LoopValues) -> Iterator[str]:
     )
     share = 100 * loops.definitions.still_rising
     yield (
-        f"{int(rising.sum()):,} of {counted(many, 'branch', 'branches')} do not reach sliding: the load still rises by "
-        f"more than {share:.3g} % where it should be level. Their {bound}, are lower bounds and are left out of the "
+        f"{int(rising.sum()):,} of {count_text(many, 'branch', 'branches')} do not reach sliding: the load still rises "
+        f"by more than {share:.3g} % where it should be level. Their {bound}, are lower bounds and are left out of the "
         "means; use longer strokes"
     )
 
@@ -175,7 +175,7 @@ def _narrow(loops: LoopValues) -> Iterator[str]:
         return
     share = max(float((loops.dissipated_energy[narrow] / around[narrow]).max()), 0.0)
     yield (
-        f"{int(narrow.sum()):,} of {counted(int(slid.sum()), 'loop', 'loops')} are almost lines: they enclose "
+        f"{int(narrow.sum()):,} of {count_text(int(slid.sum()), 'loop', 'loops')} are almost lines: they enclose "
         f"{100 * share:.2g} % or less of the rectangle 4TU around them. A spring does so; a sphere that just slides "
         "encloses 20 %. Check that the displacement is not that of a soft drive (give its stiffness in [instrument]), "
         "and that the load was measured and not computed"
@@ -187,7 +187,7 @@ def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
     if not unknown.any():
         return
     yield (
-        f"{int(unknown.any(axis=1).sum()):,} of {counted(len(loops), 'loop', 'loops')} without a stiffness at "
+        f"{int(unknown.any(axis=1).sum()):,} of {count_text(len(loops), 'loop', 'loops')} without a stiffness at "
         f"reversal: the first part of a branch, {loops.definitions.initial_text}, needs two samples or more that rise; "
         "record more often (substeps of a simulation), or take a longer first part"
     )
@@ -238,7 +238,7 @@ def _scatters(values: Floats) -> bool:
 
     Of white noise differences of any order show as much; a smooth curve hardly has fourth differences.
     """
-    noise, fourth = noise_of(values), noise_of_curve(values)
+    noise, fourth = estimate_white_noise(values), noise_of_curve(values)
     steps = np.diff(np.unique(values))
     digit = float(steps[steps > ROUNDING * np.ptp(values)].min(initial=np.inf))
     white = WHITE[0] * noise <= fourth <= WHITE[1] * noise
@@ -251,7 +251,7 @@ def _spikes(trace: Trace) -> Iterator[str]:
         count = count_of_spikes(values, USUAL_STEPS)
         if count >= FEWEST_SPIKES:
             yield (
-                f"{counted(count, 'sample', 'samples')} of the {name}, {100 * count / values.size:.2g} %, stand out "
+                f"{count_text(count, 'sample', 'samples')} of the {name}, {100 * count / values.size:.2g} %, stand out "
                 "from both neighbours: they look like spikes, which change what is read off; median = 5 at this "
                 "channel removes them"
             )
@@ -322,7 +322,7 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     if width >= max(threshold, LOST_OVER_ELASTIC * elastic_width):
         of = quantity_text(width, "m", 2)
         # within its noise a load does not say on which side the clearance is
-        closes_at = quantity_text(max(closing, CLOSES * noise_of(trace.tangential_load)), "N", 3)
+        closes_at = quantity_text(max(closing, CLOSES * estimate_white_noise(trace.tangential_load)), "N", 3)
         yield (
             f"the displacement continues by {of} at zero load: it looks like a free play in the path of the load, "
             f'which displacements and stiffness hold; free_play = "{of}" and closing_load = "{closes_at}" at the '
@@ -339,7 +339,7 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
 
 def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
     drops, branches, largest = 0, 0, 0.0
-    noise = noise_of(trace.tangential_load)
+    noise = estimate_white_noise(trace.tangential_load)
     for _, moved, load in _branches(trace, ends):
         slides = load[moved >= 0.5 * moved[-1]]
         if slides.size < FEWEST_SAMPLES:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, checked, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, as_floats, scalar
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import LARGEST
 from historysim.basics.units import duration_text, quantity_text, range_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, Events, Loads
 from historysim.loads.events import ACROSS, LOAD_KINDS, Event, load_kind
@@ -46,7 +46,7 @@ def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
             f"{name} misses {np.isnan(samples).sum()} of {samples.size} samples (NaN); expected all of them: take the "
             "missing ones out of all channels first (see whole_samples)"
         )
-    samples = np.ascontiguousarray(checked(name, samples))
+    samples = np.ascontiguousarray(as_floats(name, samples))
     if samples.ndim != 1 or samples.size == 0:
         raise InputError(f"{name} is of shape {samples.shape}; expected the samples of one channel in a row")
     if size is not None and samples.size != size:
@@ -86,9 +86,9 @@ def check_order(time: Floats, location: Callable[[int], str] = "time[{}]".format
 # -- noise -----------------------------------------------------------------------------------------
 
 
-def noise_of(values: ArrayLike) -> float:
+def estimate_white_noise(values: ArrayLike) -> float:
     """Return the standard deviation of white noise on a smooth record; 0 for fewer than three samples."""
-    samples = checked("values", values)
+    samples = as_floats("values", values)
     if samples.size < 3:
         return 0.0
     # a second difference adds up the variances 1 + 4 + 1; turning points do not count in a median
@@ -109,7 +109,7 @@ def estimated_noise(displacement: Floats, noise: float | None = None) -> float:
     """Return the noise of a displacement [m] where it is known, or enough samples show it; else 0."""
     if noise is not None:
         return noise
-    return noise_of(displacement) if displacement.size >= FEWEST_SAMPLES else 0.0
+    return estimate_white_noise(displacement) if displacement.size >= FEWEST_SAMPLES else 0.0
 
 
 def find_spikes(values: Floats, usual: float) -> Booleans:
@@ -120,7 +120,7 @@ def find_spikes(values: Floats, usual: float) -> Booleans:
     steps = np.diff(values)
     up, down = steps[:-1], -steps[1:]
     heights = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
-    threshold = max(SPIKE * noise_of(values), 3 * float(np.quantile(np.abs(steps), usual)))
+    threshold = max(SPIKE * estimate_white_noise(values), 3 * float(np.quantile(np.abs(steps), usual)))
     result[1:-1] = (heights > threshold) & (threshold > 0)
     return result
 
@@ -153,7 +153,7 @@ def jumps_of_counter(values: Floats) -> str:
         jumps = steps > size / 2
         usual = float(steps[~jumps].max(initial=0.0))
         if jumps.any() and usual < SMALL_STEP * size and (np.abs(steps[jumps] - size) <= usual + 1).all():
-            count = counted(int(jumps.sum()), "time", "times")
+            count = count_text(int(jumps.sum()), "time", "times")
             unwrap = f"add {size:,} of them behind each fall, and take it off behind each rise, before it is read"
             return f"jumps by {size:,} of its last digits, {count}: it looks like a counter that wraps; {unwrap}"
     return ""
@@ -163,7 +163,7 @@ def sign_lost(load: Floats) -> str:
     """Return a note if a force is never negative but comes close to 0, with the remedy; else empty."""
     smallest, largest = float(load.min()), float(load.max())
     if (
-        smallest < -min(SPIKE * noise_of(load), NEAR_ZERO * largest)
+        smallest < -min(SPIKE * estimate_white_noise(load), NEAR_ZERO * largest)
         or smallest > NEAR_ZERO * largest
         or not largest > 0
     ):
@@ -321,7 +321,7 @@ class Measurement:
     starts_displaced: bool = False
 
     def __repr__(self) -> str:
-        count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
+        count, length = count_text(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
         channels = [
             f"{name} {range_text(float(values.min()), float(values.max()), load_kind(name).unit)}"
             for name, values in {**self.channels, **self.response}.items()
@@ -364,7 +364,7 @@ class Measurement:
         channels, response = ({**group, **load} if name in group else group for group in (self.channels, self.response))
         return attrs.evolve(self, channels=channels, response=response, remarks=(*self.remarks, remark))
 
-    def displaced(self, offset: float) -> "Measurement":
+    def add_displacement_offset(self, offset: float) -> "Measurement":
         """Add an offset to the tangential displacement [m]."""
         name = "tangential_displacement"
         if not offset or self.get(name) is None:
@@ -375,7 +375,7 @@ class Measurement:
         )
         return attrs.evolve(self, channels=channels, response=response)
 
-    def kept(self) -> Integers:
+    def replayed_indices(self) -> Integers:
         """Return the indices of the replayed samples."""
         if not self.reduced:
             return np.arange(self.time.size)
@@ -411,7 +411,7 @@ class Measurement:
         check_order(self.time, self.place)
         if "normal_load" in self.channels:
             self.check_pressed()
-        samples = self.kept()
+        samples = self.replayed_indices()
         kinds = [LOAD_KINDS[name] for name in self.vectors]
         times = self.time[samples]
         numbers = [values[samples].astype(float) for values in self.vectors.values()]

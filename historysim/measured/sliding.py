@@ -13,7 +13,7 @@ import numpy as np
 
 from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import counted, html_table
+from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import (
@@ -23,10 +23,10 @@ from historysim.measured.reduction import (
     channel,
     check_order,
     count_of_spikes,
+    estimate_white_noise,
     estimated_noise,
     history_channels,
     loop_dead_band,
-    noise_of,
     turning_points,
 )
 
@@ -125,7 +125,7 @@ class Sliding:
         """Return lines of (label, text): how far it slid, the mean, the peak, and the approach to the steady value."""
         means, length = self.window_mean, float(np.ptp(self.place))
         scatter = f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows" if means.size > 1 else ""
-        windows = f"{counted(means.size, 'window', 'windows')} of {self._text(length / means.size)}"
+        windows = f"{count_text(means.size, 'window', 'windows')} of {self._text(length / means.size)}"
         peak = "none above the noise"
         if self.peak is not None:
             peak = f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}"
@@ -288,12 +288,12 @@ def sliding_of_channels(
     smooth, spikes = friction, count_of_spikes(friction, USUAL_STEPS)
     if spikes >= FEWEST_SPIKES:
         smooth = _running_median(friction, WIDTH_OF_SPIKES)
-        many = f"{counted(spikes, 'sample', 'samples')} of {friction.size:,} stand out from both neighbours"
+        many = f"{count_text(spikes, 'sample', 'samples')} of {friction.size:,} stand out from both neighbours"
         remarks.append(("spikes", f"{many}: static peak and start are those of a median of {WIDTH_OF_SPIKES} samples"))
     # noise that is correlated from sample to sample is more than what one differs from the next by
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
     noise_about_means = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
-    noise = max(noise_of(friction), noise_about_means)
+    noise = max(estimate_white_noise(friction), noise_about_means)
     peak = _peak(along, smooth, edges, means[0], noise)
     top = int(smooth.argmax())
     lifted = noise * math.sqrt(2 * math.log(max(smooth.size, 2)))

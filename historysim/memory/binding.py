@@ -10,7 +10,7 @@ import numpy as np
 from historysim.basics.arguments import Array, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import is_number, quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import FrictionLimitError, InputError
 
 LOAD: int = lib.HS_LOAD
@@ -24,24 +24,24 @@ NEEDS_PAIR = "the state has two tangential directions; expected two numbers, in 
 _KINDS = {"double": "f8", "int64_t": "i8", "int32_t": "i4", "int8_t": "i1", "uint8_t": "u1"}
 
 
-def dtype_of(struct: str) -> np.dtype[Any]:
+def numpy_dtype(struct: str) -> np.dtype[Any]:
     """Return a structured type of numpy with the fields of a struct of numbers."""
     fields = dict(ffi.typeof(struct).fields)
     return np.dtype(
         {
             "names": list(fields),
-            "formats": [_format_of(field.type) for field in fields.values()],
+            "formats": [_format_code(field.type) for field in fields.values()],
             "offsets": [field.offset for field in fields.values()],
             "itemsize": ffi.sizeof(struct),
         }
     )
 
 
-def _format_of(kind: Any) -> Any:
+def _format_code(kind: Any) -> Any:
     return (_KINDS[kind.item.cname], kind.length) if kind.kind == "array" else _KINDS[kind.cname]
 
 
-PATH, TOTALS, VERTEX = dtype_of("hs_path"), dtype_of("hs_totals"), dtype_of("hs_vertex")
+PATH, TOTALS, VERTEX = numpy_dtype("hs_path"), numpy_dtype("hs_totals"), numpy_dtype("hs_vertex")
 
 
 # ``hs_state``, what a contact remembers, with its memory along one ``line``; its fields are described in the header.
@@ -71,7 +71,7 @@ def new_contact(
     struct = lib.hs_contact_new(
         height.size, pointer(height), pointer(radius), knots, groups, contact_modulus, displacement_ratio
     )
-    contact = owned(struct, lib.hs_contact_free)
+    contact = take_ownership(struct, lib.hs_contact_free)
     if watched is not None:
         check(lib.hs_contact_watch(contact, watched.size, pointer(watched)))
     return contact
@@ -80,13 +80,13 @@ def new_contact(
 def check_belongs(memory: Any, like: Any) -> None:
     """Check that a memory belongs to the contact, the friction and the laws of another one."""
     if not lib.hs_belongs(memory, like):
-        mine, expected = _asperities_of(memory), _asperities_of(like)
+        mine, expected = _describe_asperities(memory), _describe_asperities(like)
         more = "" if mine != expected else ", with other summits, friction or laws"
         raise InputError(f"the state is of {mine}; expected one of this ensemble's, of {expected}{more}")
 
 
-def _asperities_of(memory: Any) -> str:
-    """Say of which asperities a memory is, as far as it knows."""
+def _describe_asperities(memory: Any) -> str:
+    """Describe the asperities of a memory for messages."""
     line, contact, units = memory.line, memory.line.contact, memory.line.contact.units
     modulus = 0.75 * units.load / units.length**2
     moduli = modulus, 0.25 * modulus * units.length / units.displacement
@@ -94,19 +94,19 @@ def _asperities_of(memory: Any) -> str:
     yields = " that yield" if line.evolved and line.evolved.virgin_height else ""
     contact_modulus, shear_modulus = (quantity_text(value, "Pa") for value in moduli)
     radius = "" if contact.load else f", radii up to {quantity_text(units.length, 'm')}"
-    return f"{counted(contact.count, *noun)}{yields} with E* = {contact_modulus}, G* = {shear_modulus}{radius}"
+    return f"{count_text(contact.count, *noun)}{yields} with E* = {contact_modulus}, G* = {shear_modulus}{radius}"
 
 
-def owned(struct: Any, free: Any = lib.hs_state_free) -> Any:
+def take_ownership(struct: Any, free: Any = lib.hs_state_free) -> Any:
     """Take ownership of a struct that the library has allocated, by default a state."""
     if not struct:
         raise MemoryError("there is not enough memory for the contacts and what they remember")
     return ffi.gc(struct, free)
 
 
-def copied(memory: Any) -> Any:
+def copy_state(memory: Any) -> Any:
     """Return an independent copy."""
-    return owned(lib.hs_state_copy(memory))
+    return take_ownership(lib.hs_state_copy(memory))
 
 
 def drive(
@@ -150,7 +150,7 @@ def new_stepper() -> tuple[Any, Any]:
     return stepper, numbers
 
 
-def advanced(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
+def advance_state(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
     """Return a new memory after one straight path along x: how each channel is controlled, and its target, or NaN."""
     end_state = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)
     if not end_state:
@@ -241,13 +241,13 @@ def from_bytes(content: bytes, like: Any = None) -> Any:
         check_belongs(from_bytes(content), like)
     if status != lib.HS_OK:
         raise InputError(f"{ffi.string(problem[0]).decode()}; expected a state that was saved whole")
-    return owned(state[0])
+    return take_ownership(state[0])
 
 
 # ---- one tangential direction, or two -------------------------------------------------------------------------------
 
 
-def directions_of(memory: Any) -> int:
+def count_directions(memory: Any) -> int:
     """Return the number of tangential directions in which a memory moves."""
     return 2 if memory.plane else 1
 
@@ -296,7 +296,7 @@ def enter_plane(memory: Any, height_classes: int, rings: int, tolerance: float) 
             "the state follows how its asperities change, which supports one tangential direction only; expected one "
             "number, not a pair"
         )
-    state = copied(memory)
+    state = copy_state(memory)
     check(lib.hs_state_enter_plane(state, height_classes, rings, tolerance))
     return state
 
@@ -322,7 +322,7 @@ def tangential_control(memory: Any) -> int | tuple[int, int]:
 
 
 @contextmanager
-def controlled(memory: Any, control: int) -> Iterator[None]:
+def temporary_control(memory: Any, control: int) -> Iterator[None]:
     """Control the tangential channel of a memory otherwise for a while."""
     line, plane = memory.line, memory.plane
     controls = line.tangential_control, tangential_control(memory)
@@ -342,7 +342,7 @@ def set_tangential_control(memory: Any, control: int) -> None:
         memory.plane.tangential_control = [control, control]
 
 
-def on_line(memory: Any, displacement: Floats) -> Floats:
+def positions_along_line(memory: Any, displacement: Floats) -> Floats:
     """Return positions [m] of dimensionless displacements along the line of motion: numbers, or vectors in a plane."""
     scale, plane = memory.line.contact.units.displacement, memory.plane
     if not plane:
@@ -353,7 +353,7 @@ def on_line(memory: Any, displacement: Floats) -> Floats:
 
 
 def stiffness(memory: Any, direction: Any) -> Any:
-    """Return dT/dU when the displacement goes on in a direction, ±1 [N/m]; of a pair in a plane, a matrix."""
+    """Return dT/dU for a displacement that continues in a direction, ±1 [N/m]; of a pair in a plane, a matrix."""
     if not memory.plane:
         if isinstance(direction, bool) or direction not in {1, -1}:
             raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")

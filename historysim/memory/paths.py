@@ -31,7 +31,7 @@ class Goals(NamedTuple):
     fraction: npt.ArrayLike = 1.0
 
 
-def paths_to(
+def straight_paths(
     normal: Goals,
     tangential: Goals,
     *,
@@ -41,7 +41,7 @@ def paths_to(
 ) -> Paths:
     """Return the straight paths to the goals of both channels, whose rows follow one another from row 0 on.
 
-    A single entry stands for all paths. Tangential targets may be pairs (path, 2), in x and y; their controls and
+    A single entry applies to all paths. Tangential targets may be pairs (path, 2), in x and y; their controls and
     fractions are one for both components, or pairs. Each path is walked in
     equal ``parts``, with the inner ends ``recorded``, and its end where that says so. Times are when paths begin and
     end [s]; NaN where that is not known.
@@ -64,14 +64,14 @@ def paths_to(
     return paths
 
 
-def unrecorded(paths: Paths) -> Paths:
+def drop_rows(paths: Paths) -> Paths:
     """Return the same paths without rows on the way."""
     copy = paths.copy()
     copy["parts"], copy["recorded"], copy["first_row"] = 1, 0, 0
     return copy
 
 
-def untimed(paths: Paths) -> Paths:
+def drop_slide_times(paths: Paths) -> Paths:
     """Return a copy of paths on which it is not recorded when asperities slide."""
     copy = paths.copy()
     copy["begin"], copy["end"] = UNTIMED

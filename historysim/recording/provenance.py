@@ -15,7 +15,7 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import NAMED_STATES
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import Finding, counted, written_findings
+from historysim.basics.wording import Finding, count_text, written_findings
 from historysim.loads.event_sequence import channel_values, digest
 from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry
@@ -54,7 +54,7 @@ def _laws(ensemble: Body) -> dict[str, str]:
 
 def attributes(ensemble: Body, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    asperities, loads = counted(len(ensemble), "asperity", "asperities"), counted(len(events), "event", "events")
+    asperities, loads = count_text(len(ensemble), "asperity", "asperities"), count_text(len(events), "event", "events")
     optional = {
         "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
         "parallel_stiffness": instrument.parallel_stiffness or None,
@@ -64,7 +64,7 @@ def attributes(ensemble: Body, events: Sequence[Event], instrument: Instrument) 
         "Conventions": CONVENTIONS,
         "title": f"Load history of {asperities}",
         "summary": f"Loads, displacements, slip and dissipated energy of {asperities} in frictional contact along "
-        f"{counted(len(events), 'load event', 'load events')}.",
+        f"{count_text(len(events), 'load event', 'load events')}.",
         "keywords": KEYWORDS,
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
         "history": f"replayed from {loads} by historysim {__version__}",

@@ -30,7 +30,7 @@ from historysim.recording.variables import (
     SLIDE_TIME,
     Changes,
     Variable,
-    recorded,
+    recorded_variables,
 )
 
 if TYPE_CHECKING:
@@ -160,12 +160,12 @@ class Recorder(abc.ABC):
     @property
     def totals(self) -> tuple[Variable, ...]:
         """Variables along ``step`` alone."""
-        return recorded(self.changes)[0]
+        return recorded_variables(self.changes)[0]
 
     @property
     def per_asperity(self) -> tuple[Variable, ...]:
         """Variables along ``step`` and ``asperity``."""
-        return () if self.asperities is None else recorded(self.changes)[1]
+        return () if self.asperities is None else recorded_variables(self.changes)[1]
 
     def new_rows(self, count: int) -> Rows:
         """Return empty rows with arrays for all recorded variables."""

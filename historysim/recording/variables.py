@@ -301,11 +301,11 @@ def register(variable: Variable) -> Variable:
         if (declaration.name, declaration.dimensions) != (variable.name, variable.dimensions)
     ]
     _added.append(variable)
-    recorded.cache_clear()
+    recorded_variables.cache_clear()
     return variable
 
 
-def known() -> tuple[Variable, ...]:
+def known_variables() -> tuple[Variable, ...]:
     """Return all variables along ``step``, including variables of modules added to this folder."""
     room = importlib.import_module("historysim.recording")
     for module in pkgutil.iter_modules(room.__path__):
@@ -315,8 +315,8 @@ def known() -> tuple[Variable, ...]:
 
 
 @functools.lru_cache(maxsize=64)
-def recorded(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
+def recorded_variables(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
     """Return the recorded variables of a history: totals, and variables of each asperity."""
-    present = [variable for variable in known() if variable.when(changes)]
+    present = [variable for variable in known_variables() if variable.when(changes)]
     totals = tuple(variable.along(changes) for variable in present if variable.dimensions == _STEP)
     return totals, tuple(variable.along(changes) for variable in present if variable.dimensions == _BOTH)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from historysim.basics.wording import Finding, listed, nearest
+from historysim.basics.wording import Finding, join_words, nearest
 from historysim.errors import InputError
 from historysim.results.queries import Query, all_queries, earlier_names
 
@@ -65,7 +65,7 @@ def evaluate_query(history: xr.Dataset, name: str, arguments: Mapping[str, Any])
             raise InputError(f"{cli_name}: has no parameter {option!r}; {fix}")
     needed = [option for option, parameter in parameters.items() if parameter.default is inspect.Parameter.empty]
     if missing := [option for option in needed if option not in arguments]:
-        raise InputError(f"{cli_name}: needs {listed(missing)}; expected --with {missing[0]}=VALUE")
+        raise InputError(f"{cli_name}: needs {join_words(missing)}; expected --with {missing[0]}=VALUE")
     result = getattr(Queries(history), name)(**arguments)
     return result if isinstance(result, xr.Dataset) else _table(selected_query, result)
 

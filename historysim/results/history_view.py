@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 import attrs
 
 from historysim.basics.arguments import Array
-from historysim.recording.variables import Changes, recorded
+from historysim.recording.variables import Changes, recorded_variables
 
 if TYPE_CHECKING:
     import netCDF4
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 MODULI = ("contact_modulus", "shear_modulus")  # attributes of every history
 #: Variables of every history; a contact that is given by its loads alone has no area.
-NEEDED = frozenset({"time", *(variable.name for variable in recorded(Changes(areas=False))[0])})
+NEEDED = frozenset({"time", *(variable.name for variable in recorded_variables(Changes(areas=False))[0])})
 
 
 class History(Protocol):

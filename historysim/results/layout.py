@@ -13,7 +13,7 @@ import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
 from historysim.errors import InputError
-from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable, known
+from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable, known_variables
 from historysim.results.history_view import MODULI
 
 _LABELS = {"step": "time", "asperity": "asperity"}  # coordinates that remain if one step or asperity is selected
@@ -69,7 +69,7 @@ def standard_layout(history: xr.Dataset) -> xr.Dataset:
 
 def _declarations() -> Mapping[str, Sequence[Variable]]:
     declarations: dict[str, list[Variable]] = {}
-    for variable in (*COORDINATES, SLIDE_TIME, *known()):
+    for variable in (*COORDINATES, SLIDE_TIME, *known_variables()):
         declarations.setdefault(variable.name, []).append(variable)
     return declarations
 

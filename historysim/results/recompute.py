@@ -26,7 +26,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.loads.events import NormalDisplacement
 from historysim.memory.binding import DISPLACED
-from historysim.memory.paths import Goals, blank_rows, paths_to
+from historysim.memory.paths import Goals, blank_rows, straight_paths
 from historysim.replaying import Replay
 from historysim.results.analysis.recorded import (
     check_all_recorded,
@@ -225,7 +225,7 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
     start = 0
     for stop in sorted({*positions, *range(STEPS_AT_ONCE, max(positions), STEPS_AT_ONCE)}):
         block = slice(start, stop + 1)
-        paths = paths_to(Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block]))
+        paths = straight_paths(Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block]))
         path_rows = blank_rows(stop + 1 - start, 1)
         state = single.advance_along(state, paths, rows=path_rows, asperities=[0])
         loads[:, block] = path_rows.normal_load[:, 0], path_rows.tangential_load[:, 0]

@@ -6,7 +6,7 @@ import re
 import numpy as np
 
 from historysim.basics.arguments import NAMED_STATES
-from historysim.basics.wording import listed
+from historysim.basics.wording import join_words
 from historysim.errors import InputError
 from historysim.results.history_view import History
 
@@ -44,7 +44,7 @@ def resolve_step(step: object, history: History) -> int:
         times = _named_times(history)
         if step in times:
             raise InputError(f"step {step!r}: the history has no step at its time, {times[step]:g} s")
-        expected = f"{listed(states)}, or a number" if states else "a number, since no waypoint has a name"
+        expected = f"{join_words(states)}, or a number" if states else "a number, since no waypoint has a name"
         raise InputError(f"step {step!r} is not a named state of the history; expected {expected}")
     steps = len(history["time"].values)
     is_number = isinstance(step, int | np.integer | str) and not isinstance(step, bool)

@@ -18,7 +18,7 @@ from historysim._version import __version__
 from historysim.basics.arguments import Booleans, Floats
 from historysim.basics.files import path_of_numbers, replacing
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import brief, counted, read_findings
+from historysim.basics.wording import brief, count_text, read_findings
 from historysim.errors import InputError
 from historysim.measured.loop_table import LoopStatistics
 from historysim.measured.loop_values import OF_SLIP
@@ -134,7 +134,7 @@ class WrittenTable:
         for number, row in enumerate(rows, start=2):
             if len(row) != len(heading):
                 raise InputError(
-                    f"{path}: line {number}: {counted(len(row), 'value', 'values')}; expected {len(heading)}, as in "
+                    f"{path}: line {number}: {count_text(len(row), 'value', 'values')}; expected {len(heading)}, as in "
                     "the header: write the table again"
                 )
         columns = {}
@@ -145,7 +145,7 @@ class WrittenTable:
         return cls(path.name, xr.Dataset(columns))
 
     @classmethod
-    def of(cls, dataset: xr.Dataset, name: str) -> Self:
+    def from_dataset(cls, dataset: xr.Dataset, name: str) -> Self:
         """Return a Dataset as the table that `write_csv` would write of it."""
         (along, *_) = (dim for variable in dataset.data_vars.values() for dim in variable.dims)
         columns = {label: ("row", values, attributes) for label, values, attributes in _columns(dataset, along)}
@@ -296,7 +296,7 @@ def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
 def _range(values: xr.DataArray) -> str:
     """Return the range of a variable with its unit and number of missing values; the number of different strings."""
     if values.dtype.kind not in "iuf":
-        return counted(len(set(values.values.ravel().tolist())), "string", "different strings")
+        return count_text(len(set(values.values.ravel().tolist())), "string", "different strings")
     finite = values.values[np.isfinite(values.values)]
     if not finite.size:
         return "no value"
@@ -324,7 +324,7 @@ def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     ]
     if "failure" in sweep:
         reasons = [str(reason) for reason in sweep["failure"].values.ravel() if reason]
-        lines.append(("failed", f"{counted(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
+        lines.append(("failed", f"{count_text(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
     warnings = read_findings(str(sweep.attrs.get("validity", "[]")))
     return [*lines, *(("warning", finding.text) for finding in warnings)]
 

@@ -14,7 +14,7 @@ from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.patches import Patches
 from historysim.basics.wording import Notify
 from historysim.contact import hertz
-from historysim.errors import InputError, at, field_error
+from historysim.errors import InputError, error_path, field_error
 from historysim.loads.event_sequence import as_events, channel_values, to_loads
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
@@ -47,7 +47,7 @@ class BuiltScenario:
     def __attrs_post_init__(self) -> None:
         """Check that the events and the recorded indices fit the number of asperities."""
         record = self.sections.record.asperities
-        with located_errors(self.name), at("record", "asperities"):
+        with located_errors(self.name), error_path("record", "asperities"):
             if not isinstance(record, str):
                 chosen_asperities(self.ensemble, (), record)
         for event in self.events if to_loads(self.events) is None else ():
@@ -98,7 +98,7 @@ class BuiltScenario:
             return None
         from historysim.asperities.adhering import adhering_asperities
 
-        with located_errors(self.name), at("adhesion"):
+        with located_errors(self.name), error_path("adhesion"):
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -140,7 +140,7 @@ def _surface_at_largest_load(
         return surface
     from historysim.interaction.solutions import NormalSolutions
 
-    with located_errors(name), at("surface", "interaction"):
+    with located_errors(name), error_path("surface", "interaction"):
         solutions = NormalSolutions.solve(
             surface.surface, largest_load=load, largest_approach=approach, progress=True, notify=notify
         )
@@ -161,7 +161,7 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body
         coefficients = surface.friction if friction is None else of_scenario
         kind = _body_type(surface)
         _check_supported(kind, sections, surface)
-        with at("surface"):
+        with error_path("surface"):
             if surface.curve is not None:
                 return Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
             if surface.solutions is not None:

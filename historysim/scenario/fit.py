@@ -13,7 +13,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
-from historysim.errors import InputError, at
+from historysim.errors import InputError, error_path
 from historysim.measured import fit_model
 from historysim.measured.comparison import Comparison, Observation, compute_response, observe
 from historysim.measured.creep import Creep, separate_creep
@@ -41,7 +41,7 @@ def build_model(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]
     with located_errors(scenario.path.name):
         if section is None:
             raise InputError('fit: missing; expected [fit] with parameters = ["friction", …]')
-        with at("fit", "parameters"):
+        with error_path("fit", "parameters"):
             if "friction" in section.parameters and scenario.sections.friction is None:
                 raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
             model = fit_model.build_model(ensemble, instrument)
@@ -140,7 +140,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     scenario = as_scenario(scenario)
     scenario.check_comparable()
     measurement = scenario.measurement()
-    with located_errors(scenario.path.name), at("loading"):
+    with located_errors(scenario.path.name), error_path("loading"):
         observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
     response = compute_response(scenario.ensemble(), scenario.instrument, observation)
     return Comparison(observation, response, scenario.instrument)
@@ -172,7 +172,7 @@ def creep(scenario: Scenario | str | Path) -> Creep:
     scenario.check_comparable()
     measurement, ensemble = scenario.measurement(), scenario.ensemble()
     instrument = scenario.instrument
-    with located_errors(scenario.path.name), at("loading"):
+    with located_errors(scenario.path.name), error_path("loading"):
         contact = measurement.without_spring(instrument.parallel_stiffness)
         return separate_creep(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
 
@@ -198,7 +198,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         observation, model, start = prepare_fit(scenario)
         read()
     bar = progress_bar(progress, "walk", desc="fitting", delay=2)
-    with located_errors(scenario.path.name), at("loading"), bar as done:
+    with located_errors(scenario.path.name), error_path("loading"), bar as done:
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
@@ -218,13 +218,13 @@ def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, floa
 
 def _observe_record(scenario: Scenario, instrument: Instrument, offset: float = 0.0) -> Observation:
     """Observe the record of a fit, with an offset added to its displacement [m]; its loops refer to the contact."""
-    measurement, section = scenario.measurement().displaced(offset), scenario.sections.fit
+    measurement, section = scenario.measurement().add_displacement_offset(offset), scenario.sections.fit
     if section is not None and OFFSET in section.parameters:
         measurement = attrs.evolve(measurement, starts_displaced=True)
     noise: dict[str, Any] = {}
     if section is not None:
         noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
-    with located_errors(scenario.path.name), at("loading"):
+    with located_errors(scenario.path.name), error_path("loading"):
         seen = observe(measurement, parallel_stiffness=instrument.parallel_stiffness, **noise)
     return seen if seen.time.size <= MANY_SAMPLES else seen.average(AVERAGED_SAMPLES)
 

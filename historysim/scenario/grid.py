@@ -11,8 +11,8 @@ from typing import Any
 import attrs
 
 from historysim.basics.limits import at_most, most
-from historysim.basics.wording import brief, nearest, shown
-from historysim.errors import InputError, at, field_error, path_text
+from historysim.basics.wording import brief, format_value, nearest
+from historysim.errors import InputError, error_path, field_error, path_text
 from historysim.scenario.schema import Place
 
 SPACINGS = ("linear", "logarithmic")
@@ -80,7 +80,7 @@ def _put(document: Any, path: Place, value: object) -> None:  # noqa: ANN401 - t
     for depth, step in enumerate(path):
         _check(container, path[:depth], step)
         if depth + 1 == len(path):
-            with at(*path):
+            with error_path(*path):
                 container[step] = plain(value)
         elif isinstance(step, str) and step not in container:
             container[step] = {}
@@ -106,12 +106,12 @@ def _check(container: object, parent_path: Place, step: str | int) -> None:
     if isinstance(step, int):
         if not isinstance(container, list):
             quoted = f"; a name that contains [{step}] itself needs quotes" if isinstance(container, dict) else ""
-            raise InputError(f"{where}: {shown(container)}; expected an array, for [{step}]{quoted}")
+            raise InputError(f"{where}: {format_value(container)}; expected an array, for [{step}]{quoted}")
         if step >= len(container):
             expected = f"expected [0] to [{len(container) - 1}]" if container else "it is empty"
             raise InputError(f"{where}[{step}]: does not exist; {expected}")
     elif not isinstance(container, dict):
-        raise InputError(f"{where}: {shown(container)}; expected a table, for {step!r}")
+        raise InputError(f"{where}: {format_value(container)}; expected a table, for {step!r}")
 
 
 @attrs.frozen
@@ -180,7 +180,7 @@ def build_grid(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) 
     together : sequence of sequence of str
         Keys whose values vary together, as one dimension; all other keys are combined with each other.
     """
-    with at("over"):
+    with error_path("over"):
         values: dict[str, Any] = {}
         for key, value in _flat(over):
             if key in values:
@@ -190,7 +190,7 @@ def build_grid(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) 
             raise InputError("no keys; expected one or more, such as friction.coefficient = [0.1, 0.2]")
         expanded: dict[str, list[Any]] = {}
         for key, value in values.items():
-            with at(*path_of_key(key)):
+            with error_path(*path_of_key(key)):
                 expanded[key] = expand(value)
     axes = tuple(_axes(expanded, together))
     grid = Grid(axes)
@@ -209,7 +209,9 @@ def expand(value: object) -> list[Any]:
     if isinstance(value, Mapping):
         return _range(value)
     if isinstance(value, str) or not isinstance(value := plain(value), list):
-        raise InputError(f"{shown(value)}; expected an array of values, or a range such as {{ from = 1, count = 20 }}")
+        raise InputError(
+            f"{format_value(value)}; expected an array of values, or a range such as {{ from = 1, count = 20 }}"
+        )
     if not value:
         raise InputError("no values; expected one or more")
     return value
@@ -230,7 +232,7 @@ def _flat(over: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
 def _axes(values: Mapping[str, list[Any]], together: Sequence[Sequence[str]]) -> Iterator[Axis]:
     groups: dict[str, tuple[str, ...]] = {key: (key,) for key in values}
     for index, keys in enumerate(together):
-        with at("together", index):
+        with error_path("together", index):
             _check_group(keys, values, groups)
         groups |= dict.fromkeys(keys, tuple(keys))
     for keys in dict.fromkeys(groups.values()):
@@ -260,7 +262,7 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
     if "from" not in entry or not isinstance(count, int) or isinstance(count, bool) or count < 1:
         raise InputError("expected a range with from and count (1 or more), and usually to")
     if count > most("POINTS"):
-        raise field_error(f"{shown(count)}; {at_most('POINTS')}", "count")
+        raise field_error(f"{format_value(count)}; {at_most('POINTS')}", "count")
     start = entry["from"]
     if "to" not in entry:
         if not isinstance(start, int) or isinstance(start, bool) or "spacing" in entry:
@@ -268,7 +270,7 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
         return list(range(start, start + count))
     spacing = entry.get("spacing", SPACINGS[0])
     if spacing not in SPACINGS:
-        raise field_error(f"{shown(spacing)}; {nearest(str(spacing), SPACINGS)}", "spacing")
+        raise field_error(f"{format_value(spacing)}; {nearest(str(spacing), SPACINGS)}", "spacing")
     (low, unit), (high, end_unit) = _number(start), _number(entry["to"])
     if unit != end_unit:
         raise field_error(f"in {end_unit or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
@@ -286,8 +288,8 @@ def _number(value: object) -> tuple[float, str]:
     """Return a number and its unit."""
     match = None if isinstance(value, bool) else _QUANTITY.fullmatch(str(value))
     if match is None:
-        raise InputError(f"{shown(value)}; expected a number, or a string with a unit")
+        raise InputError(f"{format_value(value)}; expected a number, or a string with a unit")
     number, unit = float(match[1]), match[2].strip()
     if not math.isfinite(number):
-        raise InputError(f"{shown(value)}; expected a finite number")
+        raise InputError(f"{format_value(value)}; expected a finite number")
     return number, unit

@@ -51,7 +51,7 @@ def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, s
     registry = groups[what]
     if name is None:
         return [(kind_name, _line(registry, kind)) for kind_name, kind in registry.items()]
-    kind = registry.named(name)
+    kind = registry.lookup(name)
     fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)]
     return [(name, _line(registry, kind)), *fields]
 

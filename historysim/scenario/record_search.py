@@ -13,7 +13,7 @@ import xarray as xr
 from historysim.asperities.instrument import RIGID
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import brief, shell_word
-from historysim.errors import InputError, at
+from historysim.errors import InputError, error_path
 from historysim.measured import fretting
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
@@ -129,7 +129,7 @@ def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Sce
         record = load(record)
     if isinstance(record, Scenario):
         measurement = record.measurement()
-        with located_errors(record.path.name), at("loading"):
+        with located_errors(record.path.name), error_path("loading"):
             yield measurement, record
     elif isinstance(record, xr.Dataset | Measurement):
         yield record, None

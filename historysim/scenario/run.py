@@ -205,7 +205,7 @@ class _ScenarioSource(Source):
             notify = warn
         built = scenario.build(notify)
         surface = built.surface
-        header = LogHeader.of(
+        header = LogHeader.from_replay(
             built.replay,
             scenario=scenario.text,
             title=scenario.title,

@@ -13,8 +13,8 @@ import attrs
 
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import Notify, brief, counted, html_table, shell_word, silent
-from historysim.errors import InputError, LoadError, at, field_error
+from historysim.basics.wording import Notify, brief, count_text, html_table, shell_word, silent
+from historysim.errors import InputError, LoadError, error_path, field_error
 from historysim.loads.events import Event
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.document import find_named_files, parse_toml, read_sections, structure_sections
@@ -99,7 +99,7 @@ class Scenario:
 
         Raises InputError: a surface that cannot be used; the message names file and field.
         """
-        with located_errors(self.path.name), at("surface"):
+        with located_errors(self.path.name), error_path("surface"):
             built = self.sections.surface.build(self.path.parent)
             if built.passes is not None:
                 coefficient = getattr(self.sections.friction, "coefficient", None)
@@ -109,7 +109,7 @@ class Scenario:
     def raw_surface(self) -> BuiltSurface | None:
         """Build the surface without preparation of its map (filters, form removal); None if nothing prepares it."""
         plain = self.sections.surface.without_preparation()
-        with located_errors(self.path.name), at("surface"):
+        with located_errors(self.path.name), error_path("surface"):
             return plain.build(self.path.parent) if plain else None
 
     def build(self, notify: Notify = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
@@ -161,7 +161,7 @@ class Scenario:
             if not events:
                 raise field_error("no waypoints; expected one or more", "loading")
             if (course := self.sections.course) is not None:
-                with at("friction", "course"):
+                with error_path("friction", "course"):
                     written = course if isinstance(course, FrictionCourse) else course.course(self.path.parent)
                     events = written.along(events)
             steps = len(events) * self.sections.loading.substeps
@@ -235,7 +235,7 @@ class Scenario:
         loading = self.measured_loading()
         if loading.run != EACH:
             return [self]
-        with located_errors(self.path.name), at("loading"):
+        with located_errors(self.path.name), error_path("loading"):
             loadings = [attrs.evolve(loading, run=number) for number in count_run_samples(self.path.parent, loading)]
         return [
             attrs.evolve(self, sections=attrs.evolve(self.sections, loading=loading_of_run))
@@ -369,7 +369,7 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
 def _sweep_line(sweep: SweepSection) -> str:
     grid = sweep.grid()
     axes = " × ".join(f"{len(axis.values)} of {' with '.join(axis.keys)}" for axis in grid.axes)
-    return f"{counted(len(grid), 'cell', 'cells')}: {axes}"
+    return f"{count_text(len(grid), 'cell', 'cells')}: {axes}"
 
 
 def _map_line(built: BuiltSurface) -> str:

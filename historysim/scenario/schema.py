@@ -25,8 +25,8 @@ from historysim.basics.files import is_file, path_state
 from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.registry import Registry
 from historysim.basics.units import describe_expected
-from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, at, field_error, path_text
+from historysim.basics.wording import format_value, nearest
+from historysim.errors import InputError, error_path, field_error, path_text
 from historysim.tables import Column, Format, Table, join_tables, read_table
 
 T = TypeVar("T")
@@ -52,17 +52,17 @@ def _number(value: object, unit: str) -> float:
     big = isinstance(value, int) and value.bit_length() > 1000
     if isinstance(value, bool) or big or not isinstance(value, int | float | str):
         expected = "a number" if unit == "1" else f"a number in {unit}, or a string with a unit"
-        raise InputError(f"{shown(value)}; expected {expected}")
+        raise InputError(f"{format_value(value)}; expected {expected}")
     number = quantity(value, unit)
     if not is_workable(number):
-        raise InputError(f"{shown(value)}; expected {SIZE}, in SI")
+        raise InputError(f"{format_value(value)}; expected {SIZE}, in SI")
     return number
 
 
 def structure_array(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
     """Structure each item of a TOML array; IterableValidationError with the errors of all items."""
     if not isinstance(value, list):
-        raise InputError(f"{shown(value)}; expected an array [ … ]")
+        raise InputError(f"{format_value(value)}; expected an array [ … ]")
     items, errors = [], []
     for index, item in enumerate(value):
         try:
@@ -185,7 +185,7 @@ def _several_hook(kind: object, converter: Converter) -> Callable[[object, objec
             return converter.structure(value, number if of is float else members[of])
         descriptions = {**_SCALARS, tuple: "an array"}
         expected = " or ".join(text for member, text in descriptions.items() if member in members)
-        raise InputError(f"{shown(value)}; expected {expected}")
+        raise InputError(f"{format_value(value)}; expected {expected}")
 
     return structure
 
@@ -283,8 +283,8 @@ def kind_from_toml(
     entry = dict(table(value))
     if key not in entry:
         raise field_error(f"missing; expected one of {', '.join(kinds.names(among))}", key)
-    with at(key):
-        kind: Any = kinds.named(entry.pop(key), among)
+    with error_path(key):
+        kind: Any = kinds.lookup(entry.pop(key), among)
     return cast("T", converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind))
 
 
@@ -296,30 +296,30 @@ def explicit_fields(section: attrs.AttrsInstance) -> dict[str, Any]:
 def table(value: object) -> dict[str, Any]:
     """Return the value if it is a TOML table; InputError otherwise."""
     if not isinstance(value, dict):
-        raise InputError(f"{shown(value)}; expected a table")
+        raise InputError(f"{format_value(value)}; expected a table")
     return value
 
 
 def text(value: object, _: object = str) -> str:
     """Return a non-blank string; InputError for any other value."""
     if not isinstance(value, str):
-        raise InputError(f"{shown(value)}; expected a string")
+        raise InputError(f"{format_value(value)}; expected a string")
     if not value.strip():
-        raise InputError(f"{shown(value)}; expected a string that is not blank")
+        raise InputError(f"{format_value(value)}; expected a string that is not blank")
     return value
 
 
 def _integer(value: object, _: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise InputError(f"{shown(value)}; expected an integer")
+        raise InputError(f"{format_value(value)}; expected an integer")
     if value.bit_length() > 63:
-        raise InputError(f"{shown(value)}; expected an integer of 64 bits at most, as TOML has them")
+        raise InputError(f"{format_value(value)}; expected an integer of 64 bits at most, as TOML has them")
     return value
 
 
 def _boolean(value: object, _: object) -> bool:
     if not isinstance(value, bool):
-        raise InputError(f"{shown(value)}; expected true or false")
+        raise InputError(f"{format_value(value)}; expected true or false")
     return value
 
 
@@ -433,7 +433,7 @@ class NumbersFile(Format):
                 raise
         if len(tables) == 1:
             return tables[0]
-        with at("file"):
+        with error_path("file"):
             return join_tables([Path(file).name for file in self.files], tables)
 
     def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], build: Callable[..., T]) -> T:

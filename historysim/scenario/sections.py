@@ -18,8 +18,8 @@ from historysim.basics.fields import (
     SurfaceEnergy,
     list_fields,
 )
-from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, at, field_error
+from historysim.basics.wording import format_value, nearest
+from historysim.errors import InputError, error_path, field_error
 from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.grid import Grid, build_grid
 from historysim.scenario.loading_kinds import Loading
@@ -82,7 +82,7 @@ class MaterialsSection:
         """Return the material pair."""
         from historysim.contact.materials import MaterialPair
 
-        with at("materials"):
+        with error_path("materials"):
             if self.first is None or self.second is None:
                 return MaterialPair.from_moduli(**explicit_fields(self))
             return MaterialPair(self.first, self.second)
@@ -104,7 +104,7 @@ class CourseFile(NumbersFile):
 
     def __attrs_post_init__(self) -> None:
         """Check that it depends on either time or distance."""
-        with at("columns"):
+        with error_path("columns"):
             check_one(time=self.columns.get("time"), distance=self.columns.get("distance"))
 
     def course(self, folder: Path) -> FrictionCourse:
@@ -206,7 +206,7 @@ class FitSection:
             raise field_error("expected one or more parameters, each of them once", "parameters")
         for index, name in enumerate(self.parameters):
             if name not in FITTED:
-                raise field_error(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
+                raise field_error(f"{format_value(name)}; {nearest(name, FITTED)}", "parameters", index)
 
 
 @attrs.frozen
@@ -392,5 +392,5 @@ class Sections:
         pair, adhesion = self.materials.pair(), self.adhesion
         if adhesion is None or adhesion.work_of_adhesion is None:
             return pair
-        with at("adhesion"):
+        with error_path("adhesion"):
             return pair.with_work_of_adhesion(adhesion.work_of_adhesion)

@@ -8,9 +8,9 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError, field_error
-from historysim.recording.variables import known
+from historysim.recording.variables import known_variables
 from historysim.results.analysis.per_asperity import nominal_pressure, total_mean_pressure
 from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
 from historysim.results.analysis.recorded import sizes
@@ -125,8 +125,8 @@ OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)
 DEFAULT_OUTPUTS = tuple(SUMMARIES)[: tuple(SUMMARIES).index("presliding_work")]
 
 # variables of each asperity along step, by name
-OF_EACH = frozenset(variable.name for variable in known() if "asperity" in variable.dimensions)
-ROWS = frozenset(variable.name for variable in known()) - OF_EACH  # totals along step, by name
+OF_EACH = frozenset(variable.name for variable in known_variables() if "asperity" in variable.dimensions)
+ROWS = frozenset(variable.name for variable in known_variables()) - OF_EACH  # totals along step, by name
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
@@ -135,7 +135,7 @@ def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
     names_known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
     for index, name in enumerate(names):
         if name not in names_known:
-            raise field_error(f"{shown(name)}; {nearest(str(name), names_known)}", "outputs", index)
+            raise field_error(f"{format_value(name)}; {nearest(str(name), names_known)}", "outputs", index)
     return tuple(dict.fromkeys(names)) or DEFAULT_OUTPUTS
 
 

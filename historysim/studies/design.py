@@ -12,8 +12,8 @@ import xarray as xr
 
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.units import quantity, quantity_text
-from historysim.basics.wording import Lines, Notify, counted, nearest, progress_bar, silent
-from historysim.errors import HistorySimError, InputError, at
+from historysim.basics.wording import Lines, Notify, count_text, nearest, progress_bar, silent
+from historysim.errors import HistorySimError, InputError, error_path
 from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors
@@ -131,7 +131,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     if key is not None:
         share = None if quantile is None else scalar("quantile", quantile)
         ends = tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
-        with located_errors(scenario.path.name), at("design"):
+        with located_errors(scenario.path.name), error_path("design"):
             keys: Any = over
             section = DesignSection(key, ends, target, below, above, share, output, keys)
     problem, grid = read_problem(scenario, section)
@@ -147,7 +147,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         if not np.isfinite(values).any():
             raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
         _notify_results(problem, points, roots, notify)
-        with located_errors(scenario.path.name), at("design"):
+        with located_errors(scenario.path.name), error_path("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _value_at_quantile(problem, roots)
         # the spread over the points if all had the one value that is recommended
         outputs_at_value = solve_all(functools.partial(_compute_output_or_nan, problem, middle))
@@ -157,7 +157,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
 def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
     """Return the problem of a section (default: that in the scenario) and the grid over which it is solved."""
     section = section or scenario.sections.design
-    with located_errors(scenario.path.name), at("design"):
+    with located_errors(scenario.path.name), error_path("design"):
         if section is None:
             raise InputError(
                 "missing; expected [design] with key, between and target, as key = 'friction.coefficient', between = "
@@ -167,15 +167,15 @@ def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tu
             raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
         key, grid = section.key, section.grid()
     unit = find_unit(scenario.at({**next(grid.points()), key: section.between[0]}).sections, key)
-    with located_errors(scenario.path.name), at("design"):
+    with located_errors(scenario.path.name), error_path("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
-        with at("between"):
+        with error_path("between"):
             low, high = (quantity(value, unit) for value in section.between)
             if not low < high:
                 raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
         limit: Limit | None = "below" if section.below is not None else "above" if section.above is not None else None
-        with at(limit or "target"):
+        with error_path(limit or "target"):
             target = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
     swept_coordinates(scenario, grid)
     fraction = DEFAULT_QUANTILE if section.quantile is None else section.quantile
@@ -190,7 +190,7 @@ def _notify_results(problem: Problem, points: Sequence[Point], roots: Sequence[R
         if root.reason and not (problem.limit and root.throughout):
             notes.append(f"{where}: {root.reason}")
         if root.further_crossings:
-            more = counted(root.further_crossings, "more value", "more values")
+            more = count_text(root.further_crossings, "more value", "more values")
             notes.append(f"{where}: the least value counts; {more} of {problem.key} would do, too")
     notify_first(notes, "more notes of this kind", notify)
     if problem.limit is None:

@@ -10,7 +10,7 @@ import attrs
 import xarray as xr
 
 from historysim.basics.wording import Notify, progress_bar, silent
-from historysim.errors import HistorySimError, InputError, at
+from historysim.errors import HistorySimError, InputError, error_path
 from historysim.scenario.grid import Grid, Point, build_grid
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors
@@ -133,7 +133,7 @@ def read_sweep(
             if section is None:
                 raise InputError("has no [sweep]; expected one, as [sweep.over] with friction.coefficient = [0.1, 0.2]")
             over, together, outputs = section.over, section.together, tuple(outputs) or section.outputs
-        with at("sweep"):
+        with error_path("sweep"):
             grid, outputs = build_grid(over, together), chosen_outputs(outputs)
     # a key or a value that is wrong is an error before anything is computed
     swept_coordinates(scenario, grid)

@@ -11,8 +11,8 @@ import xarray as xr
 from historysim._version import __version__
 from historysim.basics.fields import field_unit
 from historysim.basics.units import quantity
-from historysim.basics.wording import Finding, brief, counted, nearest, read_findings, written_findings
-from historysim.errors import InputError, at
+from historysim.basics.wording import Finding, brief, count_text, nearest, read_findings, written_findings
+from historysim.errors import InputError, error_path
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, VALIDITY, made_with
 from historysim.results.tables import SWEEP
 from historysim.scenario.grid import Grid, path_of_key, variable_name
@@ -36,7 +36,7 @@ def gather(
     computed = [cell for cell in cells if cell is not None]
     if not computed:
         first_failed = min(reasons)
-        raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first_failed]}")
+        raise InputError(f"all of {count_text(len(cells), 'cell', 'cells')} failed; the first: {reasons[first_failed]}")
     swept = swept_coordinates(scenario, grid)
     asperities = [cell["asperity"].values for cell in computed if "asperity" in cell.coords]
     labels: dict[Any, Any] = {"asperity": np.unique(np.concatenate(asperities))} if asperities else {}
@@ -50,9 +50,9 @@ def gather(
         texts = [reasons.get(index, "") for index in range(len(cells))]
         data[FAILURE] = failures(grid, texts, "why the cell has failed, empty where it has not")
     coordinates = swept | steps | {name: variables[name] for name in coordinate_names}
-    histories = counted(len(grid), "load history", "load histories")
+    histories = count_text(len(grid), "load history", "load histories")
     attributes = table_attributes(scenario, grid, "Sweep", f"What {histories} of a frictional contact led to.")
-    history = f"{counted(len(grid), 'cell', 'cells')} computed by historysim {__version__}"
+    history = f"{count_text(len(grid), 'cell', 'cells')} computed by historysim {__version__}"
     validity = written_findings(_worst_findings(computed))
     return xr.Dataset(data, coordinates, attributes | {"history": history, VALIDITY: validity})
 
@@ -126,7 +126,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
             unit = find_unit(sections, key)
-            with located_errors(scenario.path.name), at(*path_of_key(key)):
+            with located_errors(scenario.path.name), error_path(*path_of_key(key)):
                 values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
             attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
             plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
@@ -201,7 +201,9 @@ def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[Finding, ...]:
 
     worst = [(max(findings, key=excess), len(findings)) for findings in by_name.values()]
     return tuple(
-        attrs.evolve(finding, text=f"in {count:,} of {counted(len(cells), 'cell', 'cells')}; at worst: {finding.text}")
+        attrs.evolve(
+            finding, text=f"in {count:,} of {count_text(len(cells), 'cell', 'cells')}; at worst: {finding.text}"
+        )
         for finding, count in worst
     )
 

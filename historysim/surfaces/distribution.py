@@ -12,7 +12,7 @@ from typing import Final, Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked, one_per, per_axis, scalar
+from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, as_floats, as_item_array, per_axis, scalar
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
@@ -69,7 +69,7 @@ class Tabulated(FrozenArrays):
         densities = densities / densities.max()
         cumulative = np.concatenate([[0.0], np.cumsum(np.diff(heights) * (densities[:-1] + densities[1:]) / 2)])
         columns = (heights, densities / cumulative[-1], cumulative / cumulative[-1])
-        self.__attrs_init__(*(one_per("row", "rows", "height", column) for column in columns))
+        self.__attrs_init__(*(as_item_array("row", "rows", "height", column) for column in columns))
 
     @classmethod
     def from_gaps(cls, gap: ArrayLike, density: ArrayLike) -> Self:
@@ -77,7 +77,7 @@ class Tabulated(FrozenArrays):
 
         Gaps (row) are increasing distances from the summits to the flat at first touch, 0 or more.
         """
-        gaps, densities = _table("gap", checked("gap", gap, least=0), density)
+        gaps, densities = _table("gap", as_floats("gap", gap, least=0), density)
         return cls(0.0 - gaps[::-1], densities[::-1])
 
     def quantile(self, probability: ArrayLike) -> Floats:
@@ -194,7 +194,7 @@ def _count(summit_density: float, nominal_area: float) -> int:
 
 
 def _table(name: str, abscissa: ArrayLike, density: ArrayLike) -> tuple[Floats, Floats]:
-    abscissae, densities = checked(name, abscissa), checked("density", density, least=0)
+    abscissae, densities = as_floats(name, abscissa), as_floats("density", density, least=0)
     if abscissae.ndim != 1 or abscissae.shape != densities.shape or abscissae.size < 2:
         raise InputError(
             f"{name} has shape {abscissae.shape} and density {densities.shape}; expected two lists of one length ≥ 2"
@@ -210,7 +210,7 @@ def _table(name: str, abscissa: ArrayLike, density: ArrayLike) -> tuple[Floats, 
 
 
 def _probability(values: ArrayLike, **limits: float) -> Floats:
-    probability = checked("probability", values, **limits)
+    probability = as_floats("probability", values, **limits)
     if np.any(probability > 1):
         raise InputError(f"probability is {probability.max():g}; expected 1 or less")
     return probability

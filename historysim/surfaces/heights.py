@@ -6,8 +6,8 @@ from typing import Any, Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Booleans, Floats, FrozenArrays, checked, per_axis, scalar
-from historysim.basics.units import in_si, quantity_text, range_text
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, FrozenArrays, as_floats, per_axis, scalar
+from historysim.basics.units import quantity_text, range_text, to_si
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.surfaces.filters import Form, fit_form, gaussian_mean
@@ -22,7 +22,7 @@ ROUNDING = 32 * np.finfo(np.float64).eps
 
 def _heights(values: Any) -> Floats:
     try:
-        values = in_si(values, "m")
+        values = to_si(values, "m")
     except InputError as error:
         raise InputError(f"heights: {error}") from None
     try:
@@ -155,7 +155,7 @@ class Surface(FrozenArrays):
         for axis, (name, ends) in enumerate((("x", x), ("y", y))):
             if ends is None:
                 continue
-            limits = checked(name, ends)
+            limits = as_floats(name, ends)
             length = (self.shape[axis] - 1) * self.pixel_size[axis]
             if limits.shape != (2,) or not 0 <= limits[0] < limits[1]:
                 raise InputError(f"{name} is {ends!r}; expected two positions [m], from 0 on, in their order")

@@ -5,7 +5,7 @@ import numpy as np
 from historysim.basics.arguments import Floats
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.surfaces.heights import Surface
 
 # Numbers that programs write for missing points. Such a number, or any other, is reported if its distance from all
@@ -41,7 +41,7 @@ def placeholder_notice(heights: Floats) -> str | None:
     listed = ", ".join(f"{value:.10g}" for value in far)
     argument = listed if far.size == 1 else f"[{listed}]"
     return (
-        f"{counted(count, 'height is', 'heights are')} {listed}, all others are between {rest[0]:.4g} and "
+        f"{count_text(count, 'height is', 'heights are')} {listed}, all others are between {rest[0]:.4g} and "
         f"{rest[-1]:.4g}; for missing points give missing = {argument}, in the shell "
         f"{' '.join(f'--missing {value:.10g}' for value in far)}"
     )

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Booleans, Floats, checked, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, as_floats, scalar
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
 
@@ -58,7 +58,7 @@ def _check_transform(
     map_shape: tuple[int, ...], grid_shape: tuple[int, int], shift: ArrayLike, rotation: float
 ) -> tuple[tuple[float, float], float]:
     """Return the shift along x and y [m] and the rotation [rad]."""
-    offset = checked("shift", shift)
+    offset = as_floats("shift", shift)
     if offset.shape != (2,):
         raise InputError(f"shift has shape {offset.shape}; expected one length along x and one along y")
     angle = scalar("rotation", rotation)

@@ -13,14 +13,14 @@ from historysim.basics.arguments import (
     Floats,
     FrozenArrays,
     Integers,
-    one_per,
+    as_item_array,
     scalar,
     workable,
 )
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import metres, range_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 
 
@@ -59,15 +59,15 @@ class Summits(FrozenArrays):
         nominal_area: float | None = None,
         slope: "ArrayLike | None" = None,
     ) -> None:
-        heights = workable("height", one_per("summit", "summits", "height", height))
-        radii = one_per("summit", "summits", "radius", radius, heights.size, above=0)
+        heights = workable("height", as_item_array("summit", "summits", "height", height))
+        radii = as_item_array("summit", "summits", "radius", radius, heights.size, above=0)
         self.__attrs_init__(
             height=heights,
             radius=workable("radius", radii, smallest=SMALLEST),
-            x=None if x is None else one_per("summit", "summits", "x", x, heights.size),
-            y=None if y is None else one_per("summit", "summits", "y", y, heights.size),
+            x=None if x is None else as_item_array("summit", "summits", "x", x, heights.size),
+            y=None if y is None else as_item_array("summit", "summits", "y", y, heights.size),
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
-            slope=None if slope is None else one_per("summit", "summits", "slope", slope, heights.size),
+            slope=None if slope is None else as_item_array("summit", "summits", "slope", slope, heights.size),
         )
 
     def at_heights(self, height: ArrayLike) -> Self:
@@ -128,7 +128,7 @@ class Summits(FrozenArrays):
             if values is not None and len(self)
         ]
         density = [] if self.density is None else [f"{self.density * 1e-12:.4g} per µm²"]
-        return f"<Summits: {', '.join([counted(len(self), 'summit', 'summits'), *ranges, *density])}>"
+        return f"<Summits: {', '.join([count_text(len(self), 'summit', 'summits'), *ranges, *density])}>"
 
     @property
     def density(self) -> float | None:

@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Floats, checked
+from historysim.basics.arguments import Floats, as_floats
 from historysim.errors import InputError
 
 Axis = Literal["x", "y"]
@@ -78,7 +78,7 @@ class Autocorrelation:
         """
         if axis not in ("x", "y"):
             raise InputError(f"axis is {axis!r}; expected 'x' or 'y'")
-        target = float(checked("level", level, least=-1))
+        target = float(as_floats("level", level, least=-1))
         if target >= 1:
             raise InputError(f"level is {target:g}; expected less than 1, the value at lag 0")
         zero_x, zero_y = self.lags_x.size // 2, self.lags_y.size // 2

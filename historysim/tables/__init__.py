@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, is_netcdf, kind_text, path_state
-from historysim.errors import InputError, at, field_error
+from historysim.errors import InputError, error_path, field_error
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
     Column,
@@ -65,7 +65,7 @@ def read_table(
     si_units = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
     for key, column in columns.items():
         if column.unit is not None:
-            with at("columns", key, "unit"):
+            with error_path("columns", key, "unit"):
                 fit_unit(column.unit, si_units[key])
     with _named_errors(path):
         file_columns, lines, notices = _file_columns(path, columns, format or Format(), missing)

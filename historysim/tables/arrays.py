@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, field_unit
 from historysim.tables.lines import MISSING, find_name
@@ -199,7 +199,7 @@ def _to_float(value: object, name: str, row: int) -> float:
     if value is None or (isinstance(value, str) and value.strip().lower() in MISSING):
         return np.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"row {row + 1}, column {name}: {shown(value)}; expected a number")
+        raise InputError(f"row {row + 1}, column {name}: {format_value(value)}; expected a number")
     return value
 
 

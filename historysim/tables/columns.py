@@ -9,7 +9,7 @@ import attrs
 
 from historysim.basics.fields import Key
 from historysim.basics.units import conversion_factor, is_common, is_unit
-from historysim.basics.wording import shown
+from historysim.basics.wording import format_value
 from historysim.errors import InputError, field_error
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def _is_delimiter(text: object) -> bool:
 
 def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: str) -> None:
     if not isinstance(value, str) or value not in {".", ","}:
-        raise field_error(f'{shown(value)}; expected "." or ","', attribute.name)
+        raise field_error(f'{format_value(value)}; expected "." or ","', attribute.name)
     if value == layout.delimiter:
         raise field_error(f"{value!r} is also the delimiter; expected another character", attribute.name)
 

@@ -14,7 +14,7 @@ from attrs import evolve, frozen
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.limits import at_most, most
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.tables.blocks import Block, survey
 from historysim.tables.clock import clock_seconds, seconds_since_first
@@ -181,8 +181,8 @@ def _has_columns(heading: Heading, columns: Mapping[str, Column]) -> bool:
 def _notices_of_rest(blocks: Sequence[Block], footer: Sequence[str], index: int) -> Iterator[str]:
     """Yield notices of the blocks and lines of a text that are not read."""
     if len(blocks) > 1:
-        rows = counted(sum(block.rows for block in blocks) - blocks[index].rows, "row", "rows")
-        other_blocks = counted(len(blocks) - 1, "block", "blocks")
+        rows = count_text(sum(block.rows for block in blocks) - blocks[index].rows, "row", "rows")
+        other_blocks = count_text(len(blocks) - 1, "block", "blocks")
         yield (
             f"block {index + 1} is read, {other_blocks} with {rows} left out: choose another with block = …, or remove "
             "the lines between blocks to join them"
@@ -210,8 +210,9 @@ def summarise(text: Sequence[str], layout: Format) -> tuple[list[str], int]:
     for index, block in enumerate(blocks):
         names, row = block.describe()
         lines_above = "; ".join(brief(line)[1:-1] for line in block.preamble[:3])
+        rows = count_text(block.rows, "row", "rows")
         lines.append(
-            f"block {index + 1}: {counted(block.rows, 'row', 'rows')} in lines {block.first_line} to {block.last_line}"
+            f"block {index + 1}: {rows} in lines {block.first_line} to {block.last_line}"
             + (f", below {lines_above}" if lines_above else "")
         )
         if not index or block.heading.names != blocks[index - 1].heading.names:
@@ -253,7 +254,7 @@ def _dropped_text(dropped: Sequence[_BadRowError], rows_read: int) -> str:
     """Return number, lines and common property of rows that are left out, for a message."""
     which = ", ".join(str(error.line) for error in dropped[:_MOST_NAMED]) + (", …" if dropped[_MOST_NAMED:] else "")
     shared = _common_fault(dropped)
-    rows = f"{len(dropped):,} of {counted(len(dropped) + rows_read, 'row', 'rows')} (line {which})"
+    rows = f"{len(dropped):,} of {count_text(len(dropped) + rows_read, 'row', 'rows')} (line {which})"
     return f"{rows}, {shared}" if shared else rows
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import attrs
 
 from historysim.basics.units import is_common
-from historysim.basics.wording import counted, listed, nearest
+from historysim.basics.wording import count_text, join_words, nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, field_unit, split_unit
 from historysim.tables.lines import (
@@ -142,10 +142,10 @@ def _hint_for_name(name: str, names: Sequence[str]) -> str:
     if len(names) == 1 and (delimiter := next((sign for sign in ",;\t|" if names[0].count(sign) > 1), None)):
         return f"expected the delimiter {delimiter!r}, which occurs in the header: {brief(names[0])}"
     if name.isdecimal():
-        return f"a position has no quotes, as {{ column = {name} }}; the names are {listed(names)}"
+        return f"a position has no quotes, as {{ column = {name} }}; the names are {join_words(names)}"
     value, _, unit = name.partition(" ")
     if like_a_number(value) and is_common(unit):
-        return f'a value that does not change is {{ constant = "{name}" }}; the names are {listed(names)}'
+        return f'a value that does not change is {{ constant = "{name}" }}; the names are {join_words(names)}'
     return ""
 
 
@@ -388,7 +388,7 @@ class Head:
 
 def ragged_row_message(line_number: int, count: int, expected: str) -> str:
     """Return the message for a row with an unexpected number of values."""
-    values = counted(count, "value", "values")
+    values = count_text(count, "value", "values")
     return (
         f"line {line_number}: {values} where {expected}; expected one value for each column, and the delimiter of the "
         "header"

@@ -12,7 +12,7 @@ import numpy as np
 
 from historysim.basics.arguments import Floats
 from historysim.basics.units import conversion_factor, quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.tables import Column, Format, Listing, read_table
 from historysim.tables.columns import split_unit
@@ -272,7 +272,7 @@ def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str,
         return "", ""
     if values.mean() < 0:
         return "scale = -1", "compression is negative in the file"
-    return "", f"{counted(below, 'sample is', 'samples are')} below zero; if that is noise: negative_as_zero = true"
+    return "", f"{count_text(below, 'sample is', 'samples are')} below zero; if that is noise: negative_as_zero = true"
 
 
 def _key(key: str, listing: Listing | None, unit: str, more: str = "", reason: str = "") -> str:

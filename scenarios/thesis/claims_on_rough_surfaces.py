@@ -1,7 +1,7 @@
 """Claims of the source on rough surfaces that no figure shows: area and friction, adhesion, load or friction, size.
 
 Silicon on glass, μ = .2, generated surfaces (β = 20 µm, 9-point rule), 50 mN where no load is said. Assumed: with a
-constant shear strength the friction force is τ₀ A, so that μ goes as A/N.
+constant shear strength the friction force is τ₀ A, so that μ varies as A/N.
 
 - The contact area is proportional to the load, and μ constant (2.3, 4.4.1, 5.5.1): the power of the area over the load.
 - Adhesion does not matter on rough contacts (2.2.2, 7): what could pull, 1.5πWR of each asperity in contact (JKR).

@@ -2,7 +2,7 @@
 
 Zirconia on glass, generated surfaces (β = 20 µm), the hardness of glass, Kogut and Etsion's law. At the printed Rq of
 24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300 nm and 1 µm nearly all of the load
-stands on flattened summits, δ is far less, and the order of loads counts: raised without release each level is that of
+rests on flattened summits, δ is far less, and the order of loads counts: raised without release each level is that of
 a virgin surface; lowered, δ falls more than it rose. "Constant when the load falls" (Fig. 5.26) is not what yielding
 gives. The source's own balls have a few far higher summits: these yield, which no Gaussian surface of this Rq shows.
 """

@@ -8,7 +8,7 @@ that a pass lowers the points of the summits that it meets. What the passes do:
 - δ is far less in the first pass than by Hertz, and less again in the last: the direction of Fig. 5.23, "after the
   test less", not its two orders of magnitude;
 - the radii of the summits that touch double, where G.2 has them fall with the distance;
-- maps spread less, as the source claims of run-in surfaces. Most of it is what yielding does at once.
+- maps spread less, as the source claims of run-in surfaces. Most of it is the immediate effect of yielding.
 """
 
 # historysim gallery: example

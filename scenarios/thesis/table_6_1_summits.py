@@ -37,7 +37,7 @@ def calculated(seeds: int = 3) -> xr.Dataset:
             radius, height = summits.radius, summits.height
             told = (radius.mean(), radius.std(ddof=1), height.mean(), height.std(ddof=1), height.size)
             values[:, row, number] = told
-    # each piece is a surface of its own, with a seed in all that it is beside
+    # each piece is a separate surface with a separate seed
     dims = ("autocorrelation_length", "seed")
     found = {name: (dims, own, {"units": "m"}) for name, own in zip(SOURCE, values, strict=False)}
     return xr.Dataset(

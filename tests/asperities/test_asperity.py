@@ -186,7 +186,7 @@ def test_the_stiffness_is_the_slope_of_the_load(turns):
         BALL.advance(state, tangential_displacement=state.tangential_displacement + k * step).tangential_load
         for k in (0, 1, 2)
     ]
-    # one-sided, second order; what is left is the third derivative and rounding over the step
+    # one-sided, second order; the remainder is the third derivative and rounding over the step
     slope = (-3 * loads[0] + 4 * loads[1] - loads[2]) / (2 * step)
     assert ball.tangential_stiffness == pytest.approx(slope, rel=1e-8)
     assert ball.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * ball.stick_radius, rel=4 * EPS)

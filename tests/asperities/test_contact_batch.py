@@ -1,4 +1,4 @@
-"""Independent contacts, many at once: each is that of an ensemble of one asperity."""
+"""Independent contacts, in batches: each is that of an ensemble of one asperity."""
 
 import numpy as np
 import pytest

@@ -133,7 +133,7 @@ def test_the_energy_lost_at_knots_and_between_them_is_the_work_of_a_closed_loop(
         work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(moved)))
         energy = history["total_dissipated_energy"].values
         loop = slice(-1601, None, 800)
-        # the trapezoidal rule leaves some 1/400² of it, and as much where slip begins at once
+        # the trapezoidal rule leaves some 1/400² of it, and as much where slip begins immediately
         np.testing.assert_allclose(np.diff(energy[loop]), np.diff(work[loop]), rtol=1e-3)
         assert np.diff(energy).min() > -1e-15 * energy[-1]
 

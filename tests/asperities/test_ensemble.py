@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import historysim as hs
 from historysim.errors import FrictionLimitError, InputError
 from historysim.memory.binding import DISPLACED
-from historysim.memory.paths import STILL, Goals, paths_to
+from historysim.memory.paths import STILL, Goals, straight_paths
 
 EPS = np.finfo(float).eps
 
@@ -99,9 +99,9 @@ def test_an_asperity_far_below_has_no_effect():
     events = to_events(random_moves(rng, contact, 0.02))
     without = hs.replay(few, events, record="all", saturate=True)
     record = [0, 1, 2, 4, 5, 6]
-    beside = hs.replay(more, events, record=record, saturate=True)
+    extended = hs.replay(more, events, record=record, saturate=True)
     for name in without.data_vars:
-        np.testing.assert_array_equal(without[name].values, beside[name].values, err_msg=name)
+        np.testing.assert_array_equal(without[name].values, extended[name].values, err_msg=name)
 
 
 def test_without_friction_nothing_holds():
@@ -154,7 +154,7 @@ def test_a_request_beyond_the_limit_is_refused_or_held_at_it(friction, sign):
     assert caught.value.limit == pytest.approx(limit, rel=1e-13)
     held = ensemble.advance(state, tangential_load=sign * 1.01 * limit, saturate=True)
     assert held.tangential_load == pytest.approx(sign * limit, rel=1e-13)
-    # near the limit the stick radius goes with the cube root of what is missing, here a rounding of the load
+    # near the limit the stick radius varies with the cube root of what is missing, here a rounding of the load
     slack = 1e-4 if np.ndim(friction) else 0.0
     for asperity in (ensemble.asperity(i, held) for i in range(10)):
         assert asperity.stick_radius <= slack * asperity.contact_radius
@@ -272,7 +272,7 @@ def test_a_deep_memory_is_walked_on_whole():
     vertices = state.vertices()
     assert len(vertices) > 250
     still = Goals(DISPLACED, *STILL)
-    walked = ensemble.advance_along(state, paths_to(still, still))
+    walked = ensemble.advance_along(state, straight_paths(still, still))
     assert walked.vertices().tobytes() == vertices.tobytes()
     assert len(ensemble.with_friction(state, 0.6).vertices()) == len(vertices)
 

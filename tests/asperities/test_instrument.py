@@ -263,12 +263,12 @@ ROUGH = hs.Ensemble(
 @pytest.mark.parametrize("series", [np.inf, 3e5])
 def test_a_controlled_load_agrees_with_contact_and_parallel_spring(series):
     """The drive displacement at which both add up to the load is found without knowing the one solved for."""
-    beside, alone = hs.Instrument(series, parallel_stiffness=2e5), hs.Instrument(series)
+    parallel, alone = hs.Instrument(series, parallel_stiffness=2e5), hs.Instrument(series)
     pressed = ROUGH.advance(ROUGH.initial_state(), normal_load=0.05)
     state = reference = pressed
     # beyond the friction limit of 10 mN, too
     for load in (8e-3, -3e-3, 30e-3, -40e-3, 5e-3):
-        state = ROUGH.advance(state, tangential_load=load, instrument=beside)
+        state = ROUGH.advance(state, tangential_load=load, instrument=parallel)
 
         def excess(drive, before=reference, load=load):
             after = ROUGH.advance(before, tangential_displacement=drive, instrument=alone)
@@ -277,34 +277,36 @@ def test_a_controlled_load_agrees_with_contact_and_parallel_spring(series):
         drive = brentq(excess, -1e-6, 1e-6, xtol=1e-20, rtol=1e-14)
         reference = ROUGH.advance(reference, tangential_displacement=drive, instrument=alone)
         assert state.tangential_load == pytest.approx(reference.tangential_load, rel=1e-12, abs=1e-15)
-        assert beside.drive_load(state.tangential_displacement, state.tangential_load) == pytest.approx(load, rel=1e-12)
+        assert parallel.drive_load(state.tangential_displacement, state.tangential_load) == pytest.approx(
+            load, rel=1e-12
+        )
     # a load that is not named is held, whatever the normal load and friction do
     for held in (
-        ROUGH.advance(state, normal_load=0.03, instrument=beside),
-        ROUGH.with_friction(state, 0.01, instrument=beside),
+        ROUGH.advance(state, normal_load=0.03, instrument=parallel),
+        ROUGH.with_friction(state, 0.01, instrument=parallel),
     ):
-        assert beside.drive_load(held.tangential_displacement, held.tangential_load) == pytest.approx(5e-3, rel=1e-12)
-    stepper = ROUGH.stepper(pressed, instrument=beside)
+        assert parallel.drive_load(held.tangential_displacement, held.tangential_load) == pytest.approx(5e-3, rel=1e-12)
+    stepper = ROUGH.stepper(pressed, instrument=parallel)
     for load in (8e-3, -3e-3):
         stepper.step(tangential_load=load)
-    twice = ROUGH.advance(pressed, tangential_load=8e-3, instrument=beside)
-    assert stepper.tangential_load == ROUGH.advance(twice, tangential_load=-3e-3, instrument=beside).tangential_load
+    twice = ROUGH.advance(pressed, tangential_load=8e-3, instrument=parallel)
+    assert stepper.tangential_load == ROUGH.advance(twice, tangential_load=-3e-3, instrument=parallel).tangential_load
 
 
 def test_a_parallel_spring_does_not_change_a_driven_contact(tmp_path):
     events = [hs.NormalLoad(0, 0.05), hs.TangentialDisplacement(1, 5e-8), hs.TangentialDisplacement(2, -5e-8)]
-    beside = hs.Instrument(3e5, parallel_stiffness=2e5)
-    alone, both = (hs.replay(ROUGH, events, substeps=5, instrument=each) for each in (hs.Instrument(3e5), beside))
+    parallel = hs.Instrument(3e5, parallel_stiffness=2e5)
+    alone, both = (hs.replay(ROUGH, events, substeps=5, instrument=each) for each in (hs.Instrument(3e5), parallel))
     assert np.array_equal(alone.total_tangential_load, both.total_tangential_load)
     np.testing.assert_allclose(both.drive_load, both.total_tangential_load + 2e5 * both.drive_displacement, rtol=1e-15)
     assert "drive_load" not in alone
     assert both.attrs["parallel_stiffness"] == 2e5
     pushed = [hs.NormalLoad(0, 0.05), hs.TangentialLoad(1, 30e-3), hs.TangentialLoad(2, -8e-3)]
-    job = hs.Replay(ROUGH, pushed, instrument=beside)
+    job = hs.Replay(ROUGH, pushed, instrument=parallel)
     assert float(job.dataset().drive_load[-1]) == pytest.approx(-8e-3, rel=1e-12)
-    with hs.EventLog.create(tmp_path / "a.history", ROUGH, instrument=beside) as log:
+    with hs.EventLog.create(tmp_path / "a.history", ROUGH, instrument=parallel) as log:
         log.append(pushed)
-        assert log.instrument == beside
+        assert log.instrument == parallel
         assert np.array_equal(log.replay().total_tangential_load, job.dataset().total_tangential_load)
     with pytest.raises(hs.InputError, match="parallel_stiffness, which a unit of co-simulation does not have"):
         hs.write_fmu(job, tmp_path / "a.fmu")

@@ -1,4 +1,4 @@
-"""Two tangential directions, beside a half-space point by point, one direction, each asperity alone, and tables.
+"""Two tangential directions, against a half-space point by point, one direction, each asperity alone, and tables.
 
 Numbers are over those of a sphere with E* = R = θ = 1 at approach 1.
 """
@@ -13,9 +13,9 @@ import historysim as hs
 from historysim.asperities.instrument import MOST_RINGS
 from historysim.basics.library import ffi, lib
 from historysim.errors import FrictionLimitError, InputError, LoadError
-from historysim.memory.binding import DISPLACED, copied
+from historysim.memory.binding import DISPLACED, copy_state
 from historysim.memory.binding import LOAD as LOAD_CONTROL
-from historysim.memory.paths import Goals, paths_to
+from historysim.memory.paths import Goals, straight_paths
 from tests.support.planar_half_space import PlanarHalfSpace
 from tests.support.planar_paths import TABLES, way
 
@@ -231,7 +231,7 @@ def test_falls_of_friction_after_turns_against_a_half_space():
             friction *= falls[k]
             state = ensemble.with_friction(state, friction)
             oracle.to_friction(friction)
-            # a mesh of 1/32, where whole annuli slip at once
+            # a mesh of 1/32, where whole annuli slip simultaneously
             assert np.abs(numbers(state)[:2] - 0.75 * oracle.tangential_load).max() < 1e-3
         assert np.abs(numbers(state)[:2] - 0.75 * oracle.tangential_load).max() < 4e-3
     assert numbers(state)[2] == pytest.approx(0.75 * oracle.dissipated, rel=1e-2)
@@ -320,9 +320,9 @@ def test_a_state_keeps_to_ensembles_of_its_rings():
 def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
     ensemble = sphere(0.3)
     start = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
-    paths = paths_to(Goals(LOAD_CONTROL, LOAD, 0.0), Goals(DISPLACED, [(0.1, 0.2)]), recorded=False)
+    paths = straight_paths(Goals(LOAD_CONTROL, LOAD, 0.0), Goals(DISPLACED, [(0.1, 0.2)]), recorded=False)
     paths["normal_control"] = DISPLACED
-    memory, path = copied(start.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
+    memory, path = copy_state(start.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
     driven = ensemble.make_drive(False, hs.Instrument())
     assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == lib.HS_OK
     assert hs.State(memory) == ensemble.advance(start, tangential_displacement=(0.1, 0.2))
@@ -330,12 +330,12 @@ def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
 
 def test_a_step_in_a_plane_moves_along_x_in_the_library():
     state = walked(sphere(), way("square", 0.7, 1))[-1]
-    memory, driven = copied(state.memory), sphere().make_drive(False, hs.Instrument(), directions=2)
+    memory, driven = copy_state(state.memory), sphere().make_drive(False, hs.Instrument(), directions=2)
     x, _ = state.tangential_displacement
     along_x = lib.HS_DISPLACED, float("nan"), lib.HS_DISPLACED
     assert lib.hs_step(memory, *along_x, x + 0.05, driven, ffi.NULL) == lib.HS_OK
     assert hs.State(memory) == sphere().advance(state, tangential_displacement=(x + 0.05, None))
-    before = hs.State(copied(memory))
+    before = hs.State(copy_state(memory))
     assert lib.hs_step(memory, *along_x[:2], lib.HS_LOAD, 10 * LOAD, driven, ffi.NULL) == lib.HS_BEYOND_LIMIT
     assert hs.State(memory) == before
     assert np.isnan(lib.hs_stiffness(memory, 1))

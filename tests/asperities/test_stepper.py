@@ -11,7 +11,7 @@ from histories import random_contact, random_moves, to_events
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
-from historysim.memory.binding import copied
+from historysim.memory.binding import copy_state
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 
@@ -149,7 +149,7 @@ def test_a_channel_without_a_target_is_held_as_it_was_controlled_whatever_the_ca
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.02)
     if turned:
         state = ensemble.advance(state, tangential_load=(0.02, 0.01))
-    memory, drive = copied(state.memory), ensemble.make_drive(False, hs.Instrument(), directions=1 + turned)
+    memory, drive = copy_state(state.memory), ensemble.make_drive(False, hs.Instrument(), directions=1 + turned)
     held = lib.HS_DISPLACED, math.nan, lib.HS_DISPLACED, math.nan
     assert lib.hs_step(memory, *held, drive, ffi.NULL) == lib.HS_OK
     after = hs.State(memory)

@@ -158,7 +158,7 @@ def test_nonsense_is_refused(make, message):
 
 
 class Softer(YieldingLaw):
-    """A law of the user's: Kogut and Etsion's in numpy, of its own onset."""
+    """A law of the user's: Kogut and Etsion's in numpy, with its onset."""
 
     kind = "softer"
     text = "softer"
@@ -212,7 +212,7 @@ def test_a_law_of_the_users_own():
         ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
 
 
-# ---- histories, beside springs ------------------------------------------------------------------------------------
+# ---- histories, against springs ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

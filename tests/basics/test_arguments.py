@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from historysim.basics.arguments import checked, one_per, per_axis, scalar
+from historysim.basics.arguments import as_floats, as_item_array, per_axis, scalar
 from historysim.errors import InputError
 
 
 def radii(values, count=None):
-    return one_per("summit", "summits", "radius", values, count, above=0)
+    return as_item_array("summit", "summits", "radius", values, count, above=0)
 
 
 def test_one_number_stands_for_all():
@@ -29,19 +29,19 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
 
 
 def test_texts_with_units_come_where_the_name_has_a_unit():
-    np.testing.assert_array_equal(checked("summit_height", ["1 µm", -2e-6]), [1e-6, -2e-6])
+    np.testing.assert_array_equal(as_floats("summit_height", ["1 µm", -2e-6]), [1e-6, -2e-6])
     assert scalar("normal_load", "50 mN", above=0) == 0.05
     assert per_axis("pixel_size", "1 µm") == (1e-6, 1e-6)
     with pytest.raises(InputError, match=r"summit_height: '1 N': 'N' is not a unit of a length"):
-        checked("summit_height", ["1 µm", "1 N"])
+        as_floats("summit_height", ["1 µm", "1 N"])
     with pytest.raises(InputError, match=r"normal_load is -0\.05; expected a finite number of 0 or more"):
         scalar("normal_load", "-50 mN", least=0)
 
 
 def test_quantities_of_pint_lose_their_unit_nowhere_unseen():
     unit = pytest.importorskip("pint").UnitRegistry()
-    assert checked("friction", unit.Quantity(20, "percent")) == 0.2
+    assert as_floats("friction", unit.Quantity(20, "percent")) == 0.2
     with pytest.raises(InputError, match="friction: '1 newton' has another unit; expected a plain number"):
-        checked("friction", unit.Quantity(1, "N"))
+        as_floats("friction", unit.Quantity(1, "N"))
     with pytest.raises(InputError, match="radius: '1 second' has another unit; expected a length in m"):
-        checked("radius", unit.Quantity(1, "s"))
+        as_floats("radius", unit.Quantity(1, "s"))

@@ -5,11 +5,11 @@ import pickle
 import pytest
 
 import historysim as hs
-from historysim.errors import at, field_error, path_text
+from historysim.errors import error_path, field_error, path_text
 
 
 def raised(error, *places):
-    with pytest.raises(type(error)) as caught, at("loading"), at(*places):
+    with pytest.raises(type(error)) as caught, error_path("loading"), error_path(*places):
         raise error
     return caught.value
 

@@ -76,7 +76,7 @@ def test_an_entry_point_that_is_no_law_is_named(tmp_path, monkeypatch, points, s
     entry(tmp_path, "a", points)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(InputError, match=said):
-        LAWS.named("other")
+        LAWS.lookup("other")
 
 
 def test_one_name_of_two_packages_is_an_error(tmp_path, monkeypatch):
@@ -84,11 +84,11 @@ def test_one_name_of_two_packages_is_an_error(tmp_path, monkeypatch):
     entry(tmp_path, "b", "other = json:JSONDecoder")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(InputError, match=r"'other' is declared by . and .; uninstall one of them"):
-        LAWS.named("other")
+        LAWS.lookup("other")
 
 
 def test_an_empty_registry_has_nothing():
     empty = Registry("historysim.nothing", "builtins:object", "thing")
     assert list(empty) == []
     with pytest.raises(InputError, match="none is expected here"):
-        empty.named("a")
+        empty.lookup("a")

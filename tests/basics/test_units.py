@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from historysim.basics.units import UNIT_OF, conversion_factor, in_si, metres, quantity, quantity_text, uncertain_text
+from historysim.basics.units import UNIT_OF, conversion_factor, metres, quantity, quantity_text, to_si, uncertain_text
 from historysim.errors import InputError
 
 
@@ -116,15 +116,15 @@ def test_a_standard_error_shares_prefix_and_digits_with_its_value(value, error, 
 
 
 def test_texts_and_lists_of_them_become_numbers():
-    assert in_si("50 mN", "N") == 0.05
-    assert in_si(["1 µm", 2e-6, ["3 nm"]], "m") == [1e-6, 2e-6, [3e-9]]
-    assert in_si(np.array(["1 µm", "2 µm"]), "m") == [1e-6, 2e-6]
+    assert to_si("50 mN", "N") == 0.05
+    assert to_si(["1 µm", 2e-6, ["3 nm"]], "m") == [1e-6, 2e-6, [3e-9]]
+    assert to_si(np.array(["1 µm", "2 µm"]), "m") == [1e-6, 2e-6]
     assert [metres(came) for came in ("2 mm", 3, np.float32(0.5))] == [2e-3, 3.0, 0.5]
 
 
 @pytest.mark.parametrize("came", [3.0, 7, None, b"1", {}, np.arange(3)])
 def test_what_has_no_unit_comes_through(came):
-    assert in_si(came, "m") is came
+    assert to_si(came, "m") is came
 
 
 @pytest.fixture(scope="module")
@@ -141,11 +141,11 @@ def test_quantities_of_pint_become_numbers(registry, unit):
         "rad": ("degree", np.pi / 180), "Pa m0.5": ("MPa*m**0.5", 1e6), "N m-1": ("mN/nm", 1e6),
         "m3 J-1": ("mm**3/J", 1e-9), "Hz": ("kHz", 1e3),
     }[unit]  # fmt: skip
-    assert in_si(registry.Quantity(3, other), unit) == pytest.approx(3 * factor, rel=1e-15)
-    several = in_si(registry.Quantity(np.array([1.0, 2.0]), other), unit)
+    assert to_si(registry.Quantity(3, other), unit) == pytest.approx(3 * factor, rel=1e-15)
+    several = to_si(registry.Quantity(np.array([1.0, 2.0]), other), unit)
     np.testing.assert_allclose(several, np.array([1.0, 2.0]) * factor, rtol=1e-15)
     with pytest.raises(InputError, match=r"'3 kelvin' has another unit; expected an? .* in "):
-        in_si(registry.Quantity(3, "K"), unit)
+        to_si(registry.Quantity(3, "K"), unit)
 
 
 @pytest.mark.parametrize("text", ["0.75 MPa √m", "750 kPa*√m"])

@@ -8,7 +8,7 @@ import pytest
 import tqdm.std
 
 import historysim as hs
-from historysim.basics.wording import columns, nearest, printable, progress_bar, shown
+from historysim.basics.wording import columns, format_value, nearest, printable, progress_bar
 
 
 def test_the_nearest_word_is_meant_or_any():
@@ -26,11 +26,11 @@ def test_the_nearest_word_is_meant_or_any():
     ],
 )
 def test_what_came_is_shown_in_brief(value, text):
-    assert shown(value) == text
+    assert format_value(value) == text
 
 
 def test_an_integer_that_python_refuses_to_print_is_shown_all_the_same():
-    assert shown(10**5000) == "an integer of 16610 bits"
+    assert format_value(10**5000) == "an integer of 16610 bits"
 
 
 LINES = [("steps", "11"), ("peak normal load", "50 mN"), ("", ""), ("title", "")]
@@ -85,10 +85,10 @@ class Terminal(io.StringIO):
 
 @pytest.fixture
 def _neither_locks_nor_threads(monkeypatch):
-    """A lock of processes, or a thread, beside the bar is an error."""
+    """A lock of processes, or a thread, in addition to the bar is an error."""
 
     def refuse(*_, **__):
-        raise AssertionError("made beside the bar")
+        raise AssertionError("made in addition to the bar")
 
     monkeypatch.setattr(tqdm.std.TqdmDefaultWriteLock, "__init__", refuse)
     monkeypatch.setattr(threading.Thread, "start", refuse)

@@ -1,4 +1,4 @@
-"""Speed of the replay per asperity and step, on one thread, beside the time that numpy takes to copy the same output.
+"""Speed of the replay per asperity and step, on one thread, against the time that numpy takes to copy the same output.
 
 Run it after the package is installed::
 

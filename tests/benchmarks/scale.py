@@ -2,7 +2,7 @@
 
     PYTHONPATH=tests/support python tests/benchmarks/scale.py [--page]
 
-Each run is a process of its own, so that its peak memory is its own. Times are of the processor; those of the sweep are
+Each run is a separate process, so that its peak memory is its own. Times are of the processor; those of the sweep are
 on the wall, the shortest of three.
 """
 

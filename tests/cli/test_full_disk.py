@@ -110,7 +110,7 @@ def check_failure(done, name, reason, before, folder):
 def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command):
     arguments, suffix = COMMANDS[command]
     before = snapshot(disk)
-    # larger outputs fail in the middle, small ones at once
+    # larger outputs fail in the middle, small ones immediately
     fill(disk, SOME if command in {"run", "fmu"} else 0)
     done = run_command(disk, with_target(arguments, f"out{suffix}"))
     check_failure(done, "out", "disk is full", before, disk)

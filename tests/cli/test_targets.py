@@ -1,4 +1,4 @@
-"""Every command that writes, with every kind of target: nothing is replaced that is not an older output of its own."""
+"""Every command that writes, with every kind of target: nothing is replaced except an older output of the command."""
 
 import os
 import shutil
@@ -34,7 +34,7 @@ def folder(made, tmp_path, monkeypatch):
 
 
 def content(folder):
-    """What stands in a folder: of files their bytes, and of the rest its kind."""
+    """Contents of a folder: of files their bytes, and of the rest its kind."""
     return {
         path.name: path.read_bytes() if path.is_file() and not path.is_symlink() else stat.S_IFMT(path.lstat().st_mode)
         for path in folder.iterdir()

@@ -31,7 +31,7 @@ def test_its_response_agrees_with_stepping_by_hand(control):
 
 
 def test_in_a_loop_with_a_mass_it_agrees_with_the_loop_by_hand(control):
-    """A mass, semi-implicit: its outputs do not depend on its input at once, so that the loop is well posed."""
+    """A mass, semi-implicit: its outputs do not depend directly on its input, so that the loop is well posed."""
     mass, damping = 1e-4, 0.5
 
     def update(_t, x, u, _params):

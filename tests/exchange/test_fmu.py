@@ -77,7 +77,7 @@ class Host:
         )
 
         def log(_environment, _name, _status, _category, _format):
-            # what stands behind the format cannot be had from Python: the message is looked for in C
+            # the formatted arguments are not available in Python: the message is looked for in C
             self.messages.append((_status, _category))
 
         made = fmi2CallbackFunctions()

@@ -1,6 +1,6 @@
-"""Area laws beside printed limits, ellipses beside displacements of their pressure, summits beside draws.
+"""Area laws against printed limits, ellipses against displacements of their pressure, summits against draws.
 
-The laws on one map beside its summits and its whole solution.
+The laws on one map against its summits and its whole solution.
 """
 
 import math

@@ -21,21 +21,21 @@ def counted(monkeypatch, tmp_path):
 def test_what_was_computed_is_not_computed_again(counted):
     calls, compute, _ = counted
     for _ in range(2):
-        assert cache.cached("x", ARGUMENTS, compute)["a"].tolist() == [0, 1, 2, 3, 4]
+        assert cache.load_or_compute("x", ARGUMENTS, compute)["a"].tolist() == [0, 1, 2, 3, 4]
     assert len(calls) == 1
-    cache.cached("x", (np.arange(3.0) + 1e-16, np.arange(2.0)), compute)
+    cache.load_or_compute("x", (np.arange(3.0) + 1e-16, np.arange(2.0)), compute)
     assert len(calls) == 2
 
 
 @pytest.mark.parametrize("damage", [b"", b"PK", None])
 def test_a_damaged_file_is_computed_again(counted, damage):
     calls, compute, folder = counted
-    cache.cached("x", ARGUMENTS, compute)
+    cache.load_or_compute("x", ARGUMENTS, compute)
     (path,) = folder.iterdir()
     content = path.read_bytes()
     middle = len(content) // 2
     path.write_bytes(content[:middle] + b"?????" + content[middle + 5 :] if damage is None else damage)
-    assert cache.cached("x", ARGUMENTS, compute)["a"].tolist() == [0, 1, 2, 3, 4]
+    assert cache.load_or_compute("x", ARGUMENTS, compute)["a"].tolist() == [0, 1, 2, 3, 4]
     assert len(calls) == 2
     assert path.read_bytes() == content
 
@@ -45,7 +45,7 @@ def test_a_folder_that_cannot_be_written_only_costs_time(counted, monkeypatch, t
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "file"))
     for _ in range(2):
-        assert "a" in cache.cached("x", ARGUMENTS, compute)
+        assert "a" in cache.load_or_compute("x", ARGUMENTS, compute)
     assert len(calls) == 2
 
 

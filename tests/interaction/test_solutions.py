@@ -145,7 +145,7 @@ def test_a_lone_ball_has_the_pressures_and_tractions_of_cattaneo(lone):
     state = ensemble.advance(state, tangential_displacement=0.5 * MU)
     back = ensemble.advance(state, tangential_displacement=0.1 * MU)
     x, y = (index - 47.5 for index in np.unravel_index(lone.point, lone.shape))
-    # a pressed disc of label h reaches to √(R h); a front goes back by U/μ, and by half of it after a reversal
+    # a pressed disc of label h reaches to √(R h); a front recedes by U/μ, and by half of it after a reversal
     rings = {at: np.sqrt(np.clip(400.0 * at - x**2 - y**2, 0, None)) * 2 / (np.pi * 400.0) for at in (1.0, 0.5, 0.8)}
     for reached, expected in (
         (ensemble.superposition(state).normal, rings[1.0]),
@@ -153,7 +153,7 @@ def test_a_lone_ball_has_the_pressures_and_tractions_of_cattaneo(lone):
         (ensemble.superposition(back).tangential, MU * (-rings[1.0] + 2 * rings[0.8] - rings[0.5])),
     ):
         off = np.abs(reached @ lone.pressure - expected).sum() / np.abs(expected).sum()
-        # the edge lies between points that are 1/20 of the radius apart
+        # the edge is between points that are 1/20 of the radius apart
         assert off < 0.05
 
 

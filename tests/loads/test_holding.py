@@ -15,7 +15,7 @@ from historysim.loads.holding import find_ramp
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 BALL = hs.Ensemble(PAIR, summit_height=0.0, summit_radius=1e-3, friction=0.3)
-# the normal load goes from 50 to 45 mN while the tangential load rises
+# the normal load falls from 50 to 45 mN while the tangential load rises
 RAMP = [
     hs.NormalLoad(0.0, 50e-3),
     hs.TangentialLoad(1.0, 5e-3),

@@ -67,7 +67,7 @@ def made(request, tmp_path):
 
 
 def content(path):
-    """All that stands in a file but the date."""
+    """Contents of a file except the date."""
     with xr.open_datatree(path, decode_times=False) as tree:
         found = {group: node.to_dataset().load() for group, node in tree.subtree_with_keys}
     found["."].attrs.pop("date_created")

@@ -49,7 +49,7 @@ def by_hand(ensemble, events, time, substeps=1, instrument=None):
 
 
 def snapshots_everywhere(log):
-    """Put a snapshot wherever the schedule stands."""
+    """Put a snapshot at the current position of the schedule."""
     file = log._file
     content, head = file.sound(), file.head
 
@@ -213,7 +213,7 @@ MOVES = st.one_of(
 
 
 class Use(RuleBasedStateMachine):
-    """Append, snapshot, crash, resume, fork and export in any order, beside a list of the same events."""
+    """Append, snapshot, crash, resume, fork and export in any order, against a list of the same events."""
 
     @initialize()
     def begin(self):

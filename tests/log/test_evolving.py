@@ -44,14 +44,14 @@ def test_other_events_come_back_from_columns():
 def test_a_head_keeps_law_and_wear(law):
     for wear in (None, ArchardWear(coefficient=0.01, hardness=1.0), EnergyWear(volume_per_energy=0.1, shape="blunted")):
         ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, wear=wear, follow_sliding=True)
-        head = LogHeader.of(hs.Replay(ensemble, ()))
+        head = LogHeader.from_replay(hs.Replay(ensemble, ()))
         again = parse_head(head.text, head.arrays).ensemble
         assert (again.law, again.wear, again.follow_sliding) == (law, wear, True)
         assert again.friction.tobytes() == ensemble.friction.tobytes()
 
 
 def test_a_head_of_steady_contacts_agrees_with_earlier_versions():
-    settings = LogHeader.of(hs.Replay(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), ())).settings
+    settings = LogHeader.from_replay(hs.Replay(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), ())).settings
     assert settings["format"] == 1
     assert not {"friction_law", "wear", "follow_sliding"} & set(settings)
 
@@ -167,7 +167,7 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
     pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9e9, hardness=5.5e9, cracking_load=0.04)
     law = KogutEtsion(hardness=5.5e9, poissons_ratio=0.25)
     ensemble = hs.Ensemble(pair, [0.0, -10e-9, -25e-9], [1e-6, 0.8e-6, 2e-6], 0.2, yielding=law)
-    head = LogHeader.of(hs.Replay(ensemble, ()))
+    head = LogHeader.from_replay(hs.Replay(ensemble, ()))
     assert head.settings["format"] == 5
     again = parse_head(head.text, head.arrays).ensemble
     assert (again.yielding, again.pair.cracking_load) == (law, 0.04)

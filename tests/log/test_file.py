@@ -1,4 +1,4 @@
-"""The file of a log: what is in it stands, and what is damaged says so."""
+"""The file of a log: sound contents are read, damage is reported."""
 
 import multiprocessing
 import os
@@ -43,7 +43,7 @@ def path(tmp_path):
 
 @pytest.fixture
 def made(path, small_batches):  # noqa: ARG001 - the batches are those that it makes
-    LogFile.create(path, LogHeader.of(JOB, title="three"), EVENTS).close()
+    LogFile.create(path, LogHeader.from_replay(JOB, title="three"), EVENTS).close()
     return path
 
 
@@ -87,9 +87,9 @@ def test_the_head_makes_the_ensemble_again_bit_for_bit(made):
         assert again.pair.displacement_ratio == ENSEMBLE.pair.displacement_ratio
         assert file.head.instrument.rigid
         assert file.head.settings["title"] == "three"
-    soft = LogHeader.of(attrs.evolve(JOB, instrument=hs.Instrument(3.34e5)))
+    soft = LogHeader.from_replay(attrs.evolve(JOB, instrument=hs.Instrument(3.34e5)))
     assert parse_head(soft.text, soft.arrays).instrument == hs.Instrument(3.34e5)
-    assert soft.link != LogHeader.of(JOB).link
+    assert soft.link != LogHeader.from_replay(JOB).link
 
 
 def test_appended_events_are_chained_to_earlier_ones(made):
@@ -136,9 +136,9 @@ def test_rows_can_be_neither_changed_nor_deleted(made):
 def test_a_new_log_takes_the_place_of_an_old_one_when_it_is_whole(made):
     before = made.read_bytes()
     with pytest.raises(hs.InputError, match="is not a load event"):
-        LogFile.create(made, LogHeader.of(JOB), [*EVENTS, None])
+        LogFile.create(made, LogHeader.from_replay(JOB), [*EVENTS, None])
     assert made.read_bytes() == before
-    LogFile.create(made, LogHeader.of(JOB), EVENTS[:1]).close()
+    LogFile.create(made, LogHeader.from_replay(JOB), EVENTS[:1]).close()
     with LogFile(made) as file:
         assert file.sound().events == EVENTS[:1]
     assert names(made.parent) == ["run.history"]
@@ -294,7 +294,7 @@ def test_a_damaged_snapshot_is_reported_and_harms_nothing(made, statement, reaso
 def test_a_snapshot_of_another_log_is_reported(made, tmp_path):
     with_snapshot(made)
     other = tmp_path / "other.history"
-    LogFile.create(other, LogHeader.of(JOB, title="another"), EVENTS).close()
+    LogFile.create(other, LogHeader.from_replay(JOB, title="another"), EVENTS).close()
     connection = sqlite3.connect(other)
     connection.execute("ATTACH DATABASE ? AS source", (str(made),))
     connection.execute("INSERT INTO snapshot SELECT * FROM source.snapshot")
@@ -306,7 +306,7 @@ def test_a_snapshot_of_another_log_is_reported(made, tmp_path):
         assert "is of another log" in told[0]
 
 
-# -- several at once -------------------------------------------------------------------------------
+# -- several processes -------------------------------------------------------------------------------
 
 
 def test_a_second_writer_is_reported_and_readers_are_not_held_up(made):
@@ -318,7 +318,7 @@ def test_a_second_writer_is_reported_and_readers_are_not_held_up(made):
             with pytest.raises(OSError, match="another process is writing it"):
                 reader.append([hs.NormalLoad(3.0, 0.01)])
             with pytest.raises(OSError, match="another process is writing it"):
-                LogFile.create(made, LogHeader.of(JOB), EVENTS)
+                LogFile.create(made, LogHeader.from_replay(JOB), EVENTS)
             writer.append([hs.NormalLoad(3.0, 0.01)])
             assert len(reader.sound().events) == len(EVENTS) + 1
     with LogFile(made) as file:
@@ -367,15 +367,15 @@ def test_a_writer_that_dies_in_a_transaction_leaves_what_was_there(made, tmp_pat
 
 @pytest.mark.parametrize("name", ["run.history-journal", ".new.history.part", ".new.history.part-journal"])
 def test_a_file_of_something_else_under_a_name_of_its_own_is_left_alone(made, name):
-    beside = made.with_name(name)
-    beside.write_text("what nobody has twice", encoding="utf-8")
+    neighbour = made.with_name(name)
+    neighbour.write_text("what nobody has twice", encoding="utf-8")
     with LogFile(shutil.copy(made, made.with_name("kept.history"))) as kept:
         head = kept.head
     with pytest.raises((OSError, hs.errors.InputError), match="; move it away"):
         LogFile(made) if name.startswith("run") else LogFile.create(made.with_name("new.history"), head)
     with pytest.raises((OSError, hs.errors.InputError), match="; move it away"):
         LogFile.create(made.with_name("run.history" if name.startswith("run") else "new.history"), head)
-    assert beside.read_text(encoding="utf-8") == "what nobody has twice"
+    assert neighbour.read_text(encoding="utf-8") == "what nobody has twice"
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")

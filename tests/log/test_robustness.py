@@ -1,4 +1,4 @@
-"""What a crash, a fault or a mix-up leaves, and how a run goes on from there."""
+"""Recovery of runs after crashes, faults and swapped files."""
 
 import os
 import re
@@ -91,7 +91,7 @@ def test_a_resume_computes_only_rows_after_the_last_snapshot(folder, whole, monk
 
 
 def kept_rows(folder, whole, written):
-    """The bytes of an unfinished file, and where a row between the second snapshot and the third stands in them."""
+    """The bytes of an unfinished file, and where a row between the second snapshot and the third is in them."""
     content = bytearray((folder / ".killed.nc.unfinished").read_bytes())
     with netCDF4.Dataset(whole / "killed.nc") as file:
         row = file["time"][written[1] + 3].tobytes()

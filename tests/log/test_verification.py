@@ -43,7 +43,7 @@ def test_a_log_written_before_makes_its_result_again(before):
         for name, values in result.variables.items():
             scale = float(np.abs(np.nan_to_num(values)).max())
             assert again[name].values == pytest.approx(values.values, rel=1e-12, abs=1e-12 * scale, nan_ok=True), name
-        # a page that ran before may have added an event of its own
+        # a page that ran before may have added a separate event
         own = {name for name, kind in hs.events.EVENTS.items() if kind.__module__.startswith("historysim.")}
         assert {event.name for event in log.events()} == own
         log.append(hs.NormalLoad(7.0, 0.01))

@@ -1,4 +1,4 @@
-"""Creep in holds beside the contact's memory: records of the engine, whose contact creeps by a known law."""
+"""Creep in holds in addition to the contact's memory: records of the engine, whose contact creeps by a known law."""
 
 import re
 

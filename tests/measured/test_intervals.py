@@ -60,9 +60,9 @@ def test_a_straight_drift_has_the_variance_of_its_closed_form():
     share = np.full(300, 1 / 300)
     moves = share * (np.cumsum(share) - share / 2 - 0.5)
     assert TrendLine(share, trend=False).variance(moves) == pytest.approx(1 / 60, rel=1e-4)
-    beside = TrendLine(share, trend=True)
-    assert beside.variance(moves) == pytest.approx(0, abs=1e-20)
-    assert beside.rise @ moves == pytest.approx(1)
+    line = TrendLine(share, trend=True)
+    assert line.variance(moves) == pytest.approx(0, abs=1e-20)
+    assert line.rise @ moves == pytest.approx(1)
 
 
 def test_constant_pieces_have_no_variance():
@@ -91,7 +91,7 @@ def test_a_drift_is_recognised():
     found = compute_mean_wander(values, 0.95)
     assert found.drifts
     assert abs(found.rise - 2) < found.rise_reach < 0.5
-    # the mean is as sure as the scatter beside the line leaves it
+    # the mean is as sure as the scatter about the line leaves it
     assert found.reach < 0.3
     assert sum(compute_mean_wander(random.normal(size=16), 0.95).drifts for _ in range(100)) <= 5
 

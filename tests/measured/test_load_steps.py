@@ -78,7 +78,7 @@ def test_load_changes_common_to_most_branches_are_accepted():
     (note,) = found.exclusions
     assert note.startswith("the normal load moves by 1")
     assert note.endswith("on three branches of four, over 10 % (load_share): those are not left out")
-    # less of it is not worth telling, and a step is one beside it, too
+    # less of it is not worth telling, and a step counts in addition to it, too
     assert loops_of_channels(time, u, load, normal * (1 + 0.03 * u)).exclusions == ()
     stepped = np.where(np.arange(u.size) < 6.5 * PART, 1.0, 1.5)
     found = loops_of_channels(time, u, load * stepped, normal * stepped * (1 + 0.1 * u))

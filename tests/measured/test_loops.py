@@ -103,7 +103,7 @@ def ramp(turns, part=10):
     ("turns", "loops"),
     [
         ([0, 1, -1, 1], [(1, 2, 3)]),
-        ([0, 1, -1, 1, -1], [(1, 2, 3)]),  # what is left is half a loop
+        ([0, 1, -1, 1, -1], [(1, 2, 3)]),  # the remainder is half a loop
         ([0, 1, -1, 1, -1, 0], [(1, 2, 3)]),
         ([0, 1, -1, 1, -1, 1], [(1, 2, 3), (3, 4, 5)]),
         ([0, 1, -1, 1, -1, 0.5], [(1, 2, 3)]),  # the last one does not come back
@@ -140,7 +140,7 @@ def test_loop_quantities_do_not_depend_on_the_origin(displacement, load, sense):
     sides = slice(None, None, sense)
     for name in ("preliminary_displacement", "tangential_stiffness"):
         assert getattr(moved, name) == pytest.approx(getattr(plain, name)[:, sides], rel=1e-9)
-    # an offset of the load stands in the force of either branch, and not in their mean
+    # an offset of the load is in the force of either branch, and not in their mean
     assert moved.friction_force == pytest.approx(
         plain.friction_force[:, sides] + load * np.array([1, -1])[sides], abs=1e-12
     )
@@ -205,7 +205,7 @@ def test_a_measured_record_agrees_with_its_published_picture(damper):
     pieces = sum(np.trapezoid(load[a : b + 1], displacement[a : b + 1]) for a, b in found.left_out)
     ends = found.ends[:, [0, 2]]
     closing = (displacement[ends[:, 0]] - displacement[ends[:, 1]]) * load[ends].mean(axis=1)
-    # but for the noise: in the order of time it encloses an area of its own
+    # but for the noise: in the order of time it encloses a separate area
     assert found.dissipated_energy.sum() - closing.sum() + pieces == pytest.approx(work, rel=1e-6)
     # three loops of full amplitude, alike and nearly closed
     full = found.dissipated_energy[2:5]

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.measured.comparison import FEWEST_MEANS, compute_response, observe
-from historysim.measured.reduction import Measurement, noise_of
+from historysim.measured.reduction import Measurement, estimate_white_noise
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -105,9 +105,9 @@ def test_noise_is_estimated_from_the_record():
     random = np.random.default_rng(0)
     smooth = 2e-7 * np.abs((np.arange(4000) / 100 + 3) % 4 - 2)
     # the median of 4000 sizes scatters by 1.3 %, and by more since second differences overlap
-    assert noise_of(smooth + random.normal(0, 1e-9, smooth.size)) == pytest.approx(1e-9, rel=0.1)
-    assert noise_of(smooth) < 1e-20
-    assert noise_of([1.0, 2.0]) == 0
+    assert estimate_white_noise(smooth + random.normal(0, 1e-9, smooth.size)) == pytest.approx(1e-9, rel=0.1)
+    assert estimate_white_noise(smooth) < 1e-20
+    assert estimate_white_noise([1.0, 2.0]) == 0
 
 
 @pytest.mark.parametrize(("skip", "first"), [(0, 0), (1, 9), (2, 17)])
@@ -160,6 +160,6 @@ def test_a_reduced_record_keeps_the_corners_of_both_channels():
     """The path turns a corner where the displacement does not turn: the normal load starts to rise there."""
     moved, load = np.array([0, 1, 2, 3, 4.0]), np.array([1, 1, 1, 2, 3.0])
     record = Measurement(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)
-    assert record.kept().tolist() == [0, 2, 4]
+    assert record.replayed_indices().tolist() == [0, 2, 4]
     alone = Measurement(np.arange(5.0), {"normal_load": load}, reduced=True)
-    assert alone.kept().tolist() == [0, 4]
+    assert alone.replayed_indices().tolist() == [0, 4]

@@ -1,4 +1,4 @@
-"""Records of a stage with a zero of its own, beside a flexure, of a damper, or with spoilt channels, as files."""
+"""Files of records: a stage with a separate zero, in parallel with a flexure, a damper, spoilt channels."""
 
 import numpy as np
 import pytest
@@ -109,7 +109,7 @@ def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
     assert any("does not remember where it began" in note for note in found.estimates.notes)
 
 
-# -- a spring beside the contact, a damper -----------------------------------------------------------
+# -- a spring in parallel with the contact, a damper -----------------------------------------------------------
 
 
 LONG = 5e-7 * np.sin(2 * np.pi * TIME)
@@ -119,13 +119,13 @@ BEHIND = (
     .advance_many(loaded("sphere"), tangential_displacement=LONG, instrument=hs.Instrument(lateral_stiffness=5e5))[1]
     .tangential_load
 )
-BESIDE = BEHIND + 1e4 * LONG + NOISE
+IN_PARALLEL = BEHIND + 1e4 * LONG + NOISE
 SERIES = '[instrument]\nlateral_stiffness = "500 kN/m"\n'
 
 
 def test_a_spring_in_parallel_is_fitted(tmp_path):
     more = SERIES + 'parallel_stiffness = "7 kN/m"\n[fit]\nparameters = ["friction", "parallel_stiffness"]\n'
-    found = hs.fit(write(tmp_path, LONG, BESIDE, more=more))
+    found = hs.fit(write(tmp_path, LONG, IN_PARALLEL, more=more))
     assert found.values["parallel_stiffness"] == pytest.approx(1e4, rel=0.02)
     assert found.values["friction"] == pytest.approx(0.2, rel=0.02)
     assert "parallel_stiffness = " in found.scenario_text(tmp_path / "f.toml").partition("[instrument]")[2]
@@ -134,7 +134,7 @@ def test_a_spring_in_parallel_is_fitted(tmp_path):
 
 def test_terms_of_a_difference_have_a_scale(tmp_path):
     terms = '{ difference = ["T", { column = "u", scale = 1e-5, unit = "N" }] }'
-    found = hs.loops(write(tmp_path, LONG, BESIDE, response={"tangential_load": terms}))
+    found = hs.loops(write(tmp_path, LONG, IN_PARALLEL, response={"tangential_load": terms}))
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
     for scale in ("0", '"2"'):
         terms = f'{{ sum = ["T", {{ column = "u", scale = {scale}, unit = "N" }}] }}'
@@ -143,13 +143,13 @@ def test_terms_of_a_difference_have_a_scale(tmp_path):
 
 
 def test_energy_proportional_to_the_squared_amplitude_is_not_friction():
-    """In triangles a damper makes parallelograms, as friction beside a spring does."""
+    """In triangles a damper makes parallelograms, as friction in parallel with a spring does."""
     phase = np.arange(2400) / 200
     speed = np.where(np.abs(phase % 1 - 0.5) < 0.25, -1, 1)
     size = np.array([1, 0.4, 0.15])[np.minimum(phase // 4, 2).astype(int)]
     moved = 1e-6 * size * np.interp(phase % 1, [0, 0.25, 0.75, 1], [0, 1, -1, 0])
     found = loops_of_channels(phase, moved, 0.01 * size * speed, 0.05)
-    assert "energy goes with the square of the amplitude" in found.no_friction[0][1]
+    assert "energy is proportional to the square of the amplitude" in found.no_friction[0][1]
     friction = loops_of_channels(phase, moved, 0.01 * speed, 0.05)
     assert friction.no_friction == ()
 

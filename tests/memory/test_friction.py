@@ -42,7 +42,7 @@ def fallen(turns, factor):
 
 
 def rise_of_pressure(stiffness, touch, low, high, place):
-    """∫ da/√(P'² - s²) by the midpoint rule in √(a - h), with h where P' = s; times a factor of its own."""
+    """∫ da/√(P'² - s²) by the midpoint rule in √(a - h), with h where P' = s; times a separate factor."""
     if high <= touch:
         return 0.0
     x = np.linspace(np.sqrt(max(low - touch, 0.0)), np.sqrt(high - touch), 2001)

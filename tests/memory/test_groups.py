@@ -5,7 +5,7 @@ import pytest
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
-from historysim.memory.binding import check, copied, drive, owned, stack, view
+from historysim.memory.binding import check, copy_state, drive, stack, take_ownership, view
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 SMALL = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
@@ -29,10 +29,10 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     random = np.random.default_rng(seed)
     height, radius = random.uniform(-50e-9, 0.0, 20), random.uniform(1e-6, 2e-6, 20)
     friction = random.choice([0.0, 0.2, 0.3, 0.45], 20) + 1e-3 * np.arange(20)
-    memory = copied(hs.Ensemble(SMALL, height, radius, friction).initial_state().memory)
+    memory = copy_state(hs.Ensemble(SMALL, height, radius, friction).initial_state().memory)
     line = memory.line
     assert line.contact.groups == 20
-    alone = [owned(lib.hs_state_of_one(memory, i)) for i in view(line.contact.order, 20)]
+    alone = [take_ownership(lib.hs_state_of_one(memory, i)) for i in view(line.contact.order, 20)]
     approach, met = 40e-9, [0.0]
     ratio = line.contact.units.displacement / line.contact.units.length
     for _ in range(300):
@@ -58,7 +58,7 @@ def test_contacts_of_a_batch_have_the_bits_of_single_asperities(seed):
     friction = np.array([0.0, 0.2, 0.3, 0.45])
     # of unit radius, with units of 1 m and E*: the numbers of a memory are those of a batch of unit scale
     contact = lib.hs_contact_new(1, [0.0], [1.0], ffi.NULL, ffi.NULL, 1.0, 1.0)
-    alone = [owned(lib.hs_state_new(contact, [coefficient])) for coefficient in friction]
+    alone = [take_ownership(lib.hs_state_new(contact, [coefficient])) for coefficient in friction]
     lib.hs_contact_free(contact)
     batch = ffi.gc(lib.hs_batch_new(4, 4, list(friction), 1, [1.0], 1.0), lib.hs_batch_free)
     approach, met, loads, vertices = 1e-3, [0.0], ffi.new("double[8]"), ffi.new("hs_batch_vertex[]", 100)
@@ -112,11 +112,11 @@ def dissipated(height, radius, friction, approaches, displacements):
 
 @pytest.mark.parametrize("count", [2, 300])
 def test_each_asperity_dissipates_as_it_does_alone(count):
-    """Groups of one, which put off their losses, against contacts of one asperity, which have no group beside them."""
+    """Groups of one, which put off their losses, against contacts of one asperity, which have no other group."""
     rng = np.random.default_rng(3)
     height, radius = rng.uniform(-0.5, 0.0, count), rng.uniform(0.5, 2.0, count)
     friction = rng.uniform(0.1, 0.5, count)
-    # a spiral, of which one long way wipes out everything; approached, withdrawn, lifted off, both at once, and held
+    # a spiral, of which one long way wipes out everything; approached, withdrawn, lifted off, both together, and held
     spiral = 0.3 * 0.9 ** np.arange(30) * (-1.0) ** np.arange(30)
     displacements = np.concatenate([[0.0], spiral, [0.5], rng.uniform(-0.3, 0.3, 20)])
     approaches = np.concatenate([np.full(32, 0.4), rng.choice([-0.05, 0.1, 0.3, 0.3, 0.6], 20)])

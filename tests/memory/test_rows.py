@@ -3,7 +3,7 @@ import pytest
 
 import historysim as hs
 from historysim.basics.library import lib
-from historysim.memory.paths import Goals, blank_rows, paths_to
+from historysim.memory.paths import Goals, blank_rows, straight_paths
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 
@@ -11,7 +11,7 @@ PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 def recorded_and_read(ensemble, targets):
     """Rows recorded along all paths, and rows read from the state after each path."""
     approach, displacement = np.array(targets).T
-    paths = paths_to(Goals(lib.HS_DISPLACED, approach), Goals(lib.HS_DISPLACED, displacement))
+    paths = straight_paths(Goals(lib.HS_DISPLACED, approach), Goals(lib.HS_DISPLACED, displacement))
     everyone = np.arange(ensemble.elements)
     rows, read = blank_rows(paths.size, everyone.size), blank_rows(paths.size, everyone.size)
     state = ensemble.initial_state()
@@ -59,7 +59,7 @@ def test_rows_do_not_depend_on_the_order_of_asperities(friction):
         ensemble = hs.Ensemble(PAIR, height[order], radius[order], coefficient[order])
         state, parts = ensemble.initial_state(), []
         for part in np.split(targets, 3):
-            paths = paths_to(Goals(lib.HS_DISPLACED, part[:, 0]), Goals(lib.HS_DISPLACED, part[:, 1]))
+            paths = straight_paths(Goals(lib.HS_DISPLACED, part[:, 0]), Goals(lib.HS_DISPLACED, part[:, 1]))
             rows = blank_rows(paths.size, columns.size)
             state = ensemble.advance_along(state, paths, rows=rows, asperities=columns)
             parts.append(rows.each)

@@ -39,7 +39,7 @@ def test_both_asperities_see_the_same_vertices_each_with_its_own_radius():
 
 
 def test_an_asperity_does_not_see_vertices_below_its_summit():
-    # the front at a fifth of the depth lies below the second summit
+    # the front at a fifth of the depth is below the second summit
     (first, _), (second, weight) = superpositions(state_after(0.8))
     assert first == pytest.approx(np.sqrt(0.7 * DEPTH * np.array([1.0, 0.2])), rel=1e-14)
     assert second == pytest.approx([np.sqrt(1.9 * (DEPTH - 0.006))], rel=1e-14)

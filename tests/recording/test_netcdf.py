@@ -64,7 +64,7 @@ def write(target, begin, end):
 
 
 def check(path, columns=COLUMNS):
-    """Every row is there, whole."""
+    """Every row is complete."""
     with netCDF4.Dataset(path) as result, made(path.with_name("blank.nc"), columns) as target:
         assert result.complete == 1
         assert result["time"][:].tolist() == (np.arange(STEPS) / 8).tolist()

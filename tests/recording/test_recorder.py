@@ -19,7 +19,7 @@ from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
-from historysim.recording.variables import SLIDE_TIME, Changes, recorded
+from historysim.recording.variables import SLIDE_TIME, Changes, recorded_variables
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
@@ -35,7 +35,7 @@ EVENTS = [
     hs.NormalLoad(4.0, 0.0),
 ]
 GEOMETRY = ("normal_load", "tangential_load", "contact_radius", "stick_radius")
-TOTALS, PER_ASPERITY = recorded(Changes())
+TOTALS, PER_ASPERITY = recorded_variables(Changes())
 
 SCENARIO = """
 title = "five summits"
@@ -175,7 +175,7 @@ def test_all_or_a_chosen_few_are_recorded(ensemble, record, expected):
 def test_totals_alone_have_no_asperities(ensemble):
     history = hs.replay(ensemble, EVENTS, record="totals", hold=False)
     assert set(history.dims) == {"step"}
-    expected = recorded(Changes(friction=True))[0]
+    expected = recorded_variables(Changes(friction=True))[0]
     assert set(history.data_vars) == {variable.name for variable in expected}
     assert set(history.coords) == {"time"}
     assert not DatasetRecorder(ensemble, None, 10).blank(10).each
@@ -202,7 +202,7 @@ def test_indices_that_cannot_be_recorded_are_named(ensemble, record, message):
         chosen_asperities(ensemble, EVENTS, record)
 
 
-# -- what stands in it -----------------------------------------------------------------------------
+# -- contents -----------------------------------------------------------------------------
 
 
 def test_separated_asperities_hold_zero_and_the_flag(ensemble):

@@ -1,4 +1,4 @@
-"""The surface beside the history: what stands in the group ``surface`` of a result."""
+"""The surface in a result: contents of the group ``surface`` of a result."""
 
 import netCDF4
 import numpy as np
@@ -38,7 +38,7 @@ def gapped(shape, share=0.31, seed=0):
     return Surface(heights, (1e-6, 2e-6))
 
 
-# -- what stands in it -----------------------------------------------------------------------------
+# -- contents -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
@@ -141,7 +141,7 @@ def test_variables_agree_with_the_table(folder):
 
 
 def raised_to_the_root(path, target):
-    """Copy the group to the root of a file of its own, byte by byte, since the checker looks nowhere else."""
+    """Copy the group to the root of a separate file, byte by byte, since the checker looks nowhere else."""
     with netCDF4.Dataset(path) as file, netCDF4.Dataset(target, "w") as copy:
         group = file[GROUP]
         copy.setncatts({key: file.getncattr(key) for key in ("Conventions", "title", "history", "source")})

@@ -11,7 +11,7 @@ import pytest
 import historysim as hs
 from historysim.asperities.asperity import SlipState
 from historysim.recording import variables
-from historysim.recording.variables import COORDINATES, VARIABLES, Changes, Variable, recorded, register
+from historysim.recording.variables import COORDINATES, VARIABLES, Changes, Variable, recorded_variables, register
 
 STEP, ASPERITY, BOTH = ("step",), ("asperity",), ("step", "asperity")
 
@@ -56,7 +56,7 @@ each = pytest.mark.parametrize("variable", ALL, ids=lambda variable: f"{variable
 
 @pytest.mark.parametrize("part", CONTRACT)
 def test_the_table_is_the_contract_and_its_known_extensions(part):
-    totals, per_asperity = recorded(Changes())
+    totals, per_asperity = recorded_variables(Changes())
     table = {"coordinates": COORDINATES, "totals": totals, "per asperity": per_asperity}[part]
     found = {variable.name: (variable.dimensions, variable.units) for variable in table}
     assert found == CONTRACT[part] | EXTENSIONS[part]
@@ -64,7 +64,7 @@ def test_the_table_is_the_contract_and_its_known_extensions(part):
 
 def test_names_are_unique_in_every_history():
     for given in itertools.product((False, True), repeat=len(attrs.fields(Changes))):
-        names = [variable.name for variable in (*COORDINATES, *itertools.chain(*recorded(Changes(*given))))]
+        names = [variable.name for variable in (*COORDINATES, *itertools.chain(*recorded_variables(Changes(*given))))]
         assert sorted(set(names)) == sorted(names)
 
 
@@ -117,4 +117,4 @@ def test_another_quantity_is_one_declaration(tmp_path, monkeypatch):
     found = hs.open(tmp_path / "out.nc")
     assert found.mean_pressure.attrs["units"] == "Pa"
     assert (found.mean_pressure == found.total_normal_load / found.real_contact_area).all()
-    recorded.cache_clear()
+    recorded_variables.cache_clear()

@@ -37,7 +37,7 @@ def test_branch_drift_has_the_numbers_of_the_issue(loads, drifts):
 @pytest.mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
 @pytest.mark.parametrize("loads", [(50e-3, 70e-3), (50e-3, 30e-3)])
 def test_the_backward_branch_agrees_with_stepping_back(loads, friction):
-    """Slides at 1 - 1e-9 of the limit; near it the load goes with the power 3/2 of what is left."""
+    """Slides at 1 - 1e-9 of the limit; near it the load varies with the power 3/2 of what is left."""
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
     state = ensemble.advance(ensemble.initial_state(), normal_load=loads[0], tangential_displacement=2e-6)
     # the rise comes first

@@ -99,7 +99,7 @@ def test_a_table_keeps_names_units_and_numbers(answers, tmp_path):
     assert found["time"].attrs["units"] == "s"
     own = answers["shares"]["share_of_contacts"].sel(slip_state="full_stick").values
     assert np.array_equal(found["share_of_contacts full_stick"].values, own)
-    again = WrittenTable.of(answers["shares"], "again").columns
+    again = WrittenTable.from_dataset(answers["shares"], "again").columns
     assert set(again) == set(found)
     for label, each in found.items():
         np.testing.assert_array_equal(each.values, again[label].values)

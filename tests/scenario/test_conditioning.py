@@ -42,7 +42,7 @@ def test_a_notch_takes_it_off_and_says_how_much(folder):
     found = hs.load(written(folder, NOTCHED)).measurement()
     assert [label for label, _ in found.remarks] == ["tangential displacement: filters removed"]
     moved = found["tangential_displacement"]
-    # in the middle; at the ends it stands on what the channel may have done beyond them
+    # in the middle; at the ends it depends on the channel beyond them
     assert np.abs(moved - 1e-9 * (CLEAN + NOISE))[800:-800].max() < 0.1e-9
     np.testing.assert_allclose(moved + found.removed["tangential_displacement"], 1e-9 * (CLEAN + HUM + NOISE))
     assert "hum" not in dict(found.remarks)

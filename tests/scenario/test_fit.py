@@ -181,8 +181,8 @@ def test_files_are_found_from_another_folder(folder):
     again = reloaded(folder / "out" / "deep", text)
     assert again.measurement().time.size == 3
     assert len(again.ensemble()) == 2
-    beside = fitted_text(of, found(friction=0.25), folder / "fitted.toml")
-    assert tomllib.loads(beside)["loading"]["file"] == "m.csv"
+    text = fitted_text(of, found(friction=0.25), folder / "fitted.toml")
+    assert tomllib.loads(text)["loading"]["file"] == "m.csv"
 
 
 def test_a_file_that_marks_utf8_and_has_other_line_ends(folder):
@@ -217,7 +217,7 @@ def test_a_fit_in_one_call(tmp_path):
     assert np.sqrt(np.mean(difference**2)) == pytest.approx(np.sqrt(np.mean(found.comparison.difference**2)), rel=0.2)
 
 
-# -- the model beside the record --------------------------------------------------------------------
+# -- the model against the record --------------------------------------------------------------------
 
 
 def test_adhesion_outlives_its_materials(folder):

@@ -208,8 +208,12 @@ def test_a_backlash_is_taken_up(folder):
 @pytest.mark.parametrize("replayed", ["tangential_displacement", "tangential_load"])
 def test_free_play_is_taken_off_by_the_load(folder, closing, replayed):
     channels = {"tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}', "tangential_load": '"T"'}
-    beside = next(key for key in channels if key != replayed)
-    found = record(folder, {"tangential_displacement": None, replayed: channels[replayed]}, {beside: channels[beside]})
+    other_channel = next(key for key in channels if key != replayed)
+    found = record(
+        folder,
+        {"tangential_displacement": None, replayed: channels[replayed]},
+        {other_channel: channels[other_channel]},
+    )
     side = np.clip(FORCE / 0.01, -1, 1) if closing else np.sign(FORCE)
     assert_allclose(found["tangential_displacement"], MOVED - 0.1 * side, atol=1e-14)
     assert remarks(found) == {"tangential displacement: free play removed": "200 mm"}
@@ -261,7 +265,7 @@ def events_of(written, folder):
     return [(event.name, event.time, event.value) for event in hs.load(path).events(told.append)], told
 
 
-# a normal load that goes from 50 to 45 mN unnoticed while the tangential load rises
+# a normal load that falls from 50 to 45 mN unnoticed while the tangential load rises
 UNNAMED = """waypoints = [
     { time = 0, normal_load = 0.05 },
     { time = 1, tangential_load = 0.005 },

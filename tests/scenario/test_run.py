@@ -75,7 +75,7 @@ def test_run_and_replay_give_the_same_numbers(ensemble, scenario, tmp_path):
     assert fingerprint(ran) == fingerprint(replayed)
     with hs.run(str(scenario), tmp_path / "out.nc") as streamed:
         assert fingerprint(streamed) == fingerprint(replayed)
-        # a file has a date beside what the history has
+        # a file has a date in addition to the history
         assert streamed.attrs == ran.attrs | {"date_created": streamed.attrs["date_created"]}
     told = {key: ran.attrs[key] for key in ("title", "scenario", "log_digest", "id")}
     assert {**replayed.attrs, **told} == ran.attrs

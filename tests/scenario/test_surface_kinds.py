@@ -148,7 +148,7 @@ def test_a_kind_equals_its_function_bit_for_bit(folder, entry, by_functions):
 
 
 def test_the_sections_are_of_every_kind_and_have_every_key():
-    # a normal curve has no summits, and tests of its own below
+    # a normal curve has no summits, and separate tests below
     assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.SURFACES) - {"normal_curve"}
     kinds = {surface_kinds.SURFACES[entry["kind"]].chosen(entry) for entry in SECTIONS.values()}
     for kind in kinds:
@@ -204,7 +204,7 @@ def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
         (plain.surface.heights, stretched.surface.heights),
     ):
         assert after - mean == pytest.approx(2.5 * (before - mean), rel=1e-12, abs=1e-20, nan_ok=True)
-    # each summit still lies on the map
+    # each summit is still on the map
     top = stretched.summits.height.max()
     assert np.abs(stretched.surface.heights - top).min() <= 1e-12 * abs(top)
     assert stretched.surface.pixel_size == plain.surface.pixel_size

@@ -2,9 +2,9 @@
 
     PYTHONPATH=tests/support python tests/scripts/fuzz_core.py -max_total_time=600
 
-needs clang with libFuzzer (Debian: clang and libclang-rt-dev). What follows goes to libFuzzer; it begins with states of
-random histories. What is found is written to the folder it runs in, as ``crash-…`` or ``timeout-…``; given as the first
-word, such a file is tried alone.
+needs clang with libFuzzer (Debian: clang and libclang-rt-dev). Further arguments are passed to libFuzzer, which
+begins with states of random histories. What is found is written to the folder it runs in, as ``crash-…`` or
+``timeout-…``; given as the first word, such a file is tried alone.
 """
 
 import subprocess
@@ -27,7 +27,7 @@ def main():
             walked(program, first, first + 60, steps, states / str(steps))
         fuzzer = compiled(["clang"], SUPPORT / "fuzz_state.c", folder, *SANITIZED, "-fsanitize=fuzzer", name="fuzzer")
         alone = any(not word.startswith("-") for word in sys.argv[1:])
-        # what is new to it goes into the first folder
+        # new inputs are saved in the first folder
         words = ["-max_len=4096", "-len_control=0", "-timeout=120", *([] if alone else states.iterdir()), *sys.argv[1:]]
         sys.exit(subprocess.run([fuzzer, *words], check=False).returncode)
 

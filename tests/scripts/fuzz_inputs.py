@@ -3,8 +3,8 @@
     pip install atheris
     python tests/scripts/fuzz_inputs.py scenario -max_total_time=600
 
-The first argument is ``scenario``, ``log``, ``state`` or ``result``; what follows goes to libFuzzer. What is found is
-written to the folder it runs in, as ``crash-…`` or ``timeout-…``. Files of numbers have `fuzz_tables`.
+The first argument is ``scenario``, ``log``, ``state`` or ``result``; further arguments are passed to libFuzzer.
+Findings are written to the folder it runs in, as ``crash-…`` or ``timeout-…``. Files of numbers have `fuzz_tables`.
 """
 
 import contextlib

@@ -3,8 +3,8 @@
     pip install atheris
     python tests/scripts/fuzz_tables.py text.tsv -max_total_time=600
 
-The first argument is one of the files of `support/number_files.py`; what follows goes to libFuzzer. What is found is
-written to the folder it runs in, as ``crash-…`` or ``timeout-…``.
+The first argument is one of the files of `support/number_files.py`; further arguments are passed to
+libFuzzer. Findings are written to the folder it runs in, as ``crash-…`` or ``timeout-…``.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Hostile and careless inputs, by class, with the message and the time that each is to have.
 
-``python tests/scripts/hostile.py [CLASS …]`` carries each out in a process of its own, with 2 GB of memory and the
+``python tests/scripts/hostile.py [CLASS …]`` carries each out in a separate process, with 2 GB of memory and the
 processor time that its class allows, and fails where one ends with a traceback, by a signal, with another message or
 exit code than it is to have, too late, or with any file changed that was there before. POSIX only.
 """
@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 MEMORY = 2 << 30
-PATIENCE = 20.0  # seconds on the wall that a process is given beside its processor time
+PATIENCE = 20.0  # seconds on the wall that a process is given in addition to its processor time
 WAITS = (0, "waits", "", 0.0)
 SCENARIO = """
 title = "A ball"
@@ -67,7 +67,7 @@ class Case(NamedTuple):
 
 
 def nothing(_: Path) -> None:
-    """Make nothing beside what is there."""
+    """Make nothing further."""
 
 
 def text(name: str, content: str | bytes) -> Callable[[Path], None]:
@@ -240,7 +240,7 @@ def hdf5() -> Iterator[Case]:
 FORGERIES = {
     "a view in the place of a table": "DROP TABLE snapshot; "
     "CREATE VIEW snapshot AS SELECT zeroblob(900000000) AS number",
-    "a trigger of its own": "CREATE TRIGGER t AFTER INSERT ON batch BEGIN UPDATE batch SET value = x'00'; END",
+    "a foreign trigger": "CREATE TRIGGER t AFTER INSERT ON batch BEGIN UPDATE batch SET value = x'00'; END",
     "another table": "CREATE TABLE notes (x)",
     "no table": "DROP TABLE batch",
     "a head of JSON": "DROP TRIGGER no_update_of_head; UPDATE head SET settings = '[]'",
@@ -347,7 +347,7 @@ def results() -> Iterator[Case]:
 
 
 def zeroed(path: Path, mark: bytes, beyond: int) -> None:
-    """Put 64 zeros into a file, so far beyond where a mark stands last."""
+    """Put 64 zeros into a file, so far behind the last mark."""
     content = bytearray(path.read_bytes())
     begin = content.rindex(mark) + beyond
     content[begin : begin + 64] = bytes(64)

@@ -38,7 +38,7 @@ class Warming(FrictionLaw):
 
 @attrs.frozen(kw_only=True)
 class SquaredWear(WearLaw):
-    """Volume that goes with the square of the load, dV = rate N² ds."""
+    """Volume that varies with the square of the load, dV = rate N² ds."""
 
     rate: Number = attrs.field(validator=at_least(0.0))
 
@@ -55,7 +55,7 @@ class SquaredWear(WearLaw):
 
 @attrs.frozen(kw_only=True)
 class Filled(Preparation):
-    """Fills what lies below a height.
+    """Fills the map below a height.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Sweeps: what stands in them, what is kept, and that nothing but the scenario decides what comes out."""
+"""Sweeps: contents, what is kept, and that nothing but the scenario decides what comes out."""
 
 import subprocess
 import sys
@@ -74,7 +74,7 @@ def test_rows_and_asperities_stand_under_their_own_numbers(rough):
             assert cell.isel(step=slice(history.sizes["step"], None)).normal_load.isnull().all()
             longest = max(longest, history.sizes["step"])
     assert found.sizes["step"] == longest
-    # what is the same in all cells stands there once
+    # values equal in all cells are stored once
     same = hs.sweep(rough, {"friction.coefficient": [0.1, 0.2]}, outputs=["total_normal_load"])
     assert (same.time.dims, same.total_normal_load.dims) == (("step",), ("friction_coefficient", "step"))
 
@@ -104,7 +104,7 @@ EVOLVING = {
 
 @pytest.mark.parametrize("name", EVOLVING)
 def test_evolving_cells_equal_runs_of_their_scenarios(ball, name):
-    """Every number of every cell is that of its own run, and what is swept changes some."""
+    """Every number of every cell is that of a separate run, and what is swept changes some."""
     text, over = EVOLVING[name]
     ball.write_text(text, encoding="utf-8")
     # a ball alone has no nominal area
@@ -231,7 +231,7 @@ def test_stored_cells_are_not_recomputed(rough, tmp_path, counted):
     assert len(counted) == 8
     assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells"))
     assert len(counted) == 8
-    # a larger sweep takes what is there, and a comment or a title changes no number
+    # a larger sweep uses the existing cells, and a comment or a title changes no number
     rough.write_text("# rough\n" + ROUGH.replace("a ball", "another"), encoding="utf-8")
     hs.sweep(rough, OVER | {"surface.seed": range(5)}, store=tmp_path / "cells")
     assert counted[8:] == [{"surface.seed": 4, "friction.coefficient": value} for value in (0.1, 0.2)]
@@ -260,7 +260,7 @@ def test_a_file_that_the_scenario_reads_counts(tmp_path, counted):
     hs.sweep(path, files, store=tmp_path / "cells")
     (tmp_path / "others.csv").write_text("height,radius\n0,1e-6\n-1e-9,4e-6\n", encoding="utf-8")
     found = hs.sweep(path, files, store=tmp_path / "cells")
-    # with the first one it is a cell that is there: friction is 0.2 in the scenario
+    # with the first one it is an existing cell: friction is 0.2 in the scenario
     assert counted[4:] == [{"surface.file": "others.csv"}] * 2
     assert found.preliminary_displacement[0] != found.preliminary_displacement[1]
 
@@ -362,5 +362,7 @@ def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
     # rows of those that touch say nothing of the others
     both = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "total_normal_load"])
     assert "failure" not in both
-    with pytest.raises(InputError, match="summit_count: not all summits are recorded beside rows of each asperity"):
+    with pytest.raises(
+        InputError, match="summit_count: not all summits are recorded in addition to rows of each asperity"
+    ):
         hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "normal_load"])

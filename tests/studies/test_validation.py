@@ -1,4 +1,4 @@
-"""`validate` walks the loads: what it calls valid can be run, and what cannot be is named where it stands."""
+"""`validate` walks the loads: what it calls valid can be run, and an event that cannot is named with its position."""
 
 import json
 import re

@@ -32,7 +32,7 @@ def conventions(path):
 
 
 def discovery(path, weight):
-    """What a catalogue would miss in a file, by ACDD 1.3; there are no standard names for what stands in ours."""
+    """What a catalogue would miss in a file, by ACDD 1.3; there are no standard names for our variables."""
     found = []
     for result in checked(path, "acdd:1.3"):
         if result.weight != WEIGHTS[weight]:

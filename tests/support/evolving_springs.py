@@ -70,7 +70,7 @@ class EvolvingSprings:
         return ratio * friction[:, None] * np.maximum(self.overlap(approach), 0.0)
 
     def _moved(self, approach, displacement, friction):
-        """Deflections after a small straight step, and what is left over: the slip."""
+        """Deflections after a small straight step, and the remainder: the slip."""
         start, end = self.overlap(self.approach), self.overlap(approach)
         came = np.divide(end, end - start, out=np.ones_like(end), where=(start < 0) & (end > 0))
         trial = np.where(end > 0, self.deflection + came * (displacement - self.displacement), 0.0)

@@ -21,7 +21,7 @@ from clean_records import BODIES, FRICTION, LOAD, PAIR, SLIPS, clean_record, loa
 from records import scenario_text
 
 import historysim as hs
-from historysim.basics.units import in_si
+from historysim.basics.units import to_si
 from historysim.errors import InputError
 from historysim.measured import correction
 from historysim.measured.branches import Trace, closed_period
@@ -80,8 +80,8 @@ def without_spikes(record, _):
 
 def without_play(record, note):
     """Do what ``free_play`` does."""
-    width = in_si(re.search(r'free_play = "(.*?)"', note)[1], "m")
-    closing = in_si((re.search(r'closing_load = "(.*?)"', note) or ["", "0 N"])[1], "N")
+    width = to_si(re.search(r'free_play = "(.*?)"', note)[1], "m")
+    closing = to_si((re.search(r'closing_load = "(.*?)"', note) or ["", "0 N"])[1], "N")
     moved, load = record["tangential_displacement"], record["tangential_load"]
     moved = correction.remove_free_play(moved, load, width, closing_load=closing)
     return attrs.evolve(record, channels={**record.channels, "tangential_displacement": moved})
@@ -89,7 +89,7 @@ def without_play(record, note):
 
 def shifted(record, note):
     """Do what ``shift`` does."""
-    shift = in_si(re.search(r'shift = "(.*?)"', note)[1], "s")
+    shift = to_si(re.search(r'shift = "(.*?)"', note)[1], "s")
     found = corrected(record, lambda load: resample(record.time, load, record.time, shift=shift))
     known = np.isfinite(found["tangential_load"])
     groups = ({name: values[known] for name, values in group.items()} for group in (found.channels, found.response))
@@ -99,12 +99,12 @@ def shifted(record, note):
 
 def without_spring(record, note):
     """Do what ``parallel_stiffness`` does."""
-    return record.without_spring(in_si(re.search(r'parallel_stiffness = "(.*?)"', note)[1], "N/m"))
+    return record.without_spring(to_si(re.search(r'parallel_stiffness = "(.*?)"', note)[1], "N/m"))
 
 
 def with_dead_band(record, note):
     """Do what a larger ``dead_band`` does."""
-    band = in_si(re.search(r"six deviations, (.*?), or more", note)[1], "m")
+    band = to_si(re.search(r"six deviations, (.*?), or more", note)[1], "m")
     return attrs.evolve(record, dead_band={"tangential_displacement": band})
 
 
@@ -179,7 +179,7 @@ def sloping(case=None, _=""):
 
 def in_series(case, note):
     """Do what ``lateral_stiffness`` does."""
-    stiffness = in_si(re.search(r'lateral_stiffness = "(.*?)"', note)[1], "N/m")
+    stiffness = to_si(re.search(r'lateral_stiffness = "(.*?)"', note)[1], "N/m")
     return case[0], hs.Instrument(stiffness)
 
 
@@ -611,7 +611,7 @@ def note_of(finding, record):
 
 
 def false_alarms(seeds):
-    """Count the findings in clean records, and name what was found beside them."""
+    """Count the findings in clean records, and name what was found in addition."""
     counts: Counter[str] = Counter()
     for seed in seeds:
         record = clean_record(seed)
@@ -627,8 +627,13 @@ def false_alarms(seeds):
 def all_notes(record):
     """Give all notes on a clean record: on reading it from a file, on its loops, and next to its own model."""
     seen = observe(record.measurement)
-    beside = Comparison(seen, compute_response(record.ensemble, hs.Instrument(), seen)).notes
-    return {*notes_of(record.measurement), *notes_of_file(File.of(record.measurement)), *beside, *check_start(seen)}
+    comparison_notes = Comparison(seen, compute_response(record.ensemble, hs.Instrument(), seen)).notes
+    return {
+        *notes_of(record.measurement),
+        *notes_of_file(File.of(record.measurement)),
+        *comparison_notes,
+        *check_start(seen),
+    }
 
 
 def is_closed(cycle):
@@ -709,7 +714,7 @@ def table(counts):
 
 
 def section():
-    """Give the table as it stands on the page."""
+    """Give the table as printed on the page."""
     return re.search(rf"{HEADING}\n.*?\n(\| finding.*?)\n\n", PAGE.read_text("utf-8"), re.DOTALL)[1]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
-from historysim.memory.paths import Goals, paths_to
+from historysim.memory.paths import Goals, straight_paths
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 SOFT = hs.MaterialPair.from_moduli(contact_modulus=1e6, shear_modulus=3e5)
@@ -64,7 +64,7 @@ def pressed(ensemble, state, rng):
 
 
 def stepped(ensemble, state, rng):
-    """Return the state after a step of a stepper that goes on from a state."""
+    """Return the state after a step of a stepper that continues from a state."""
     stepper = ensemble.stepper()
     stepper.restore(state)
     stepper.step(tangential_displacement=places(ensemble, rng)[1])
@@ -81,7 +81,7 @@ def walked(ensemble, state, rng):
     """Return the state after a path of which rows are recorded."""
     from historysim.memory.paths import blank_rows
 
-    paths = paths_to(Goals(1, places(ensemble, rng)[0]), Goals(1, places(ensemble, rng)[1]))
+    paths = straight_paths(Goals(1, places(ensemble, rng)[0]), Goals(1, places(ensemble, rng)[1]))
     return ensemble.advance_along(state, paths, rows=blank_rows(1, 1), asperities=[len(ensemble) - 1])
 
 

@@ -55,7 +55,7 @@ class Holds:
         form = 1 - np.exp(-since / self.onset) if self.exponential else np.log1p(since / self.onset) / np.log(10)
         each = self.creep * (1 + self.scatter * random.standard_normal(self.count))
         crept = (each * (-1.0) ** np.arange(self.count))[number.astype(int)] * form
-        # what has crept is there when the next move begins, and is taken up on its way
+        # the creep exists when the next move begins, and is taken up on its way
         last = np.array([0.0, *(crept[(number == n) & rests][-1] for n in range(self.count - 1))])
         crept += last[number.astype(int)] * (1 - way) * ~rests
         load = engine(time, normal, displacement - crept)

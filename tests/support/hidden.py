@@ -1,7 +1,7 @@
 """A plugin of pytest that hides what Windows does not have: ``PYTHONPATH=tests/support pytest -p hidden tests/log``.
 
 ``fcntl`` cannot be imported, and calls and flags that POSIX alone has are gone from ``os``. In the place of ``msvcrt``
-stands a module with its locks: of bytes of an open file, which belong to that handle. What it cannot show: files that
+is a module with its locks: of bytes of an open file, which belong to that handle. What it cannot show: files that
 cannot be renamed or removed while they are open, other names and paths, and HDF5 and SQLite as they are built there.
 """
 
@@ -17,7 +17,7 @@ _set, _lock_type, _command = fcntl.fcntl, fcntl.F_WRLCK, fcntl.F_OFD_SETLK
 
 
 def locking(handle: int, _: int, size: int) -> None:
-    """Lock bytes from where the file stands, for this handle alone."""
+    """Lock bytes from the file position, for this handle alone."""
     flock = struct.pack("hhqqi", _lock_type, os.SEEK_CUR, 0, size, 0)
     try:
         _set(handle, _command, flock)

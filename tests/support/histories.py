@@ -125,7 +125,7 @@ class History(NamedTuple):
         return self._replace(moves=[move.straight(self.contact) for move in self.moves])
 
     def behind(self, stiffness):
-        """Return the history behind an instrument [N/m], whose drive goes as much farther as the instrument bends."""
+        """Return the history behind an instrument [N/m], whose drive varies as much farther as the instrument bends."""
         ratio = self.limit / self.slide
         stretch = (1 + ratio / stiffness) / (1 + ratio / self.stiffness)
         moves = [

@@ -19,7 +19,7 @@ def modules(root):
 
 
 def imported(node, name, path):
-    """Full names that one import statement may import, modules and what stands in them alike."""
+    """Full names that one import statement may import, modules and their members alike."""
     if isinstance(node, ast.Import):
         return [alias.name for alias in node.names]
     base = node.module or ""

@@ -57,7 +57,7 @@ def type_in(text: str, expect: Callable[[str, str], None] | None = None) -> tupl
             Path(name).write_text(body, encoding="utf-8")
         elif kind == "sh":
             for line in body.splitlines():
-                # what stands behind a pipe is another program
+                # text after a pipe is another program
                 for command in line.split(" | ")[0].split(" && "):
                     words = shlex.split(command, comments=True)
                     if not words or words[0] in LEFT or "=" in words[0]:

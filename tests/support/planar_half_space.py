@@ -87,7 +87,7 @@ class PlanarHalfSpace:
         return self
 
     def to_friction(self, friction):
-        """Go to another coefficient at once, at the displacement that is held: one problem, without a second stage."""
+        """Change the coefficient immediately, at the displacement that is held: one problem, without a second stage."""
         before, held = self.moved(self.traction), self.traction
         self.friction = friction
         self.traction = self._settled(held, before, friction * self.pressure(self.approach))

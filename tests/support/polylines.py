@@ -94,7 +94,7 @@ class Polylines:
     def to(self, normal, tangential, steps=400):
         """Go to targets of both channels, each ("load" | "displacement", value), or of two loads straight in both.
 
-        A tangential load in company of an approach goes in proportion to the approach where it is held, and is
+        A tangential load in company of an approach varies in proportion to the approach where it is held, and is
         otherwise the end of a path that is straight in approach and displacement.
         """
         both = normal[0] == tangential[0] == "load"

@@ -30,7 +30,7 @@ def preloaded(source: str) -> ctypes.CDLL:
 
 
 def run_script(path: Path, *arguments: object) -> str:
-    """Run a script of the tests in a process of its own; return what it prints.
+    """Run a script of the tests in a separate process; return what it prints.
 
     Raises
     ------

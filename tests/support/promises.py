@@ -2,7 +2,7 @@
 
 `kill_runs.py` and `fault_runs.py` end each of them at many instants, and open the remaining files as a user
 would: the log is sound, or is not there yet; nothing is lost that was done; a result is the older one or the new one,
-whole; and a resume goes on after the last snapshot, to the same bits.
+whole; and a resume continues after the last snapshot, to the same bits.
 """
 
 import os
@@ -90,7 +90,7 @@ class Sample:
     scenario: str
     every: int  #: rows between snapshots
     expected: dict[str, bytes]  #: variables of the result
-    older: bytes  #: another result, which stands in the place of it before
+    older: bytes  #: another result, which exists under its name before
     events: list[hs.NormalLoad]  #: for a log to grow by
 
     def run(self, source: Path, output: Path, **options: object) -> None:
@@ -131,7 +131,7 @@ def last_snapshot(log: Path) -> int:
 
 
 def in_a_process(action: Callable[[], object]) -> int:
-    """Do something in a process of its own, forked, so that it need not import and compile again."""
+    """Do something in a separate process, forked, so that it need not import and compile again."""
     child = os.fork()
     if child:
         return child
@@ -186,7 +186,7 @@ def a_resume(folder: Path, made: Sample, mark: Mark) -> None:
 
 
 def demand_of_a_run(folder: Path, made: Sample, marks: list[str], log: str = LOG, *, exactly: bool = True) -> None:
-    """Demand what a run promises; ``exactly``: a resume goes on after the last snapshot."""
+    """Demand what a run promises; ``exactly``: a resume continues after the last snapshot."""
     path, result = folder / log, folder / RESULT
     rows = last_snapshot(path)
     if result.read_bytes() != made.older or marks:
@@ -210,7 +210,7 @@ def demand_of_a_run(folder: Path, made: Sample, marks: list[str], log: str = LOG
 
 
 def names(folder: Path) -> list[str]:
-    """Return what stands in a folder."""
+    """Return the contents of a folder."""
     return sorted(path.name for path in folder.iterdir())
 
 

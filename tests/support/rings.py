@@ -1,7 +1,7 @@
 """Oracle where friction falls: one contact as rings of uniform traction, Coulomb's law at every ring.
 
 A circle of elastically similar half-spaces carries the tractions τ of concentric rings, which displace the surface by
-C τ. With the slip s that is there, a step to other limits, another displacement U or another load is the minimum of
+C τ. With the present slip s, a step to other limits, another displacement U or another load is the minimum of
 complementary energy ½ τ·C τ + τ·s - U τ over all |τ| ≤ μ p: rings inside the limit keep their slip, the others slip in
 the direction of their traction. It knows no springs and no polylines, and slip may be annular anywhere.
 

@@ -7,7 +7,7 @@ from historysim.asperities.laws import PowerLaw, ShearStrength, ShiftedLoad, Sli
 from historysim.asperities.wear import ArchardWear
 from historysim.asperities.yielding import JacksonGreen, KogutEtsion, Thornton
 from historysim.basics.library import lib
-from historysim.memory.paths import Goals, blank_rows, paths_to
+from historysim.memory.paths import Goals, blank_rows, straight_paths
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.227e9)
 
@@ -66,7 +66,7 @@ def change_by_parts(kind, seed, parts=100):
     """Return by how much the tangential load of 1 and of many parts differs, over μN."""
     ensemble, state, *goals = sudden(kind, seed)
     ends = [
-        ensemble.advance_along(state, paths_to(*goals, parts=n), rows=blank_rows(n, None), saturate=True)
+        ensemble.advance_along(state, straight_paths(*goals, parts=n), rows=blank_rows(n, None), saturate=True)
         for n in (1, parts)
     ]
     loads = [[ensemble.asperity(i, end).normal_load for i in range(len(ensemble))] for end in (state, *ends)]

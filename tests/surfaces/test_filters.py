@@ -73,7 +73,7 @@ def test_a_periodic_map_is_filtered_as_one_tile_of_many():
 
 def test_the_median_around_a_point_agrees_with_its_neighbours():
     rng = np.random.default_rng(1)
-    # more rows than are taken at once
+    # more rows than one batch
     heights = rng.normal(size=(70, 9))
     heights[rng.random(heights.shape) < 0.4] = np.nan
     heights[10:20] = np.nan

@@ -179,7 +179,7 @@ def test_a_sum_repeats_where_both_do_with_the_same_lengths(first, second, how, r
     assert surfaces[0].combined(surfaces[1], **how).periodic is repeats
 
 
-# --- hard cases at once -----------------------------------------------------------------------------------------
+# --- hard cases combined -----------------------------------------------------------------------------------------
 
 
 def test_a_cropped_surface_has_the_points_between_two_positions():

@@ -47,7 +47,7 @@ def rough(shape, *, missing=0.0, seed=1):
     return heights
 
 
-# measured files, beside their raw content
+# measured files, against their raw content
 
 
 def nanoscope(path):

@@ -188,7 +188,7 @@ def test_a_sphere_is_found_once_with_the_radius_of_its_chords(radius, top):
     assert len(found) == 1
     place = min(abs(top[0]), 0.5) * PX, min(abs(top[1]), 0.5) * PY
     kappa = (chord_curvature(radius, *place, PX) + chord_curvature(radius, *place[::-1], PY)) / 2
-    # the root is rounded by EPS R/2, beside a drop of p²/(2 R)
+    # the root is rounded by EPS R/2, against a drop of p²/(2 R)
     assert found.radius[0] == pytest.approx(1 / kappa, rel=8 * EPS * (radius / PX) ** 2)
     # by Taylor, (1 + p²/4 R² + 3 x²/2 R² + y²/2 R²)/R with |x|, |y| ≤ p/2: chords are at most 3 p²/4 R² steeper
     sharper = 1 - found.radius[0] / radius
@@ -205,7 +205,7 @@ PICTURES = {
     "ring round a moat round a lower top": "0000000 0222220 0200020 0201020 0200020 0222220 0000000",
     "terrace below a top, linked by a corner": "00000 01100 01100 00020 00000",
     "two squares touch at a corner": "0000000 0110000 0110000 0001100 0001100 0000000 0000000",
-    "beside a missing point, and with one at a corner": "0000 011. 0000 000. 0110 0000",
+    "next to a missing point, and with one at a corner": "0000 011. 0000 000. 0110 0000",
     "round a missing point": "00000 01110 01.10 01110 00000",
     "over both borders": "10001 00000 00000 00000 10001",
     "over both borders by its corners": "100 000 000 001",
@@ -306,7 +306,7 @@ def limit_over_nayak(rule, samples=200_000):
                 low = np.maximum(low, room / rate)
         area += np.where(inside, bound / length * np.maximum(high - low, 0) / 2, 0)
     true = np.where((hxx * hyy > hxy**2) & (total < 0), hxx * hyy - hxy**2, 0)
-    # beside the true summits of the same samples: most of the scatter drops out
+    # against the true summits of the same samples: most of the scatter drops out
     curvature = np.average(total, weights=area) / np.average(total, weights=true)
     return np.array([area.mean() / true.mean(), curvature, curvature])
 
@@ -318,7 +318,7 @@ def test_summits_of_a_well_resolved_gaussian_surface_after_nayak():
     # it scatters by 0.3 % of what is not a true summit's
     np.testing.assert_allclose(limit, [1 + excess, 1 - lack, 1 - lack], atol=0.002 + 0.01 * excess)
     ratios = over_nayak(rule)
-    # what a grid of finite pixels does goes as p²: a third of the change from two pixels to one, on the same surfaces
+    # what a grid of finite pixels does varies as p²: a third of the change from two pixels to one, on the same surfaces
     bias = (ratios[:, 1] - ratios[:, 0]).mean(axis=0) / 3
     mean, error = mean_and_error(ratios[:, 0])
     assert np.all(error < 0.007)
@@ -358,7 +358,7 @@ def test_peaks_of_profiles_on_any_grid_in_closed_form(length):
     r = (1 - 2 * rho[1] + rho[2]) / (2 * (1 - rho[1]))
     chance = 0.25 + math.asin(r) / (2 * np.pi)
     drop = 2 * spread * (1 + r) / (2 * math.sqrt(2 * np.pi)) / chance
-    # z goes with d1 + d2 by its regression, cov/var = 2 (1-ρ1) m0/(2 s² (1+r))
+    # z varies with d1 + d2 by its regression, cov/var = 2 (1-ρ1) m0/(2 s² (1+r))
     height = drop * (1 - rho[1]) * m0 / (spread**2 * (1 + r))
     ratios = []
     for seed in range(25):
@@ -400,7 +400,7 @@ def test_prominence_is_the_drop_to_the_level_at_which_a_higher_top_joins(offsets
         filled = np.where(np.isnan(heights), -np.inf, heights)
         assert (found > 0).any()
         for point in map(tuple, np.argwhere(found > 0)):
-            # a piece of its own, which no way leaves, has no higher one to join
+            # a separate piece has no higher one to join
             level = np.where(np.isnan(heights), np.nan, heights)
             labels, _ = ndimage.label(np.isfinite(level), structure)
             own = np.where(labels == labels[point], filled, -np.inf)
@@ -476,7 +476,7 @@ def test_summits_meet_where_the_sum_of_their_paraboloids_is_highest():
         assert found.height[at] == pytest.approx(height, abs=2e-12 * lowest.fun)
         np.testing.assert_allclose([found.x[at], found.y[at]], lowest.x, atol=1e-12)
         assert 1 / found.radius[at] == pytest.approx(1 / first.radius[one] + 1 / second.radius[other])
-        # it rises towards the first where the second lies before it
+        # it rises towards the first where the second is before it
         flank = -(lowest.x[0] - first.x[one]) / first.radius[one]
         assert found.slope[at] == pytest.approx(flank, rel=2e-3)
 

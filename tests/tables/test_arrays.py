@@ -73,9 +73,9 @@ def test_missing_values_of_json(file):
     np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0, np.nan])
 
 
-@pytest.mark.parametrize("beside", [{"F unit": "kN"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}])
-def test_units_beside_arrays_of_json(file, beside):
-    file.write_text(json.dumps({"run": {"t": [0], "F": [1.5]} | beside}), encoding="utf-8")
+@pytest.mark.parametrize("units", [{"F unit": "kN"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}])
+def test_units_next_to_arrays_of_json(file, units):
+    file.write_text(json.dumps({"run": {"t": [0], "F": [1.5]} | units}), encoding="utf-8")
     assert values(file, "run.F", units="N") == [[1500.0]]
     assert values(file, Column("run.F", "1000 N"), units="N") == [[1500.0]]
     assert values(file, Column("run.F", "N"), units="N") == [[1.5]]

@@ -7,8 +7,8 @@ import attrs
 import numpy as np
 
 from historysim.asperities.law import LAWS, FrictionLaw, Loaded
-from historysim.basics.arguments import Floats, checked
-from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, one_of
+from historysim.basics.arguments import Floats, as_floats
+from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, choice
 from historysim.basics.units import as_float, is_number, joules_per_area, newtons, pascals, quantity_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -48,7 +48,7 @@ class DrawnFriction(FrictionLaw):
     mean: Number = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
     deviation: Number = attrs.field(converter=as_float, validator=at_least(0.0))
     seed: int = attrs.field(validator=_check_seed)
-    distribution: str = attrs.field(default="lognormal", validator=one_of("lognormal", "uniform"))
+    distribution: str = attrs.field(default="lognormal", validator=choice("lognormal", "uniform"))
 
     kind, depends_on = "drawn", "nothing"
 
@@ -111,7 +111,7 @@ class PowerLaw(FrictionLaw):
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
     reference_load: Force = attrs.field(converter=newtons, validator=at_least(0.0, above=True))
     exponent: Number = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
-    load: str = attrs.field(default="own", validator=one_of("own", "total"))
+    load: str = attrs.field(default="own", validator=choice("own", "total"))
 
     kind, library_kind = "power", "HS_POWER_LAW"
 
@@ -163,7 +163,7 @@ class ShearStrength(FrictionLaw):
     """
 
     shear_strength: Pressure = attrs.field(converter=pascals, validator=at_least(0.0))
-    area: str = attrs.field(default="hertz", validator=one_of("hertz", "jkr"))
+    area: str = attrs.field(default="hertz", validator=choice("hertz", "jkr"))
     work_of_adhesion: SurfaceEnergy | None = attrs.field(
         default=None,
         converter=attrs.converters.optional(joules_per_area),
@@ -229,7 +229,7 @@ class ShiftedLoad(FrictionLaw):
 def _numbers(values: Any, name: str = "coefficient") -> tuple[float, ...]:
     if not isinstance(values, Iterable) or isinstance(values, str):
         raise InputError(f"{values!r} is not a column of a table; expected a list of numbers")
-    return tuple(checked(name, list(values)).tolist())
+    return tuple(as_floats(name, list(values)).tolist())
 
 
 def _lengths(values: Any) -> tuple[float, ...]:

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import Floats, checked
+from historysim.basics.arguments import Floats, as_floats
 from historysim.contact import hertz
 from historysim.errors import InputError, LoadError
 
@@ -61,8 +61,8 @@ class _State(NamedTuple):
 def tabor_parameter(*, equilibrium_separation: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the Tabor parameter μ_T [1]: (R W²/(E*² z0³))^(1/3), the elastic neck over the range of the attraction."""
     radius, modulus, work = _elastic(**contact)
-    checked("work_of_adhesion", work, above=0)
-    separation = checked("equilibrium_separation", equilibrium_separation, above=0)
+    as_floats("work_of_adhesion", work, above=0)
+    separation = as_floats("equilibrium_separation", equilibrium_separation, above=0)
     return np.cbrt(radius * (work / modulus) ** 2) / separation
 
 
@@ -74,8 +74,8 @@ def maugis_parameter(**contact: Unpack[Adhesive]) -> Floats:
 
 def load_parameter(normal_load: ArrayLike, *, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1], negative where the load pulls; W > 0."""
-    work = checked("work_of_adhesion", work_of_adhesion, above=0)
-    return checked("normal_load", normal_load) / (np.pi * work * checked("summit_radius", summit_radius, above=0))
+    work = as_floats("work_of_adhesion", work_of_adhesion, above=0)
+    return as_floats("normal_load", normal_load) / (np.pi * work * as_floats("summit_radius", summit_radius, above=0))
 
 
 def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
@@ -85,7 +85,7 @@ def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Fl
     """
     radius, modulus, work = _elastic(**contact)
     pull_off = jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work)
-    load = _carried("normal_load", normal_load, pull_off, "N")
+    load = _clip_to_pull_off("normal_load", normal_load, pull_off, "N")
     # as a product the root is exactly 0 at pull-off
     root = np.sqrt(-4 * pull_off * (load - pull_off))
     return np.cbrt(0.75 * radius / modulus * (load - 2 * pull_off + root))
@@ -93,32 +93,32 @@ def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Fl
 
 def jkr_pull_off_load(*, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
     """Return the normal load N [N], ≤ 0, at which a JKR contact comes apart: -(3/2) πWR."""
-    work = checked("work_of_adhesion", work_of_adhesion, least=0)
-    return -3 / 2 * np.pi * work * checked("summit_radius", summit_radius, above=0)
+    work = as_floats("work_of_adhesion", work_of_adhesion, least=0)
+    return -3 / 2 * np.pi * work * as_floats("summit_radius", summit_radius, above=0)
 
 
 def dmt_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the contact radius a [m] of DMT: Hertz under N + 2πWR, N ≥ -2πWR."""
     radius, modulus, work = _elastic(**contact)
     pull_off = dmt_pull_off_load(summit_radius=radius, work_of_adhesion=work)
-    load = _carried("normal_load", normal_load, pull_off, "N") - pull_off
+    load = _clip_to_pull_off("normal_load", normal_load, pull_off, "N") - pull_off
     depth = hertz.approach(load, summit_radius=radius, contact_modulus=modulus)
     return hertz.contact_radius(depth, summit_radius=radius)
 
 
 def dmt_pull_off_load(*, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
     """Return the normal load N [N], ≤ 0, at which a DMT contact comes apart: -2πWR."""
-    work = checked("work_of_adhesion", work_of_adhesion, least=0)
-    return -2 * np.pi * work * checked("summit_radius", summit_radius, above=0)
+    work = as_floats("work_of_adhesion", work_of_adhesion, least=0)
+    return -2 * np.pi * work * as_floats("summit_radius", summit_radius, above=0)
 
 
 def maugis_contact_radius(normal_load: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
     """Return the contact radius a [m] of Maugis that is stable under a load no less than `maugis_pull_off_load`."""
     unit, own = _units_and_parameter(**contact)
-    load, parameter = np.broadcast_arrays(checked("normal_load", normal_load) / unit.load, own)
+    load, parameter = np.broadcast_arrays(as_floats("normal_load", normal_load) / unit.load, own)
     turn = _load_turn(parameter)
     least = _state_at(turn, parameter).load
-    _carried("normal_load", normal_load, least * unit.load, "N")
+    _clip_to_pull_off("normal_load", normal_load, least * unit.load, "N")
     # no less than the load found at the turn, which rounding may have put above the load asked for
     target = np.maximum(load, least)
     t = _crossing(lambda t: _state_at(t, parameter).load - target, turn)
@@ -131,9 +131,9 @@ def maugis_pull_off_load(**contact: Unpack[Adhesive]) -> Floats:
     return _state_at(_load_turn(parameter), parameter).load * unit.load
 
 
-def _carried(name: str, load: ArrayLike, pull_off: ArrayLike, unit: str) -> Floats:
+def _clip_to_pull_off(name: str, load: ArrayLike, pull_off: ArrayLike, unit: str) -> Floats:
     """Return a load as floats; one a few roundings below the pull-off load is put on it, one below is a LoadError."""
-    asked, limit = np.broadcast_arrays(checked(name, load), pull_off)
+    asked, limit = np.broadcast_arrays(as_floats(name, load), pull_off)
     beyond = asked < limit * (1 + 16 * np.finfo(np.float64).eps)
     if beyond.any():
         raise LoadError(
@@ -149,16 +149,16 @@ def _elastic(
 ) -> tuple[Floats, Floats, Floats]:
     """Return R, E* and W as floats."""
     return (
-        checked("summit_radius", summit_radius, above=0),
-        checked("contact_modulus", contact_modulus, above=0),
-        checked("work_of_adhesion", work_of_adhesion, least=0),
+        as_floats("summit_radius", summit_radius, above=0),
+        as_floats("contact_modulus", contact_modulus, above=0),
+        as_floats("work_of_adhesion", work_of_adhesion, least=0),
     )
 
 
 def _units(**contact: Unpack[Elastic]) -> _State:
     """Return the units (πWR²/K)^(1/3) [m] and πWR [N] of A and P, with K = 4 E*/3; W > 0."""
     radius, modulus, work = _elastic(**contact)
-    load = np.pi * checked("work_of_adhesion", work, above=0) * radius
+    load = np.pi * as_floats("work_of_adhesion", work, above=0) * radius
     return _State(np.cbrt(0.75 * load * radius / modulus), load)
 
 
@@ -181,7 +181,7 @@ def _units_and_parameter(**contact: Unpack[Adhesive]) -> tuple[_State, Floats]:
 
 def _solvable(maugis_parameter: ArrayLike) -> Floats:
     """Return λ as floats, within the range that is solved for."""
-    parameter = checked("maugis_parameter", maugis_parameter, above=0)
+    parameter = as_floats("maugis_parameter", maugis_parameter, above=0)
     beyond = (parameter < LEAST_PARAMETER) | (parameter > GREATEST_PARAMETER)
     if beyond.any():
         raise InputError(
@@ -286,7 +286,7 @@ def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | n
     """
     parameter = _solvable(maugis_parameter)
     pull_off = np.where(parameter < DMT_BELOW, -2.0, _state_at(_load_turn(parameter), parameter).load)
-    load = _carried("load_parameter", load_parameter, pull_off, "πWR")
+    load = _clip_to_pull_off("load_parameter", load_parameter, pull_off, "πWR")
     # the first condition that holds
     zone = np.select(
         [
@@ -324,5 +324,5 @@ def rigid_boundary(maugis_parameter: ArrayLike) -> Floats:
     The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid spheres. Over z0 it is
     (9√3 π/32) λ (N/(πWR) + 2)^(2/3), so that λ > 0.0206 leaves only loads that pull.
     """
-    unit_over_separation = 9 * math.sqrt(3) * math.pi / 32 * checked("maugis_parameter", maugis_parameter, above=0)
+    unit_over_separation = 9 * math.sqrt(3) * math.pi / 32 * as_floats("maugis_parameter", maugis_parameter, above=0)
     return (NEGLIGIBLE / unit_over_separation) ** 1.5 - 2

@@ -23,9 +23,9 @@ from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
 from historysim.basics.limits import LARGEST
-from historysim.basics.targets import Output, check_outputs, marked
+from historysim.basics.targets import Output, check_outputs, signed_format
 from historysim.basics.units import duration_text, seconds
-from historysim.basics.wording import Notify, listed, progress_bar, silent
+from historysim.basics.wording import Notify, join_words, progress_bar, silent
 from historysim.errors import InputError, InstallationError
 from historysim.exchange import CONSTANT, EVOLVES, Exportable, Exported, resolve_export
 from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_description, model_description, variables
@@ -33,7 +33,7 @@ from historysim.loads.event_sequence import is_planar
 from historysim.memory import get_include
 from historysim.replaying import Replay
 
-FMU = marked("a unit of historysim", ".fmu")
+FMU = signed_format("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
 
 # Names of the platforms in zig, by their names in FMI 3.0.
@@ -255,7 +255,7 @@ def _check_platforms(platforms: Sequence[str] | None) -> list[str]:
     chosen = [platforms] if isinstance(platforms, str) else list(platforms)
     for name in chosen:
         if name not in TARGETS and name != native:
-            raise InputError(f"platform {name!r} is unknown; expected {listed(TARGETS)}")
+            raise InputError(f"platform {name!r} is unknown; expected {join_words(TARGETS)}")
     return list(dict.fromkeys(chosen))
 
 

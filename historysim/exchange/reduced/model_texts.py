@@ -7,8 +7,8 @@ from typing import Any
 
 from historysim._version import __version__
 from historysim.basics.arguments import Floats
-from historysim.basics.targets import OutputFormat, check_place, marked
-from historysim.basics.wording import listed
+from historysim.basics.targets import OutputFormat, check_place, signed_format
+from historysim.basics.wording import join_words
 from historysim.errors import InputError
 
 # reduced_model imports this module, so the type is not imported here
@@ -20,8 +20,8 @@ def select_format(output: Path) -> OutputFormat:
     extension = output.suffix.lower()
     if extension not in FORMATS:
         check_place(output)
-        raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {listed(FORMATS)}")
-    return marked("a reduced model of historysim", extension)
+        raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {join_words(FORMATS)}")
+    return signed_format("a reduced model of historysim", extension)
 
 
 def _head(model: ReducedModel, comment: str) -> str:

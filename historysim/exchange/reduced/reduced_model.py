@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
+from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.basics.files import beginning, replacing
 from historysim.basics.targets import Output, check_outputs
 from historysim.basics.units import quantity_text
@@ -117,11 +117,11 @@ class ReducedModel:
         InputError
             If numbers are not finite, or normal loads are given for a model without `scaling`.
         """
-        path = np.atleast_1d(checked("displacement", displacement))
+        path = np.atleast_1d(as_floats("displacement", displacement))
         stiffness, limit = (np.broadcast_to(values, (path.size, len(self))) for values in (self.stiffness, self.limit))
         if normal_load is not None:
             stiffness, limit = self._springs_at(
-                np.atleast_1d(checked("normal_load", normal_load, least=0.0)), path.shape
+                np.atleast_1d(as_floats("normal_load", normal_load, least=0.0)), path.shape
             )
         force, total = np.zeros(len(self)), np.empty(path.size)
         # mean stiffness of each step
@@ -213,14 +213,14 @@ class ReducedModel:
             curve, table = content["virgin_curve_of_the_contact"], content.get("with_normal_load")
             model = cls(
                 normal_load=scalar("normal_load_N", content["normal_load_N"], above=0.0),
-                stiffness=checked("stiffness_N_per_m", content["stiffness_N_per_m"], above=0.0),
-                limit=checked("limit_N", content["limit_N"], above=0.0),
+                stiffness=as_floats("stiffness_N_per_m", content["stiffness_N_per_m"], above=0.0),
+                limit=as_floats("limit_N", content["limit_N"], above=0.0),
                 bound=scalar("bound", content["bound_of_load_over_friction_limit"], least=0.0),
                 energy_bound=scalar("energy bound", content["bound_of_energy_of_a_closed_loop_J"], least=0.0),
-                virgin_displacement=checked("displacement_m", curve["displacement_m"], least=0.0),
-                virgin_load=checked("tangential_load_N", curve["tangential_load_N"], least=0.0),
+                virgin_displacement=as_floats("displacement_m", curve["displacement_m"], least=0.0),
+                virgin_load=as_floats("tangential_load_N", curve["tangential_load_N"], least=0.0),
                 title=str(content["title"]),
-                scaling=table and Scaling(*(checked(name, table[name], least=0.0) for name in SCALED)),
+                scaling=table and Scaling(*(as_floats(name, table[name], least=0.0) for name in SCALED)),
                 errors={
                     name: scalar(name, value) for name, value in content["errors_found_over_friction_limit"].items()
                 },

@@ -183,7 +183,7 @@ class _Virgin:
         return u
 
     @classmethod
-    def of(cls, history: History, step: int, separation: float) -> Self:
+    def from_history(cls, history: History, step: int, separation: float) -> Self:
         """Return the virgin curve for the asperities of a step, with their friction at the step."""
         height, radius = (shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius"))
         coefficient = np.broadcast_to(present_friction(history).at(step), height.shape)
@@ -215,7 +215,7 @@ def first_loading(history: History, normal_load: float, points: int = 101) -> tu
     # alone the highest one would be pressed most
     upper_approach = float(hertz.approach(2 * target_load, summit_radius=radius[highest], contact_modulus=modulus))
     depth = optimize.brentq(missing, 0.0, upper_approach, xtol=1e-300, rtol=1e-15)
-    virgin = _Virgin.of(history, 0, height[highest] - depth)
+    virgin = _Virgin.from_history(history, 0, height[highest] - depth)
     # dense where the curve bends most, at its end
     u = float(virgin.reach.max(initial=0.0)) * (1 - np.linspace(1, 0, points) ** 2)
     stuck = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach, 0.0, None))
@@ -233,7 +233,7 @@ def _evaluate_each_load(history: History, of_curve: Callable[[_Virgin], tuple[fl
     chosen = indices if steady else np.arange(separation.size)
     values = np.zeros((chosen.size, count))
     for row, step in enumerate(chosen):
-        virgin = _Virgin.of(history, int(step), separation[step])
+        virgin = _Virgin.from_history(history, int(step), separation[step])
         if virgin.limit.size:
             values[row] = of_curve(virgin)
     return values[inverse] if steady else values

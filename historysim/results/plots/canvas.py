@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import attrs
 
-from historysim.basics.wording import listed
+from historysim.basics.wording import join_words
 from historysim.errors import InputError
 from historysim.results.plots.chart import AROUND, Chart, Sheet
 from historysim.results.plots.style import STYLE, escape_math
@@ -58,7 +58,7 @@ class Canvas:
     existing_axes: "Sequence[Axes]" = ()  #: axes of the figure that do not belong to this picture
 
     @classmethod
-    def of(cls, figure: "Figure | SubFigure", ax: "Axes | None" = None) -> "Canvas":
+    def from_figure(cls, figure: "Figure | SubFigure", ax: "Axes | None" = None) -> "Canvas":
         """Return the canvas of a figure, or of a part of one, as large as it is."""
         width, height = (side / figure.dpi * MILLIMETRES_PER_INCH for side in (figure.bbox.width, figure.bbox.height))
         return cls(figure, ax, width, height, existing_axes=[] if ax else list(figure.axes))
@@ -93,7 +93,7 @@ class Canvas:
                 panels[right].set_ylabel("")
         omitted = dict.fromkeys(chart.name or chart.title.lower() for key, chart in charts.items() if key not in panels)
         if omitted and self.target_axes is None:
-            self.notice(f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {listed([*omitted])}")
+            self.notice(f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {join_words([*omitted])}")
         for notice in sheet.notices:
             self.notice(notice)
         self.caption = self.caption or sheet.subtitle
@@ -175,7 +175,7 @@ class Canvas:
 
     def part(self, figure: "SubFigure") -> "Canvas":
         """Return the canvas of a part of the figure, with the notices of the whole."""
-        canvas = Canvas.of(figure)
+        canvas = Canvas.from_figure(figure)
         canvas.notices, canvas.is_part = self.notices, True
         return canvas
 
@@ -224,7 +224,7 @@ def draw_on_target(place: Place, default: Size, draw: Callable[[Canvas], None]) 
     if ax is None and not target.figure.axes and target.figure.get_layout_engine() is None:
         target.figure.set_layout_engine("constrained")
     with plot_style():
-        canvas = Canvas.of(target, ax)  # type: ignore[arg-type] # likewise
+        canvas = Canvas.from_figure(target, ax)  # type: ignore[arg-type] # likewise
         draw(canvas)
         canvas.finish()
     return canvas.target_axes or canvas.figure
@@ -232,7 +232,7 @@ def draw_on_target(place: Place, default: Size, draw: Callable[[Canvas], None]) 
 
 def _draw_new_figure(size: Size | None, default: Size, draw: Callable[[Canvas], None]) -> "Figure":
     with new_figure(size, default) as figure:
-        canvas = Canvas.of(figure)
+        canvas = Canvas.from_figure(figure)
         draw(canvas)
         if not canvas.finish() and size is not None:
             raise InputError(
@@ -246,10 +246,10 @@ def _draw_new_figure(size: Size | None, default: Size, draw: Callable[[Canvas], 
 @contextmanager
 def new_figure(size: Size | None, default: Size) -> "Iterator[PrintedFigure]":
     """Yield an empty figure in the common style; InputError if the size is invalid."""
-    from historysim.basics.arguments import checked
+    from historysim.basics.arguments import as_floats
     from historysim.results.plots.figure_output import PrintedFigure
 
-    sides = checked("size", default if size is None else size, above=0)
+    sides = as_floats("size", default if size is None else size, above=0)
     if sides.shape != (2,) or not LEAST_SIDE <= min(sides) <= max(sides) <= MOST_SIDE:
         raise InputError(
             f"size is {size!r}; expected width and height from {LEAST_SIDE:.0f} to {MOST_SIDE:.0f} mm, as (90, 70)"

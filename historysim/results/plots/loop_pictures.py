@@ -10,7 +10,7 @@ import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.measured.fretting import TRANSITION_A, TRANSITION_B, Fretting
 from historysim.measured.loop_table import LoopStatistics, LoopTable
 from historysim.measured.loop_values import DIRECTIONS
@@ -88,7 +88,7 @@ def _loops(sets: list[Loops], labels: Sequence[str]) -> list[Item]:
         for start, stop in _branches(loops):
             items.append(_part(loops, start, stop, "", {"color": colour, "linewidth": 0.6, "alpha": 0.4, "zorder": 2}))
         start, _, stop = loops.ends[_typical(loops)]
-        count = counted(len(loops), "loop", "loops")
+        count = count_text(len(loops), "loop", "loops")
         name = f"{escape_math(label)}, {count}" if len(sets) > 1 else count
         items.append(_part(loops, start, stop, name, {"color": colour, "linewidth": 1.3, "zorder": 3}))
     return items + _means(sets[0])
@@ -108,7 +108,7 @@ def _levels(sets: list[Loops], labels: Sequence[str]) -> list[Item]:
         for value, colour in zip(loads.value, colours, strict=True):
             load = np.nanmean(loops.normal_load, axis=1)
             selected = np.flatnonzero(np.abs(load - value) <= loops.definitions.load_share * value)
-            name = f"{quantity_text(float(value), 'N', 3)}, {counted(selected.size, 'loop', 'loops')}"
+            name = f"{quantity_text(float(value), 'N', 3)}, {count_text(selected.size, 'loop', 'loops')}"
             look: dict[str, Any] = {"color": colour, "linewidth": 1.0, "zorder": 2}
             if order:
                 name = escape_math(label)

@@ -15,7 +15,7 @@ import xarray as xr
 from historysim.basics.arguments import DIRECTION
 from historysim.basics.fields import list_fields
 from historysim.basics.registry import Registry
-from historysim.basics.wording import listed, nearest, read_findings
+from historysim.basics.wording import join_words, nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.layout import is_history, report_missing_variables, standard_layout
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, draw_on_target
@@ -341,7 +341,7 @@ def draw_figure(
         across = min(len(pictures), ACROSS, max(int(canvas.width / NARROWEST), 1))
         fitting = pictures[: across * max(int((canvas.height - TITLE) / LOWEST), 1)]
         if omitted := [item.label for item in pictures[len(fitting) :]]:
-            canvas.notice(f"at {canvas.width:.3g} × {canvas.height:.3g} mm there is no room for {listed(omitted)}")
+            canvas.notice(f"at {canvas.width:.3g} × {canvas.height:.3g} mm there is no room for {join_words(omitted)}")
         across = min(across, len(fitting))
         # one picture, too, has its title and the line above all in separate parts
         panels: Any = canvas.figure.subfigures(-(-len(fitting) // across), across, squeeze=False)

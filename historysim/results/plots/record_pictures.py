@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.arguments import Floats
-from historysim.basics.wording import listed
+from historysim.basics.wording import join_words
 from historysim.errors import InputError
 from historysim.loads.events import load_kind
 from historysim.measured.comparison import Comparison
@@ -266,14 +266,14 @@ class TablePicture(Titled):
             ]
             if letter in "ABCD":
                 charts[letter] = Chart(items=lines, name=" and ".join(words[:2]), **options)
-        notice = f"there is no room for {listed(omitted)}" if omitted else ""
+        notice = f"there is no room for {join_words(omitted)}" if omitted else ""
         title = "" if self.title else written.name
         return Sheet(charts, wide=";".join(charts), notices=(notice,), subtitle=title)
 
 
 def _table(data: WrittenTable | xr.Dataset) -> WrittenTable:
     title = str(data.attrs.get("title", "this Dataset")) if isinstance(data, xr.Dataset) else ""
-    return WrittenTable.of(data, title) if isinstance(data, xr.Dataset) else data
+    return WrittenTable.from_dataset(data, title) if isinstance(data, xr.Dataset) else data
 
 
 def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[str]]]:

@@ -12,7 +12,7 @@ import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers, representable
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_in_step
@@ -110,7 +110,7 @@ def surface_sheet(surface: xr.Dataset, contact: ContactAtStep) -> Sheet:
         charts["M"] = (_profile if is_profile else _summit_map)(surface, contact)
     if count > 1 or not charts:
         charts["D"] = _distribution(contact)
-    notices = () if "D" in charts else (f"no asperity distribution: {counted(count, 'summit', 'summits')}",)
+    notices = () if "D" in charts else (f"no asperity distribution: {count_text(count, 'summit', 'summits')}",)
     wide = "MMMMMDDDD" if len(charts) > 1 else ""
     return Sheet(charts, wide=wide, subtitle=contact.caption, notices=notices, first_alone=True)
 
@@ -180,7 +180,7 @@ def step_caption(history: xr.Dataset, step: int) -> str:
         f"N = {quantity_text(float(row['total_normal_load']), 'N')},  "
         f"T = {quantity_text(float(row['total_tangential_load']), 'N')},  "
         f"U = {quantity_text(float(row['tangential_displacement']), 'm')},  "
-        f"{counted(int(row['contact_count']), 'asperity', 'asperities')} in contact"
+        f"{count_text(int(row['contact_count']), 'asperity', 'asperities')} in contact"
     )
 
 
@@ -333,7 +333,7 @@ class SummitsPicture(Panel):
             surfaces = {f"surface {number + 1}": summits for number, summits in enumerate(surfaces)}
         summits: list[Summits] = list(surfaces.values())
         if not 1 <= len(summits) <= len(LINES):
-            raise InputError(f"{counted(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}")
+            raise InputError(f"{count_text(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}")
         labels = self.resolve_labels([*surfaces], "surfaces")
         top = max(float(np.percentile(sample.radius, HIGHEST)) for sample in summits)
         units = choose_scale("m", top), choose_scale("m", *(sample.height for sample in summits))
@@ -350,7 +350,7 @@ class SummitsPicture(Panel):
         else:
             charts = {"A": Chart(items=[item for items in scatters for item in items], x=HEIGHT, y=RADIUS, axes=axes)}
         beyond = sum(int(np.count_nonzero(sample.radius > 1.05 * top)) for sample in summits)
-        notice = f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis" if beyond else ""
+        notice = f"{count_text(beyond, 'summit', 'summits')} with a larger radius lie above the axis" if beyond else ""
         letters, across = "".join(charts), min(len(charts), 3)
         rows = ";".join(letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across))
         note = "mean ± standard deviation (number of summits)"

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.arguments import Floats
-from historysim.basics.fields import one_of
+from historysim.basics.fields import choice
 from historysim.basics.units import quantity, quantity_text
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError, field_error
 from historysim.results.plots.canvas import COLUMN, Size
 from historysim.results.plots.chart import MOVED, Chart, Curve, Item, Note, Shape, Sheet, span
@@ -63,8 +63,8 @@ class CurvePicture(Panel):
     quantity: str
     over: str | None = None
     each: str | None = None
-    spread: str = attrs.field(default="deviation", validator=one_of(*SPREADS))
-    fit: str | None = attrs.field(default=None, validator=attrs.validators.optional(one_of("straight", "power")))
+    spread: str = attrs.field(default="deviation", validator=choice(*SPREADS))
+    fit: str | None = attrs.field(default=None, validator=attrs.validators.optional(choice("straight", "power")))
     logarithmic: bool | None = None
     from_zero: bool = False
     unit: str = ""
@@ -284,7 +284,7 @@ class BarsPicture(Panel):
         """Check that groups are lists of names."""
         for name, bars in self.groups.items():
             if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
-                raise field_error(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
+                raise field_error(f"{format_value(bars)}; expected an array with the names of its bars", "groups", name)
 
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return a bar for each cell; error bars are the standard deviation over seeds."""

@@ -19,7 +19,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.memory.binding import DISPLACED, are_in_plane
-from historysim.memory.paths import Goals, Paths, blank_rows, paths_to
+from historysim.memory.paths import Goals, Paths, blank_rows, straight_paths
 from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.style import STATES
@@ -145,7 +145,7 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
     height, radius, friction = (history[name].values for name in ("summit_height", "summit_radius", "friction"))
     ensemble = Ensemble(pair, height, radius, friction, **coordinates)
     approach = ensemble.highest_summit - history["separation"].values
-    paths = paths_to(Goals(DISPLACED, approach), Goals(DISPLACED, history["tangential_displacement"].values))
+    paths = straight_paths(Goals(DISPLACED, approach), Goals(DISPLACED, history["tangential_displacement"].values))
     rows = blank_rows(paths.size, None)
     ensemble.advance_along(ensemble.initial_state(), paths, rows=rows)
     for name in ("normal_load", "tangential_load"):

@@ -346,7 +346,7 @@ def dataset_page(dataset: xr.Dataset, figures: Sequence[str] = ()) -> str:
     if content in {LOOPS, CONTENT_OF_TABLE}:
         return loops_page(dataset)
     if content in {TABLE, TIME_SERIES, CONTENT_OF_FRETTING}:
-        return table_page(WrittenTable.of(dataset, _title(dataset, "Table")))
+        return table_page(WrittenTable.from_dataset(dataset, _title(dataset, "Table")))
     if "total_normal_load" in dataset:
         return history_page(standard_layout(dataset), figures)
     raise InputError(f"this Dataset has no report; {EXPECTED}")

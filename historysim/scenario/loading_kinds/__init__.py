@@ -10,7 +10,7 @@ from cattrs import Converter
 
 from historysim.basics.limits import at_most, most
 from historysim.basics.registry import Registry
-from historysim.basics.wording import Notify, shown, silent
+from historysim.basics.wording import Notify, format_value, silent
 from historysim.errors import InputError, field_error
 from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
@@ -38,7 +38,9 @@ class Loading(abc.ABC):
     def __attrs_post_init__(self) -> None:
         """Check the substeps."""
         if not 1 <= self.substeps <= most("STEPS"):
-            raise field_error(f"{shown(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps")
+            raise field_error(
+                f"{format_value(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps"
+            )
 
     @abc.abstractmethod
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:

@@ -23,8 +23,8 @@ from historysim.basics.fields import (
     Time,
 )
 from historysim.basics.units import is_number, quantity_text
-from historysim.basics.wording import shown
-from historysim.errors import InputError, at, field_error
+from historysim.basics.wording import format_value
+from historysim.errors import InputError, error_path, field_error
 from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.measured import correction
 from historysim.scenario.loading_kinds import Loading
@@ -129,7 +129,7 @@ class Channel:
                 units[name, "unit"] = column.unit
         for key, unit in units.items():
             if unit is not None:
-                with at(*key):
+                with error_path(*key):
                     fit_unit(unit, ("s" if key[0] == "time" else self.unit_in_si,))
 
     @classmethod
@@ -138,7 +138,7 @@ class Channel:
         if isinstance(value, str):
             value = {"column": value}
         if not isinstance(value, dict):
-            raise InputError(f"{shown(value)}; expected the name of a column, or a table as in {{ column = 1 }}")
+            raise InputError(f"{format_value(value)}; expected the name of a column, or a table as in {{ column = 1 }}")
         if "column" in value:
             Column(value["column"])
         return from_table(cls, value, converter)
@@ -315,13 +315,13 @@ def hum_remark(channel: Channel, key: str, time: Floats, values: Floats, digit: 
 def filter_channel(channel: Channel, time: Floats, values: Floats) -> Floats:
     """Filter a channel by its median, its notches and its low-pass, in this order."""
     if channel.median is not None:
-        with at("median"):
+        with error_path("median"):
             values = correction.running_median(values, channel.median)
     for frequency in np.atleast_1d([] if channel.notch is None else channel.notch).tolist():
-        with at("notch"):
+        with error_path("notch"):
             values = correction.notch(time, values, frequency)
     if channel.low_pass is not None:
-        with at("low_pass"):
+        with error_path("low_pass"):
             values = correction.low_pass(time, values, channel.low_pass)
     return values
 
@@ -362,7 +362,7 @@ class RecordKeys(NumbersFile, Loading):
         Loading.__attrs_post_init__(self)
         is_number = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
         if self.run not in {None, EACH} and not is_number:
-            raise field_error(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
+            raise field_error(f'{format_value(self.run)}; expected the number of a run, from 1, or "each"', "run")
         if self.runs_by is not None and self.run is None:
             raise field_error('missing; expected the value of runs_by that is the run, or "each"', "run")
         if self.rate is not None and self.columns.time is not None:

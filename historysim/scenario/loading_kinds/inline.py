@@ -9,8 +9,8 @@ import attrs
 from cattrs import Converter
 
 from historysim.basics.fields import NOT_NEGATIVE, Time
-from historysim.basics.wording import Notify, shown, silent
-from historysim.errors import InputError, at, field_error, path_text
+from historysim.basics.wording import Notify, format_value, silent
+from historysim.errors import InputError, error_path, field_error, path_text
 from historysim.loads.events import EVENTS, LOAD_KINDS, Event, TangentialEvent, tangential_channels
 from historysim.loads.holding import Timeline, find_ramp
 from historysim.scenario.loading_kinds import LOADINGS, Loading
@@ -94,9 +94,9 @@ class LocatedTimeline(Timeline):
     def reach(self, time: float, changes: Changes, *path: str | int) -> None:
         """Append an event for each change at a time."""
         for key, change in changes.items():
-            with at(key):
+            with error_path(key):
                 timed = attrs.evolve(cast("Any", change), time=time) if isinstance(change, Event) else None
-                event = EVENTS[key].of(time, change) if timed is None else timed  # type: ignore[arg-type] # fields
+                event = EVENTS[key].from_contents(time, change) if timed is None else timed  # type: ignore[arg-type] # fields
             self.append(event)
         self.now = time
         if self.holds:
@@ -159,7 +159,9 @@ class Waypoints(InlineLoading):
         names = [waypoint.name for waypoint in self.waypoints]
         for index, name in enumerate(names):
             if name is not None and name in names[:index]:
-                raise field_error(f"{shown(name)} is used before; expected a unique name", "waypoints", index, "name")
+                raise field_error(
+                    f"{format_value(name)} is used before; expected a unique name", "waypoints", index, "name"
+                )
 
     @property
     def names(self) -> dict[str, float]:
@@ -175,7 +177,7 @@ class Waypoints(InlineLoading):
         """Build the events with their locations."""
         line = LocatedTimeline(holds=self.hold)
         for index, waypoint in enumerate(self.waypoints):
-            with at("loading", "waypoints", index):
+            with error_path("loading", "waypoints", index):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
                 if line.events and time < line.now:
                     raise field_error(
@@ -248,7 +250,7 @@ class WaypointBlock:
         if not self.waypoints:
             raise field_error("none; expected one or more", "waypoints")
         for index, waypoint in enumerate(self.waypoints):
-            with at("waypoints", index):
+            with error_path("waypoints", index):
                 if waypoint.after is None:
                     raise field_error(
                         "the time of a block follows from the blocks before it; expected after instead", "time"
@@ -256,7 +258,7 @@ class WaypointBlock:
                 if waypoint.name is not None:
                     raise field_error("a block may run several times; expected names only in loading.waypoints", "name")
         if self.repeat < 1:
-            raise field_error(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
+            raise field_error(f"{format_value(self.repeat)}; expected an integer of 1 or more", "repeat")
 
     def count(self) -> int:
         """Return its number of events, without the few that hold channels."""
@@ -270,12 +272,12 @@ class WaypointBlock:
             # a channel without an event here would ramp to its next waypoint during all loops
             line.hold_channels(*path)
             if self.each:
-                with at("each"):
+                with error_path("each"):
                     line.reach(line.now + self.each.after, turn, *path, "each")
                 line.hold_channels(*path, "each")
             for _ in range(self.repeat):
                 for index, (after, changes) in enumerate(run):
-                    with at("waypoints", index):
+                    with error_path("waypoints", index):
                         line.reach(line.now + after, changes, *path, "waypoints", index)
 
 
@@ -297,10 +299,10 @@ def build_timeline(blocks: Sequence[WaypointBlock], *, hold: bool | None = None)
     """Build the events of blocks with their locations; InputError if there are too many."""
     count = sum(block.count() for block in blocks)
     if count > MOST_EVENTS:
-        problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
+        problem = f"{format_value(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
         raise field_error(problem, "loading", "blocks")
     line = LocatedTimeline(holds=hold)
     for index, block in enumerate(blocks):
-        with at("loading", "blocks", index):
+        with error_path("loading", "blocks", index):
             block.extend(line, "loading", "blocks", index)
     return line

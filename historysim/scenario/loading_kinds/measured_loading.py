@@ -9,7 +9,7 @@ import numpy as np
 
 from historysim.basics.arguments import Floats
 from historysim.basics.wording import Notify, silent
-from historysim.errors import InputError, at, path_text
+from historysim.errors import InputError, error_path, path_text
 from historysim.loads.event_sequence import Events
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.measured.reduction import Measurement
@@ -47,7 +47,7 @@ class MeasuredLoading(RecordKeys):
 
     def measurement(self, folder: Path) -> Measurement:
         """Read the record; InputError if the file cannot be read or conditioned."""
-        with at("loading"):
+        with error_path("loading"):
             return assemble_measurement(folder, self)
 
     def place(self, folder: Path, index: int) -> str:
@@ -57,7 +57,7 @@ class MeasuredLoading(RecordKeys):
             return path_text(line.locations[index])
         measurement = self.measurement(folder)
         index -= len(line.events) or len(_events_of_start(measurement))
-        sample = int(measurement.kept()[max(index, 0) // len(measurement.vectors)])
+        sample = int(measurement.replayed_indices()[max(index, 0) // len(measurement.vectors)])
         return f"loading.file: {self.name}: {measurement.place(sample)}"
 
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
@@ -68,7 +68,7 @@ class MeasuredLoading(RecordKeys):
                 notify(f"{self.name}: {notice}")
         if noise := measurement.false_reversals():
             notify(f"{self.name}: {noise}")
-        with at("loading", "file"):
+        with error_path("loading", "file"):
             try:
                 events = measurement.events()
             except InputError as error:

@@ -11,8 +11,8 @@ import numpy as np
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import quantity_text, uncertain_text
-from historysim.basics.wording import counted
-from historysim.errors import InputError, at, field_error
+from historysim.basics.wording import count_text
+from historysim.errors import InputError, error_path, field_error
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
 from historysim.scenario.loading_kinds.channels import (
@@ -44,17 +44,17 @@ def assemble_measurement(folder: Path, section: RecordKeys) -> Measurement:
     record = _align_clocks(folder, section)
     record.take_run()
     record.append_retrace()
-    with at("file"), _file_named(section.name):
+    with error_path("file"), _file_named(section.name):
         record.take_window()
         record.leave_out_missing()
         record.check_order_and_gaps()
     if section.interval is not None:
-        with at("interval"), _file_named(section.name):
+        with error_path("interval"), _file_named(section.name):
             record.resample(section.interval)
     converted: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
     # columns of coefficients come after the load that multiplies them
     for (group, key), channel in sorted(section.channels.items(), key=lambda item: factor_channel(item[1]) is not None):
-        with at(group, key), _file_named(section.name):
+        with error_path(group, key), _file_named(section.name):
             factor = {**converted["response"], **converted["columns"]}.get(factor_channel(channel) or "")
             converted[group][key] = record.convert_channel(channel, group, key, 1.0 if factor is None else factor)
     record.close_free_play(converted)
@@ -70,7 +70,7 @@ def assemble_measurement(folder: Path, section: RecordKeys) -> Measurement:
         starts_displaced=bool(getattr(section.columns.tangential_displacement, "offset", None)),
     )
     if section.reduce:
-        replayed = measurement.kept().size
+        replayed = measurement.replayed_indices().size
         record.remark("replayed", f"{replayed:,} of {_samples(measurement.time.size)}, which the contact remembers")
     return attrs.evolve(measurement, remarks=tuple(record.remarks))
 
@@ -94,7 +94,7 @@ def _align_clocks(folder: Path, section: RecordKeys) -> "_Record":
         column = channel.combine(raw)
         first_readings[group, key] = _first_reading(column)
         if channel.time is not None or channel.shift != 0:
-            with at(group, key, "shift" if channel.time is None else "time"), _file_named(section.name):
+            with error_path(group, key, "shift" if channel.time is None else "time"), _file_named(section.name):
                 column = _resample_onto_clock(time, on_clock, column, channel.shift, section.max_gap)
             shifted = on_clock.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
@@ -142,7 +142,7 @@ def _read(folder: Path, section: RecordKeys, clock: Column | None, channels: Map
         return table
     time, count = _continue_clock(table.columns["time"], table.file_rows)
     restarted = (
-        f"the clock starts again in {counted(count, 'file', 'files')}, joined one sample after the previous file"
+        f"the clock starts again in {count_text(count, 'file', 'files')}, joined one sample after the previous file"
     )
     notices = (*table.notices, restarted) if count else table.notices
     return attrs.evolve(table, columns={**table.columns, "time": time}, notices=notices)
@@ -209,7 +209,7 @@ def _file_named(name: str) -> Iterator[None]:
 
 
 def _samples(count: int) -> str:
-    return counted(count, "sample", "samples")
+    return count_text(count, "sample", "samples")
 
 
 @attrs.define(eq=False)
@@ -346,7 +346,7 @@ class _Record:
             index = int(wide[0]) + 1
             length = quantity_text(self.time[index] - self.time[index - 1], "s")
             raise InputError(
-                f"{counted(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of {length} before "
+                f"{count_text(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of {length} before "
                 f"{self.place(index)}; split the record there, or raise max_gap"
             )
 
@@ -432,18 +432,18 @@ class _Record:
             largest = quantity_text(float(np.abs(removed).max()), unit, 3)
             self.remark(f"{name}: filters removed", f"{rms} rms, {largest} at most")
         if isinstance(channel, LengthChannel) and channel.backlash:
-            with at("backlash"):
+            with error_path("backlash"):
                 self.check_order(rising=True)
                 values = correction.remove_backlash(self.time, values, channel.backlash, dead_band=dead_band)
             self.remark(f"{name}: backlash removed", quantity_text(channel.backlash, "m"))
         if channel.drift_free:
-            with at("drift_free"):
+            with error_path("drift_free"):
                 self.check_order(rising=True)
                 drift = correction.drift_of_cycles(self.time, values, dead_band=of_cycles)
             values = values - drift.value * (self.time - self.time[0])
             self.remark(f"{name}: drift removed", uncertain_text(drift.value, drift.standard_error, f"{unit}/s"))
         if channel.centred:
-            with at("centred"):
+            with error_path("centred"):
                 offset = correction.offset_of_cycles(values, dead_band=of_cycles)
             values = values - offset.value
             self.remark(f"{name}: offset removed", uncertain_text(offset.value, offset.standard_error, unit))

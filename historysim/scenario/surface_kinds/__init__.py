@@ -9,7 +9,7 @@ import attrs
 
 from historysim.basics.fields import Force, Key, Length
 from historysim.basics.registry import Registry
-from historysim.errors import at, field_error
+from historysim.errors import error_path, field_error
 from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class Passes:
             raise field_error("needs one friction coefficient; expected friction.coefficient as a number", "passes")
         if not self.steps:
             raise field_error("is empty; expected one or more passes", "passes", "steps")
-        with at("passes"):
+        with error_path("passes"):
             steps = [
                 Pass(entry.normal_load, entry.sliding_distance) for entry in self.steps for _ in range(entry.repeat)
             ]

@@ -10,8 +10,8 @@ import numpy as np
 
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Numbers, Quantity
-from historysim.basics.wording import Notify, shown, silent
-from historysim.errors import InputError, at, field_error
+from historysim.basics.wording import Notify, format_value, silent
+from historysim.errors import InputError, error_path, field_error
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, list_keys, registered_steps, select_steps
@@ -100,7 +100,7 @@ class HeightMap(SurfaceKind):
         with representable():
             surface = self.surface(folder, notices.append)
             if self.ball_radius is not None:
-                with at("ball_radius"):
+                with error_path("ball_radius"):
                     surface = surface.on_ball(self.ball_radius)
             summits = self.find_summits(surface)
         if not len(summits):
@@ -181,7 +181,7 @@ class MeasuredMap(HeightMap):
 
     def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":
         """Read the map; notify if its heights are too coarse for summit radii."""
-        with at("file"):
+        with error_path("file"):
             keys = declared_fields(MeasuredMap, self)
             measured = read_surface(folder / keys.pop("file"), **keys)
         unfiltered = getattr(self, "s_filter", None) is None
@@ -215,9 +215,9 @@ class SumOfMaps(HeightMap):
 
     def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":
         """Add both maps."""
-        with at("first"):
+        with error_path("first"):
             first_map = self.first.surface(folder, notify)
-        with at("second"):
+        with error_path("second"):
             second_map = self.second.surface(folder, notify)
         return first_map.combined(
             second_map,
@@ -250,11 +250,11 @@ class MeetingMaps(SurfaceKind):
     def build(self, folder: Path) -> BuiltSurface:
         """Build the meeting summits."""
         if np.shape(self.shift) != (2,):
-            raise field_error(f"{shown(self.shift)}; expected one length along x and one along y", "shift")
+            raise field_error(f"{format_value(self.shift)}; expected one length along x and one along y", "shift")
         notices: list[str] = []
         summits, centres = [], []
         for name, kind in (("first", self.first), ("second", self.second)):
-            with at(name), representable():
+            with error_path(name), representable():
                 surface = kind.surface(folder, notices.append)
                 summits.append(kind.find_summits(surface))
                 centres.append((np.array(surface.shape) - 1) / 2 * surface.pixel_size)

@@ -11,8 +11,8 @@ import numpy as np
 
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Number, Numbers, Quantity
-from historysim.basics.wording import nearest, shown
-from historysim.errors import at, field_error
+from historysim.basics.wording import format_value, nearest
+from historysim.errors import error_path, field_error
 from historysim.loads.friction_course import check_one
 from historysim.scenario.schema import ColumnsOf, NumbersFile, explicit_fields
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
@@ -150,7 +150,7 @@ class Textured(SurfaceKind):
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
-                raise field_error(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
+                raise field_error(f"{format_value(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
             radius *= max(math.prod(self.count), 1) ** LAWS[self.scaling]
         with representable():
             scatter: Any = {key: getattr(self, key) for key in ("height_scatter", "radius_scatter", "seed")}
@@ -277,7 +277,7 @@ class DistributionTable(NumbersFile, DistributedSummits):
 
     def __attrs_post_init__(self) -> None:
         """Check that the density depends on either height or gap."""
-        with at("columns"):
+        with error_path("columns"):
             check_one(height=self.columns.get("height"), gap=self.columns.get("gap"))
 
     def distribution(self, folder: Path) -> HeightDistribution:

@@ -9,8 +9,8 @@ import attrs
 from historysim.basics.arguments import Booleans, Floats
 from historysim.basics.fields import Key, Length, Lengths, Number
 from historysim.basics.registry import Registry
-from historysim.basics.wording import Notify, counted
-from historysim.errors import at, field_error
+from historysim.basics.wording import Notify, count_text
+from historysim.errors import error_path, field_error
 from historysim.surfaces.filters import outliers, spikes
 from historysim.surfaces.heights import Surface
 
@@ -54,7 +54,7 @@ class Preparation(abc.ABC):
         value = getattr(self, key)
         if value is None:
             return surface
-        with at(key):
+        with error_path(key):
             return method(surface, value, **options)
 
 
@@ -79,7 +79,7 @@ def _without(
 ) -> Surface:
     """Return the map without points that deviate by more than this number of robust standard deviations."""
     wrong = find(surface.heights, deviations)
-    notify(f"{counted(int(wrong.sum()), 'point', 'points')} removed as {find.__name__}")
+    notify(f"{count_text(int(wrong.sum()), 'point', 'points')} removed as {find.__name__}")
     return surface.without(wrong)
 
 

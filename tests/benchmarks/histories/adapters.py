@@ -38,7 +38,7 @@ class Motion(NamedTuple):
 
 
 def build_motion(case, columns, parts):
-    """Motion of a case in equal parts of each leg; a fall of friction comes at once."""
+    """Motion of a case in equal parts of each leg; a fall of friction is instantaneous."""
 
     def fine(values):
         shares = np.arange(1, parts + 1) / parts

@@ -107,7 +107,7 @@ class Profile:
         shift, rise, slope = u - self.u, d - self.d, self.slope
         old = self.vertices
         labels = [Decimal(0), max(d, Decimal(0)), max(self.d, Decimal(0)), *self._labels(), *(a for a, _ in vertices)]
-        if rise < 0:  # springs that leave: their trial deflection changes sign at a vertex of its own
+        if rise < 0:  # springs that leave: their trial deflection changes sign at a separate vertex
             lost = [(a, v + shift * (a - self.d) / rise) for a, v in old]
             labels += [a for a, _ in clip(lost, max(d, Decimal(0)), Decimal(0))]
 

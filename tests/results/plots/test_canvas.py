@@ -91,7 +91,7 @@ def test_labels_have_prefixes_and_the_common_part_of_the_ticks():
 
 @pytest.fixture
 def ball_loops():
-    """Loops of one ball under 50 mN and under 5 N: mN and nm by themselves, N and µm beside the larger."""
+    """Loops of one ball under 50 mN and under 5 N: mN and nm by themselves, N and µm next to the larger."""
 
     def loop(load, amplitude):
         moves = [hs.TangentialDisplacement(1.0 + i, amplitude * (-1) ** i) for i in range(3)]

@@ -44,7 +44,7 @@ def test_every_picture_of_a_single_step_is_drawn_and_changes_nothing(history, pl
     assert history.identical(before)
     assert dict(mpl.rcParams) == settings
     for axes in figure.axes:
-        # what stands on an axis says its unit
+        # each label of an axis has a unit
         assert "(" in axes.get_xlabel() or not axes.get_xlabel() or axes.get_label() == "<colorbar>"
 
 
@@ -170,7 +170,7 @@ def test_a_picture_of_one_panel_is_drawn_into_axes_and_returns_them(history):
     assert hs.plot(history, picture="loop", ax=second) is second
     assert second.has_data()
     assert not first.has_data()
-    # names of lines do not cover the axes beside
+    # names of lines do not cover the adjacent axes
     assert not first.figure.legends
     plt.close("all")
 

@@ -51,7 +51,7 @@ def test_a_picture_fits_its_size_and_equals_its_reference(name, size):
     figure = PICTURES[name](size=size)
     assert figure.get_size_inches() * 25.4 == pytest.approx(size)
     assert on_top_of_each_other(figure) == []
-    # what there is no room for, and advice, stands beside the figure
+    # what there is no room for, and advice, is next to the figure
     assert not any("room" in text.get_text() for text in figure.findobj(mpl.text.Text))
     assert not any("-" in text.get_text() for text in figure.findobj(mpl.text.Text) if text.get_text()[1:].isdecimal())
     # nor does what names things lie on a panel; half a pixel is rounding

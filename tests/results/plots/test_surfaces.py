@@ -78,7 +78,7 @@ def check_marks(axes, x, y, state):
 
 
 def flat(axes):
-    """Where the line of the rigid flat stands [m]: on the x axis of a distribution, on the y axis of a profile."""
+    """Position of the line of the rigid flat [m]: on the x axis of a distribution, on the y axis of a profile."""
     (line,) = [line for line in axes.get_lines() if line.get_marker() != "." and line.get_linestyle() == "--"]
     upright = np.ptp(line.get_xdata()) == 0
     return line.get_xdata()[0] if upright else line.get_ydata()[0]

@@ -8,7 +8,7 @@ import pytest
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.memory.paths import Goals, blank_rows, paths_to
+from historysim.memory.paths import Goals, blank_rows, straight_paths
 from historysim.results.report import browser
 
 needs_library = pytest.mark.skipif(not browser.LIBRARY.exists(), reason="no library for browsers: pip install ziglang")
@@ -28,7 +28,7 @@ IN_PLANE += [
 COLOUR = """([selector, name]) => {
   let element = document.querySelector(selector);
   const value = () => getComputedStyle(element)[name].match(/[0-9.]+/g).map(Number);
-  // what has no colour of its own stands on that of what is around it
+  // elements without colour inherit the background of their parent
   while (value().length === 4 && value()[3] === 0) element = element.parentElement;
   return value().slice(0, 3);
 }"""
@@ -205,7 +205,7 @@ def random_setup(rng, count, *, planar):
     target = np.where(pushed, rng.uniform(-2e-3, 2e-3, count), rng.uniform(-1e-7, 1e-7, count))
     if planar:
         pushed, target = np.zeros(count), rng.uniform(-1e-7, 1e-7, (count, 2))
-    return ensemble, paths_to(normal, Goals(np.where(pushed, 0, 1), target))
+    return ensemble, straight_paths(normal, Goals(np.where(pushed, 0, 1), target))
 
 
 @needs_library
