@@ -131,6 +131,6 @@ def test_a_record_is_compared_with_one_coefficient(tmp_path, call):
     text = scenario_text(response={"tangential_load": '"T"'}, more=f'{course}[fit]\nparameters = ["friction"]\n')
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     with pytest.raises(
-        hs.InputError, match=r"s\.toml: friction\.course: a record is compared with, and fitted by, one"
+        hs.InputError, match=r"s\.toml: friction\.course: comparison and fit use one constant coefficient"
     ):
         call(tmp_path / "s.toml")
