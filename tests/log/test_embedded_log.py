@@ -132,7 +132,7 @@ class TestOfSummits:
         other = HEAD.format(friction=0.1) + SUMMITS + "[loading]\nwaypoints = [{ time = 0, normal_load = 0.004 }]\n"
         (tmp_path / "o.toml").write_text(other, encoding="utf-8")
         hs.run(tmp_path / "o.toml", tmp_path / "o.nc").close()
-        with pytest.raises(hs.InputError, match=r"was not made from .*o\.history, so the run cannot go on"):
+        with pytest.raises(hs.InputError, match=r"was not made from .*o\.history, so the run cannot be resumed"):
             hs.run(made, tmp_path / "o.nc", resume=True)
 
     def test_a_large_result_is_reported_beforehand(self, made, tmp_path, monkeypatch):

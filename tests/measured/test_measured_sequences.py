@@ -158,7 +158,7 @@ def test_a_friction_damper(tmp_path, monkeypatch):
 def test_loops_are_drawn_with_model_loops(folder):
     done = call("loops", "s.toml", "-o", "l.svg", "--model")
     assert done.exit_code == 0, done.output
-    assert "model, on the right" in (folder / "l.svg").read_text(encoding="utf-8")
+    assert "model, from loop to loop" in (folder / "l.svg").read_text(encoding="utf-8")
     (folder / "r.nc").write_bytes(b"")
     done = call("loops", "r.nc", "--model")
     assert done.exit_code == 2

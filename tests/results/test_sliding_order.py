@@ -93,5 +93,5 @@ def test_area_laws_are_drawn_with_the_loads_at_which_they_hold(tmp_path, monkeyp
         SCENARIO[: SCENARIO.index("kind")] + 'kind = "sphere"\nradius = "1 mm"\n' + SCENARIO[SCENARIO.index("[fric") :]
     )
     path.write_text(ball, encoding="utf-8")
-    with pytest.raises(InputError, match="no height map"):
+    with pytest.raises(InputError, match="not a height map"):
         hs.plot(path, picture="area-laws")

@@ -110,7 +110,7 @@ def test_options_that_do_not_fit_are_errors(files, name, options, said):
 
 @pytest.mark.parametrize("what", [None, ROUGH, xr.Dataset({"a": 1})])
 def test_objects_without_a_picture_are_refused(what):
-    with pytest.raises(InputError, match=r"this .* (has no picture|is no history); expected"):
+    with pytest.raises(InputError, match=r"this .* (has no picture|is not a history); expected"):
         hs.plot(what)
 
 

@@ -363,6 +363,6 @@ def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
     both = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "total_normal_load"])
     assert "failure" not in both
     with pytest.raises(
-        InputError, match="summit_count: not all summits are recorded in addition to rows of each asperity"
+        InputError, match="summit_count: not all summits are recorded together with rows of each asperity"
     ):
         hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "normal_load"])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 import historysim as hs
 
@@ -59,5 +60,5 @@ def test_what_is_not_there_is_reported(found):
 
 def test_the_picture_of_a_spread_has_means_with_their_deviation(found):
     swept = found.assign(preliminary_displacement=2e-9 * found.drift).assign_attrs(content="sweep")
-    (axes,) = hs.plot(hs.spread(swept)).axes
-    assert "mean ± standard deviation" in axes.get_title(loc="left")
+    figure = hs.plot(hs.spread(swept))
+    assert any("mean ± standard deviation" in text.get_text() for text in figure.findobj(Text))

@@ -60,7 +60,10 @@ def test_panels_without_room_are_listed_in_the_notices(tmp_path, monkeypatch):
     assert len(shown.axes) < len(whole.axes)
     assert "at 90 × 70 mm there is no room for loads, slip states" in shown.notices
     assert not any("no room" in text for text in whole.notices)
-    for wrong, message in ((["--size", "90"], "expected width and height in millimetres"), ([], "nothing is drawn")):
+    for wrong, message in (
+        (["--size", "90"], "expected width and height in millimetres"),
+        ([], "no picture is written"),
+    ):
         ran = CliRunner().invoke(main, ["loops", "s.toml", *(wrong or ["--size", "90x70"])])
         assert ran.exit_code == 2
         assert message in ran.stderr
