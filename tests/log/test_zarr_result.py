@@ -160,11 +160,11 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(scenario):
         hs.run("rough.history", "out.zarr", cluster=cluster.scheduler_address).close()
         history = hs.open("rough.history", chunks={"step": 2})
         Path("rough.history").rename("moved.history")
-        client.run(lazy_history._opened.cache_clear)
+        client.run(lazy_history._open_history.cache_clear)
         with pytest.raises(InputError, match=r"rough\.history: there is no such file on .* under the same path"):
             history.normal_load.compute()
     assert_same(hs.open("out.zarr"), expected)
 
 
 def opened_logs():
-    return lazy_history._opened.cache_info().misses
+    return lazy_history._open_history.cache_info().misses

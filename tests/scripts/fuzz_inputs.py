@@ -30,7 +30,6 @@ with atheris.instrument_imports(include=["historysim"]):
     from historysim.log import event_log  # noqa: F401
     from historysim.results import analysis, result_files
     from historysim.scenario import scenario as of_scenario  # noqa: F401
-    from historysim.scenario import show
 
 
 def scenario(path: Path) -> None:
@@ -49,7 +48,7 @@ def log(path: Path) -> None:
 
 def result(path: Path) -> None:
     """Ask a result what is asked of one."""
-    show.show(path)
+    hs.show(path)
     with result_files.open_result(path) as history:
         analysis.summary(history)
 
