@@ -161,7 +161,7 @@ class IntegratedBody(Body):
         evolves = self._evolves if is_recognised else line.evolved
         if evolves or (instrument is not RIGID and as_instrument(instrument).parallel_stiffness):
             path = make_path((normal, normal_target), (tangential, tangential_target))
-            moved = self.advance_along(state, path, saturate=saturate, instrument=instrument)
+            moved: State = self.advance_along(state, path, saturate=saturate, instrument=instrument)
         else:
             if self.is_bounded:
                 self.check_reach(make_path((normal, normal_target), (tangential, tangential_target)))
@@ -180,21 +180,6 @@ class IntegratedBody(Body):
             return moved
         moved = self.with_friction(moved, friction, instrument=instrument)
         return self.advance(moved, saturate=saturate, instrument=instrument)
-
-    @abc.abstractmethod
-    def advance_along(
-        self,
-        state: State,
-        paths: Paths,
-        *,
-        rows: Rows | None = None,
-        asperities: ArrayLike = (),
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-        until: float = 1.0,
-        threads: int = 1,
-    ) -> State:
-        """Advance a state along load paths and record rows; see `Ensemble.advance_along`."""
 
     @abc.abstractmethod
     def with_friction(self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID) -> State:
