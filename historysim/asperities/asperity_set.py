@@ -7,7 +7,7 @@ from typing import Any, Self, cast
 import numpy as np
 
 from historysim.asperities.asperity import Asperities, Asperity
-from historysim.asperities.body import Body, check_pair, require
+from historysim.asperities.body import Body, check_pair, require, warn_if_unlikely
 from historysim.asperities.law import FrictionLaw, coulomb
 from historysim.basics.arguments import ArrayLike, Floats, as_floats, as_item_array, scalar, workable
 from historysim.basics.limits import SMALLEST
@@ -43,11 +43,13 @@ def summit_fields(  # noqa: PLR0913 - the parameters of `Ensemble`
     workable("summit_radius", radius.max(), smallest=SMALLEST)
     workable("summit_radius", radius)
     workable("summit_height", height)
+    coefficients = per_asperity("friction", coulomb(coefficients, count), count)
+    warn_if_unlikely(pair, coefficients, radius, stacklevel=3)
     return {
         "pair": pair,
         "summit_height": height,
         "summit_radius": radius,
-        "friction": per_asperity("friction", coulomb(coefficients, count), count),
+        "friction": coefficients,
         "x": None if x is None else per_asperity("x", x, count),
         "y": None if y is None else per_asperity("y", y, count),
         "tolerance": float(as_floats("tolerance", tolerance, above=0)),

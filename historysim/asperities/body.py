@@ -1,6 +1,7 @@
 """`Body`: base class of the contacts that are replayed, and the features that a type of body does not support."""
 
 import abc
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal
@@ -12,10 +13,10 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import Law
 from historysim.asperities.stepper import Totals, make_paths
 from historysim.basics.arguments import ArrayLike, Booleans, Floats
-from historysim.basics.units import quantity_text, range_text
+from historysim.basics.units import quantity_text, range_text, warn_large_radius
 from historysim.basics.wording import brief, count_text, html_table
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.memory.paths import Paths, Rows, blank_rows
 
 #: Features that some types of body do not support: keys of scenarios, events, and uses of a body.
@@ -39,6 +40,24 @@ def check_pair(pair: MaterialPair) -> MaterialPair:
     if not isinstance(pair, MaterialPair):
         raise InputError(f"pair is {pair!r}; expected a MaterialPair")
     return pair
+
+
+LARGEST_FRICTION = 2.0  # a larger coefficient is implausible
+
+
+def warn_if_unlikely(pair: MaterialPair, friction: Floats, radius: Floats | None = None, *, stacklevel: int) -> None:
+    """Warn of an implausible coefficient, and of radii [m] that are all implausible.
+
+    Models without dimensions are pairs `MaterialPair.from_moduli`, of which no radius is implausible.
+    """
+    if (largest := float(friction.max(initial=0.0))) > LARGEST_FRICTION:
+        warnings.warn(
+            f"friction is {largest:g}, which is implausible: a coefficient is a plain number such as 0.2, not in %",
+            UnlikelyValueWarning,
+            stacklevel=stacklevel + 1,
+        )
+    if radius is not None and pair.first is not None:
+        warn_large_radius("summit_radius", float(radius.min()), stacklevel=stacklevel + 1)
 
 
 class Body(abc.ABC):

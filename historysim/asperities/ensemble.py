@@ -68,6 +68,11 @@ class Ensemble(AsperitySet, IntegratedBody):
         A number that is not finite or out of range, arrays of different lengths, both wear and yielding, or a yielding
         law without a known hardness.
 
+    Warns
+    -----
+    UnlikelyValueWarning
+        A coefficient above 2, or no radius below 0.5 m, unless the pair is made by `MaterialPair.from_moduli`.
+
     Examples
     --------
     >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))

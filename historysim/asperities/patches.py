@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from historysim.asperities.body import Feature, check_pair
+from historysim.asperities.body import Feature, check_pair, warn_if_unlikely
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.asperities.integration import EVOLVED, IntegratedBody
@@ -74,6 +74,7 @@ class Patches(IntegratedBody):
             tolerance=float(as_floats("tolerance", tolerance, above=0)),
             rings=rings,
         )
+        warn_if_unlikely(pair, self.friction, stacklevel=3)
 
     def __len__(self) -> int:
         """Return the number of patches."""

@@ -184,6 +184,20 @@ def warn_unlikely(statement: str, unit: str, *, sample: float = 50, stacklevel: 
     )
 
 
+LARGEST_RADIUS = 0.5  # a larger radius of a ball or summit [m] is implausible
+
+
+def warn_large_radius(name: str, radius: float, *, stacklevel: int) -> None:
+    """Warn that the smallest radius [m] of balls or summits is implausibly large."""
+    if radius > LARGEST_RADIUS:
+        given, meant = quantity_text(radius, "m"), quantity_text(1e-3 * radius, "m")
+        warnings.warn(
+            f"{name} is {given}, which is implausible: numbers are in m; did you mean '{meant}'?",
+            UnlikelyValueWarning,
+            stacklevel=stacklevel + 1,
+        )
+
+
 def quantity(value: float | str, unit: str) -> float:
     """Convert a string with a unit, such as ``"50 mN"``, to an SI unit; a number is already in SI.
 

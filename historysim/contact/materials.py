@@ -2,6 +2,7 @@
 
 import csv
 import math
+import unicodedata
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +23,7 @@ from historysim.basics.units import (
     pascals_root_metre,
     quantity_text,
     to_si,
+    warn_large_radius,
     warn_unlikely,
 )
 from historysim.basics.wording import html_table, nearest
@@ -148,19 +150,23 @@ class Material:
                     sample=value if value < _LEAST_MODULUS else 50,
                     stacklevel=3,
                 )
+        if self.ball_radius is not None:
+            warn_large_radius("Material: ball_radius", self.ball_radius, stacklevel=3)
 
 
 def _key(name: str) -> str:
-    """Return how a name is looked up: case, underscores and hyphens do not matter."""
-    return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
+    """Return the lookup key of a name: case, underscores, hyphens and subscripts do not matter."""
+    plain = unicodedata.normalize("NFKC", name).lower()
+    return " ".join(plain.replace("_", " ").replace("-", " ").split())
 
 
-def _load_materials() -> Mapping[str, Material]:
-    """Read the table of built-in materials; unknown values are empty cells."""
-    materials = {}
+def _load_materials() -> tuple[Mapping[str, Material], Mapping[str, Material]]:
+    """Read the built-in materials: by name, and by the keys of names and aliases; unknown values are empty cells."""
+    materials: dict[str, Material] = {}
+    by_key: dict[str, Material] = {}
     with Path(__file__).with_name("materials.csv").open(encoding="utf-8", newline="") as stream:
         for row in csv.DictReader(stream):
-            name, source = row.pop("name"), row.pop("source")
+            name, aliases, source = row.pop("name"), row.pop("aliases"), row.pop("source")
             values = {key: float(value) for key, value in row.items() if value}
             ends = tuple(
                 values.pop(name_of_end)
@@ -168,21 +174,23 @@ def _load_materials() -> Mapping[str, Material]:
                 if name_of_end in values
             )
             materials[name] = Material(name=name, source=source, roughness=ends or None, **values)
-    return MappingProxyType(materials)
+            by_key |= dict.fromkeys(map(_key, [name, *aliases.split(";")]), materials[name])
+    return MappingProxyType(materials), MappingProxyType(by_key)
 
 
 # The built-in materials by name, from the table next to this module. The first six are Table B.1 of Winogrodzka's
 # thesis, in which alumina and sapphire are one row, with hardness of other sources. The rest are rounded values of the
 # kind that is meant, as its source says; those of a batch differ by some per cent in E, and by a quarter in hardness.
 # Toughness is rounded from makers' data: the order of what cracks.
-MATERIALS: Final = _load_materials()
-_BY_KEY = {_key(name): row for name, row in MATERIALS.items()}
+_BY_NAME, _BY_KEY = _load_materials()
+MATERIALS: Final = _BY_NAME
 
 
 def material(name: str) -> Material:
-    """Return a built-in material; an unknown name is an InputError.
+    """Return a built-in material, by its name, formula or a common alias, such as ``"SiC"``.
 
-    Case does not matter; underscores and hyphens stand for spaces.
+    Case does not matter; underscores and hyphens are equivalent to spaces. Raises InputError: an unknown or ambiguous
+    name.
 
     Examples
     --------
@@ -192,11 +200,15 @@ def material(name: str) -> Material:
     key = _key(name) if isinstance(name, str) else ""
     if key in _BY_KEY:
         return _BY_KEY[key]
-    hint = "" if (near := nearest(key, MATERIALS)).startswith("expected") else f"{near} "
-    raise InputError(
-        f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; any other one has name, "
-        "youngs_modulus and poissons_ratio, as { … } in a scenario, or as Material(…)"
-    )
+    other = "any other one has name, youngs_modulus and poissons_ratio, as { … } in a scenario, or as Material(…)"
+    # part of a name or of several, such as "steel"
+    words = set(key.split())
+    matching = dict.fromkeys(row.name for full, row in _BY_KEY.items() if words and words <= set(full.split()))
+    if len(matching) > 1:
+        raise InputError(f"{name!r} is not one built-in material; expected one of {', '.join(matching)}; {other}")
+    near = f"did you mean {next(iter(matching))!r}?" if matching else nearest(key, [*MATERIALS, *_BY_KEY])
+    hint = "" if near.startswith("expected") else f"{near} "
+    raise InputError(f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; {other}")
 
 
 def work_of_adhesion(first: ArrayLike, second: ArrayLike, interfacial: ArrayLike | None = None) -> Floats:

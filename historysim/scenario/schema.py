@@ -33,6 +33,7 @@ T = TypeVar("T")
 Place = tuple[str | int, ...]
 
 MOST_PROBLEMS = 10
+LONG_PROBLEM = 120  # characters of a message that is not repeated for further keys
 
 
 @contextmanager
@@ -41,7 +42,13 @@ def located_errors(source: str) -> Iterator[None]:
     try:
         yield
     except (InputError, BaseValidationError, ForbiddenExtraKeysError) as error:
-        problems = [f"{source}: {problem}" for problem in _problems(error)]
+        first_keys: dict[str, str] = {}
+        problems = []
+        for line in _problems(error):
+            key, _, problem = line.partition(": ")
+            first_key = first_keys.setdefault(problem, key)
+            is_repeated = first_key != key and len(problem) > LONG_PROBLEM
+            problems.append(f"{source}: {f'{key}: the same problem as {first_key}' if is_repeated else line}")
         more = [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
         raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error
 

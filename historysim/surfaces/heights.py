@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, FrozenArrays, as_floats, per_axis, scalar
-from historysim.basics.units import quantity_text, range_text, to_si
+from historysim.basics.units import quantity_text, range_text, to_si, warn_large_radius
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.surfaces.filters import Form, fit_form, gaussian_mean
@@ -224,6 +224,7 @@ class Surface(FrozenArrays):
         √(R² - r²) - R is added at the distance r from the centre. InputError if the ball is smaller than the surface.
         """
         ball = scalar("radius", radius, above=0)
+        warn_large_radius("radius", ball, stacklevel=2)
         x, y = map(centred_positions, self.shape, self.pixel_size)
         square = x[:, np.newaxis] ** 2 + y**2
         if square.max() >= ball**2:

@@ -63,8 +63,27 @@ def test_a_name_may_be_written_in_these_ways(name):
 
 
 @pytest.mark.parametrize(
+    ("alias", "name"),
+    [
+        ("SiC", "silicon carbide"),
+        ("Al2O3", "alumina"),
+        ("Si₃N₄", "silicon nitride"),
+        ("zro2", "zirconia"),
+        ("WC-Co", "tungsten carbide"),
+        ("AISI 52100", "steel 100Cr6"),
+        ("Ti-6Al-4V", "titanium Ti6Al4V"),
+        ("Teflon", "PTFE"),
+        ("aluminum", "aluminium"),
+    ],
+)
+def test_formulas_and_common_names_are_aliases(alias, name):
+    assert material(alias) is MATERIALS[name]
+
+
+@pytest.mark.parametrize(
     ("name", "message"),
     [
+        ("steel", r"expected one of steel 100Cr6, steel 316; any other"),
         (
             "silicone",
             r"'silicone' is not a built-in material; did you mean 'silicon'\?",
