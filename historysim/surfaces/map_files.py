@@ -46,6 +46,7 @@ class RawMap:
     spacing: tuple[float, float] | None = None  #: distance between neighbouring points along x and y
     lateral_unit: str | None = None  #: of the spacing
     periodic: bool = False  #: whether the surface repeats
+    notice: str | None = None  #: for the user, on the choice of a channel
 
 
 class MapReader(Reader):
@@ -156,9 +157,12 @@ def _parse_row(line: str, delimiter: str, decimal: str, line_number: int) -> Flo
     if None in heights:
         column = heights.index(None)
         cell = cells[column].strip()
+        hint = decimal_hint(cell, decimal)
+        # matrices have no key for the decimal sign
+        hint = "; write the decimal comma as a point" if "it has a decimal" in hint else hint.partition(", and set")[0]
         raise InputError(
             f"line {line_number}, column {column + 1}: {brief(cell)}; expected a finite number, or nan where the "
-            f"height is missing{'; write the decimal comma as a point' if decimal_hint(cell, decimal) else ''}"
+            f"height is missing{hint}"
         )
     return np.array(heights, dtype=np.float64)
 

@@ -5,7 +5,8 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,8 @@ _NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|e
 # formats without a signature, which match any file of a suitable length
 _ONLY_BY_NAME = ("hgt", "nms")
 _UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a height map"
+
+_LONGEST_REASON = 200  # characters of a reason that a library gives
 
 _POINTS = ".xyz"  # ending of lists of points
 _UNEVEN = "is no even grid or profile; expected points at even distances: interpolate it"
@@ -85,8 +88,8 @@ def read_surface(
     Warns
     -----
     UnlikelyValueWarning
-        If a few values far from all others, such as -9999, may represent missing points, or the spacing of points is
-        implausible compared with the heights.
+        If several channels have heights and none is chosen, a few values far from all others, such as -9999, may
+        represent missing points, or the spacing of points is implausible compared with the heights.
 
     Notes
     -----
@@ -113,6 +116,8 @@ def read_surface(
         raise InputError(f"{path.name}: {error}") from error
     except OSError as error:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
+    if raw.notice:
+        warnings.warn(f"{path.name}: {raw.notice}", UnlikelyValueWarning, stacklevel=2)
     for notice in (placeholder_notice(heights), scale_notice(surface)):
         if notice:
             warnings.warn(f"{path.name}: {notice}", UnlikelyValueWarning, stacklevel=2)
@@ -233,12 +238,36 @@ def read_topography(path: Path, channel: int | str | None, header: str = "") -> 
     with library_errors_as(_UNKNOWN):
         check_archive(path, trusted=False)
     with (
+        _reader_reason(library, path),
         library_errors_as(f"{_UNKNOWN}: export it again, or as a matrix (.txt, .npy){without}"),
         library.open_topography(str(path), format=ending if ending in _ONLY_BY_NAME else None) as reader,
     ):
         if reader.format() in _ONLY_BY_NAME and reader.format() != ending:
             raise InputError(_UNKNOWN)
         return _read_channel(path, reader, channel, header)
+
+
+@contextmanager
+def _reader_reason(library: Any, path: Path) -> Iterator[None]:
+    """Add to an error the reason of the library, or of its reader for the ending if no reader fits the file."""
+    try:
+        yield
+    except InputError as error:
+        cause = error.__cause__
+        if cause is None:
+            raise
+        ending = path.suffix.lower().removeprefix(".")
+        kinds = [kind for kind in library.IO.readers if ending in (kind.file_extensions() or ())]
+        for kind in kinds if type(cause).__name__ == "CannotDetectFileFormat" else ():
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    library.open_topography(str(path), format=kind.format()).close()
+            except Exception as refusal:  # noqa: BLE001 - readers of damaged files raise any type of exception
+                cause = refusal
+        reason = " ".join(str(cause).split()).replace(str(path), path.name) or type(cause).__name__
+        reader = f"the reader of .{ending} reports: " if kinds else ""
+        raise InputError(f"{error.args[0]} ({reader}{reason[:_LONGEST_REASON]})") from cause
 
 
 def read_points(listed: Coordinates) -> RawMap:
@@ -303,7 +332,17 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
         spacing=(x, y[0] if y else x) if has_sizes else None,
         lateral_unit=unit or (_lateral_unit(chosen) if form == "asc" else None),
         periodic=bool(topography.is_periodic),
+        notice=_channel_notice(reader, chosen) if channel is None else None,
     )
+
+
+def _channel_notice(reader: Any, chosen: Any) -> str | None:
+    """Return a notice that names the channels with heights if there are several; otherwise None."""
+    channels = [(index, channel) for index, channel in enumerate(reader.channels) if _holds_heights(channel)]
+    if len(channels) < 2:
+        return None
+    listed = ", ".join(f"{index} {channel.name!r}" for index, channel in channels)
+    return f"{chosen.name!r} is read, of {len(channels)} channels with heights; channel selects another: {listed}"
 
 
 def _refuse_guess(channel: Any, header: str) -> None:
@@ -325,7 +364,10 @@ def _select_channel(reader: Any, request: int | str | None) -> Any:
     marked = [f"{channel.name!r}{'' if _holds_heights(channel) else ' (no heights)'}" for channel in channels]
     listed = ", ".join(f"{index} {name}" for index, name in enumerate(marked))
     if not channels:
-        raise InputError(f"holds no heights, or {_UNKNOWN}")
+        raise InputError(
+            f"is read as {reader.format()}, but holds no channel with heights in a unit of length, or is damaged; "
+            "expected a height map"
+        )
     if request is None:
         usable = [channel for channel in channels if _holds_heights(channel)]
         if not usable:
