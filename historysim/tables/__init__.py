@@ -38,6 +38,7 @@ __all__ = [
     "Table",
     "column_names",
     "describe",
+    "header_lines",
     "join_tables",
     "read_table",
     "summarise_text",
@@ -168,15 +169,33 @@ def column_names(path: str | PathLike[str], format: Format | None = None) -> lis
 def summarise_text(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above
     """Summarise the tables (blocks) of a text file in lines, and return their number.
 
-    A file of arrays has no lines. Errors as for `describe`.
+    The lines of a file of arrays name contents that are not read. Errors as for `describe`.
+    """
+    path, layout = Path(path), format or Format()
+    with _named_errors(path):
+        if (text := _text_lines(path, layout)) is not None:
+            from historysim.tables import from_text
+
+            return from_text.summarise(*text)
+        with find_reader(path, TableReader).open(path, layout) as contents:
+            return [f"left out: {contents.skipped_text}"] if contents.skipped else [], 1
+
+
+def header_lines(path: str | PathLike[str], format: Format | None = None) -> list[str]:  # noqa: A002 - as above
+    """Return the lines above the rows of a text's table, of the first one by default, without comment characters.
+
+    A file of arrays has none. Errors as for `describe`.
     """
     path = Path(path)
     with _named_errors(path):
         if (text := _text_lines(path, format or Format())) is None:
-            return [], 1
-        from historysim.tables import from_text
+            return []
+        from historysim.tables.blocks import survey
 
-        return from_text.summarise(*text)
+        lines, layout = text
+        blocks, _ = survey(lines, layout)
+        block = blocks[min(layout.block or 1, len(blocks)) - 1]
+        return [line.lstrip(f"{layout.comment} ") for line in lines[block.start : block.first_line - 1]]
 
 
 @contextmanager
@@ -206,7 +225,7 @@ def _text_lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
     reader = find_reader(path, TableReader, LineReader)
     if isinstance(reader, LineReader):
         with reader.open(path, layout) as lines:
-            return list(lines), attrs.evolve(layout, delimiter="\t", decimal=".", comment="")
+            return list(lines), attrs.evolve(layout, delimiter="\t", comment="")
     if reader is not None:
         return None
     if is_netcdf(path):

@@ -148,9 +148,9 @@ _MATRIX, _COMPRESSED = 14, 15
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 MOST_STRUCTURES = 1000  # largest number of structures or cells of an array that is read
-_CLASSES = {1: "cells", 2: "structures", 3: "an object", 4: "texts", 5: "sparse"}
+_CLASSES = {1: "cells", 2: "structures", 3: "an object", 4: "texts", 5: "sparse", 16: "a function"}
 # classes of matrices, and flags
-_CELLS, _STRUCTURE, _TEXT, _NUMERIC = 1, 2, 4, range(6, 16)
+_CELLS, _STRUCTURE, _TEXT, _NUMERIC, _OPAQUE = 1, 2, 4, range(6, 16), 17
 _LOGICAL, _COMPLEX = 0x200, 0x800
 
 
@@ -204,11 +204,19 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
         return
     (_, flags), (_, sizes), (_, variable_name), *rest = _elements(matrix, order)
     (flag,) = struct.unpack_from(f"{order}I", flags)
+    if flag & 0xFF == _OPAQUE:
+        # an object of a class such as string, table or datetime has no shape, but name, type system and class
+        class_name = bytes(rest[0][1]).decode("latin-1")
+        contents.skipped[bytes(sizes).decode("latin-1") if name is None else name] = class_name
+        return
     shape = tuple(int(size) for size in np.frombuffer(sizes, f"{order}i4"))
     name = bytes(variable_name).decode("latin-1") if name is None else name
     if min(shape) < 0 or len(shape) < 2:
         raise InputError(f"is damaged: {name!r} has the shape {shape}")
     kind = flag & 0xFF
+    if not name:
+        # contents of such objects, stored behind the variables
+        return
     if kind == _STRUCTURE and 0 < math.prod(shape) <= MOST_STRUCTURES:
         (_, width), (_, names), *values = rest
         size = int(np.frombuffer(width, f"{order}i4")[0])
@@ -227,7 +235,8 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
     elif kind in _NUMERIC and not flag & (_LOGICAL | _COMPLEX):
         contents.arrays.append(_array(name, shape, *rest[0], order))
     else:
-        contents.skipped.append(f"{name!r} ({' × '.join(map(str, shape))}, {_CLASSES.get(kind, 'another class')})")
+        numbers = "complex" if flag & _COMPLEX else "logical"
+        contents.skipped[name] = f"{' × '.join(map(str, shape))}, {_CLASSES.get(kind, numbers)}"
 
 
 def _text(kind: int, content: memoryview, order: str) -> str:
@@ -248,26 +257,56 @@ def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, or
 # -- MATLAB, version 7.3 ---------------------------------------------------------------------------
 
 
+_NUMERIC_7 = {"", "double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
+_DEEPEST = 20  # largest depth of cells and structures
+
+
 def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
     contents = Contents([])
     for path, dataset in by_path.items():
-        name = path.replace("/", ".")
-        if (
-            path.startswith("#")
-            or dataset.shape is None
-            or _attribute(dataset.parent, "MATLAB_class") not in {"", "struct"}
-        ):
+        if path.startswith("#"):
             continue
-        kind = _attribute(dataset, "MATLAB_class")
-        if "MATLAB_empty" in dataset.attrs:
-            contents.arrays.append(Array(name, (0,), lambda _: []))
-        elif kind == "char":
-            contents.texts[name] = "".join(map(chr, dataset[()].ravel()))
-        elif dataset.dtype.kind in "fiu" and kind != "logical":
-            # HDF5 stores the dimensions in reverse order
-            read = partial(lambda data, selection: data[selection[::-1]], dataset)
-            contents.arrays.append(Array(name, dataset.shape[::-1], read))
+        parts = path.split("/")
+        groups = {".".join(parts[:end]): dataset.file["/".join(parts[:end])] for end in range(1, len(parts))}
+        classes = {name: _attribute(group, "MATLAB_class") for name, group in groups.items()}
+        if other := next((name for name, kind in classes.items() if kind not in {"", "struct"}), None):
+            _gather_7(contents, other, groups[other])
+        else:
+            _gather_7(contents, ".".join(parts), dataset)
     return contents
+
+
+def _gather_7(contents: Contents, name: str, item: "h5py.Dataset | h5py.Group", depth: int = 0) -> None:
+    """Add a variable, the fields of a structure, or the elements that the references of cells and structures name."""
+    if depth > _DEEPEST:
+        raise InputError(f"is damaged: {name[:40]!r} is nested more than {_DEEPEST} deep")
+    kind = _attribute(item, "MATLAB_class")
+    if not hasattr(item, "shape"):
+        if kind != "struct" or "MATLAB_sparse" in item.attrs:
+            contents.skipped[name] = "sparse" if "MATLAB_sparse" in item.attrs else kind or "another class"
+            return
+        for field, inner in item.items():
+            _gather_7(contents, f"{name}.{field}", inner, depth + 1)
+    elif item.shape is None:
+        return
+    elif "MATLAB_empty" in item.attrs:
+        contents.arrays.append(Array(name, (0,), lambda _: []))
+    elif kind == "char":
+        contents.texts[name] = "".join(map(chr, item[()].ravel()))
+    elif item.dtype.kind == "O" and kind in {"", "cell"} and 0 < item.size <= MOST_STRUCTURES:
+        above, _, field = name.rpartition(".")
+        for number, reference in enumerate(item[()].ravel(), 1):
+            # fields of an array of structures are arrays of references
+            element = f"{name}{{{number}}}" if kind else f"{above}({number}).{field}"
+            _gather_7(contents, element, item.file[reference], depth + 1)
+    elif item.dtype.kind in "fiu" and kind in _NUMERIC_7 and "MATLAB_object_decode" not in item.attrs:
+        # HDF5 stores the dimensions in reverse order
+        contents.arrays.append(
+            Array(name, item.shape[::-1], partial(lambda data, selection: data[selection[::-1]], item))
+        )
+    else:
+        shape = " × ".join(map(str, item.shape[::-1]))
+        contents.skipped[name] = kind if "MATLAB_object_decode" in item.attrs else f"{shape}, {kind or 'another class'}"
 
 
 @READERS.register
@@ -437,9 +476,10 @@ def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
     return filled[0]
 
 
-def _cell(value: object) -> str:
-    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
-        return str(int(value))
+def _cell(value: object, decimal: str) -> str:
+    """Return a cell as text; numbers have the decimal sign of texts."""
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else str(value).replace(".", decimal)
     return " ".join(str(value).replace('"', "'").split())
 
 
@@ -467,4 +507,4 @@ class ExcelReader(LineReader):
             book = python_calamine.CalamineWorkbook.from_filelike(stream)
             heights = {name: book.get_sheet_by_name(name).height for name in book.sheet_names}
             rows = book.get_sheet_by_name(_sheet(heights, layout.sheet)).to_python(skip_empty_area=False)
-        yield ("\t".join(map(_cell, row)) + "\n" for row in rows)
+        yield ("\t".join(_cell(value, layout.decimal) for value in row) + "\n" for row in rows)

@@ -18,6 +18,7 @@ from historysim.tables.lines import MISSING, find_name
 Selection = tuple[slice | int, ...]
 
 _UNIT_ENDINGS = (" unit", " units", "_unit", "_units", ".unit", ".units")
+_MOST_NAMED = 10  # contents that are not read and that a message names
 MOST_LISTED = 100  # columns of a matrix up to which each is listed
 _KINDS = {"b": "true and false", "c": "complex numbers", "S": "texts", "U": "texts", "M": "dates", "m": "time spans"}
 
@@ -39,7 +40,14 @@ class Contents:
 
     arrays: list[Array]
     texts: dict[str, str] = attrs.Factory(dict)
-    skipped: list[str] = attrs.Factory(list)  #: descriptions of other contents, for messages
+    skipped: dict[str, str] = attrs.Factory(dict)  #: descriptions of other contents by name, for messages
+
+    @property
+    def skipped_text(self) -> str:
+        """List of the contents that are not read; empty without any."""
+        listed = [f"{name!r} ({description})" for name, description in self.skipped.items()]
+        more = f" and {len(listed) - _MOST_NAMED} more" if len(listed) > _MOST_NAMED else ""
+        return ", ".join(listed[:_MOST_NAMED]) + more
 
     def units(self, array: Array) -> tuple[str, ...]:
         """Return the units of an array in the file: in an attribute, in its name, or in a string with a related name.
@@ -107,6 +115,8 @@ def _check(column: FileColumn, *, missing: bool) -> None:
 
 
 def _read_column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> FileColumn:
+    if description := contents.skipped.get(str(column.column)):
+        raise InputError(f"column {column.column!r} is not read ({description}); save it as an array of numbers")
     array, index = _choose_array(contents.arrays, column)
     selection, label = _select_column(array, index, transposed)
     count = _count(array, selection)
@@ -206,7 +216,7 @@ def _to_float(value: object, name: str, row: int) -> float:
 def describe(contents: Contents, layout: Format) -> list[Listing]:
     """List the columns of arrays, and the strings."""
     if not contents.arrays:
-        held = f"it holds {', '.join(contents.skipped[:5])}" if contents.skipped else "it is empty"
+        held = f"it holds {contents.skipped_text}" if contents.skipped else "it is empty"
         raise InputError(f"has no arrays of numbers; expected one or more; {held}")
     listings = [listing for array in contents.arrays for listing in _listings(contents, array, layout.transposed)]
     return [*listings, *(Listing(_quote(name), "", "a text", text) for name, text in contents.texts.items())]

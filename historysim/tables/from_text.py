@@ -37,7 +37,7 @@ from historysim.tables.lines import (
 # the start of a line that is not a row, in a table whose rows begin with numbers
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 _LIKE_A_CLOCK = re.compile(r"\d+(?=.*[/:])[\d/:. -]+\s*(?:[AaPp][Mm])?")
-_MOST_NAMED = 5  # number of blocks, or broken rows, that a message lists
+_MOST_NAMED = 5  # number of blocks, or broken rows, that a message lists; more rows than that are not dropped on advice
 
 WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 
@@ -400,6 +400,8 @@ class _RowParser:
             # other rows cannot be read even if broken ones are dropped
             return "mend it in the file"
         text = _dropped_text(dropped, lines.size)
+        if len(dropped) > max(_MOST_NAMED, lines.size // 100):
+            return f"export the file again with plain numbers; not readable: {text}"
         if _common_fault(dropped):
             return f'mend it in the file; broken = "drop" would leave out {text}, and the rest is another record'
         return f'mend it in the file, or broken = "drop" leaves out {text}'

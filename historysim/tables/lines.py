@@ -101,14 +101,24 @@ def brief(text: str) -> str:
     return repr(text if len(text) <= 40 else text[:40] + "…")
 
 
+# Marks between thousands: point, comma, apostrophes and any blanks; in India between hundreds of thousands, too.
+_MARKS = r"[.,'’´`˙٬\s]"
+_GROUPED = re.compile(rf"[+-]?\d{{1,3}}({_MARKS})(?:\d{{2,3}}\1)*\d{{3}}(?:([.,])\d*)?(?:[eE][+-]?\d+)?")
+_UNGROUP = "export it without separators between thousands"
+
+
 def decimal_hint(text: str, decimal: str) -> str:
     """Return the remedy for a number in an unsupported notation; empty for other texts."""
+    grouped = _GROUPED.fullmatch(plain_notation(text.strip()))
+    if grouped and grouped[2] and grouped[1] != grouped[2]:
+        return f"; {_UNGROUP}" + ("" if grouped[2] == decimal else f', and set decimal = "{grouped[2]}"')
     if decimal == "." and "," in text and number(text, ",") is not None:
         return '; if it has a decimal comma, set decimal = ","'
     if decimal == "," and "." in text and number(text, ".") is not None:
-        return '; it has a decimal point, although decimal is ","'
-    if re.fullmatch(r"[+-]?\d{1,3}(?:[,'\s]\d{3})+(?:\.\d*)?", text.strip()):
-        return "; export it without separators between thousands"
+        either = f"; if it is a mark of thousands, {_UNGROUP}" if grouped else ""
+        return f'; it has a decimal point, although decimal is ","{either}'
+    if grouped:
+        return f"; {_UNGROUP}"
     return next((f"; {mend}" for pattern, mend in _MENDS if pattern.fullmatch(plain_notation(text.strip()))), "")
 
 
@@ -120,7 +130,7 @@ _MENDS = (
     (re.compile(rf"[<>≤≥~≈±]\s*[+-]?{_SOME}"), "write the number alone"),
     (re.compile(rf"['\"]\s*[+-]?{_SOME}['\"]?"), "write it without quotation marks"),
     (re.compile(r"[+-]?(?=.*[^\x00-\x7f])\d+(?:[.,]\d*)?"), "write it in the digits 0 to 9"),
-    (re.compile(r"\d+_[\d_.]+"), "export it without separators between thousands"),
+    (re.compile(r"[+-]?\d+_[\d_.,]+"), _UNGROUP),
 )
 _OUT_OF_RANGE = re.compile(r"(?i)[+-]?(?:inf|infinity|over\w*|ovr?l?d?|o\.?l\.?|range|#+|1\.#(?:inf|ind|qnan).*)")
 _OF_WORKSHEETS = re.compile(r"#.*[!?]|#N/A|#N/V")
@@ -135,7 +145,10 @@ def fault_hint(text: str) -> str:
 
 # -- rows ------------------------------------------------------------------------------------------
 
-_LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null", re.IGNORECASE)
+_LIKE_A_NUMBER = re.compile(
+    rf"[+-]?(?:\d[\d.,]*|\d{{1,3}}(?:{_MARKS}\d{{3}})+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null",
+    re.IGNORECASE,
+)
 
 
 @attrs.frozen

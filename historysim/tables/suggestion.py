@@ -5,18 +5,20 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
-from historysim.basics.units import conversion_factor, quantity_text
+from historysim.basics.units import conversion_factor, is_common, quantity_text
 from historysim.basics.wording import count_text
 from historysim.errors import InputError
-from historysim.tables import Column, Format, Listing, read_table
+from historysim.tables import Column, Format, Listing, header_lines, read_table
 from historysim.tables.columns import split_unit
 from historysim.tables.run_column import find_run_column
+from historysim.tables.sampling import entry_rate, header_rate, is_even_time, is_time
 
 # A word starts at the start of a name, or after a device or a group, and ends before a non-letter.
 _AT, _END = r"^(?:.*[./:|>])?\W*", r"(?![^\W\d_])"
@@ -54,14 +56,22 @@ _STROKE = (
     rf"{_AT}(x|u|ux|s|dx){_END}",
 )
 # A coefficient of friction is not a load; a depth, a height or wear is not a tangential displacement.
-_RATIO = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio|beiwert|zahl|系数|係数|率")
+_RATIO = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio|reibwert|beiwert|zahl|系数|係数|率|^\W*(?:[µμ]|mu)(?![^\W\d_])")
 # Names of friction coefficients, which times the normal load are the tangential load.
 _COEFFICIENT = re.compile(
-    r"(?i)(?<![^\W_])cof(?![^\W\d_])|fric\w*\W*coef|coef\w*.*fri?[co]t|reib\w*(beiwert|zahl|koeff)|摩擦(系数|係数)"
+    r"(?i)(?<![^\W_])cof(?![^\W\d_])|fric\w*\W*coef|coef\w*.*fri?[co]t|reib\w*(wert|zahl|koeff)|摩擦(系数|係数)"
+    r"|^\W*(?:[µμ]|mu)(?![^\W\d_])"
 )
+_LARGEST_COEFFICIENT = 2.0  # values of a tangential column without a unit up to which it is one of coefficients
 _NOT_A_STROKE = re.compile(
     r"(?i)depth|indent|penetr|approach|height|wear|normal|vertical|eindring|tiefe|höhe|verschleiß|verschleiss|profond|usure"
-    r"|深|高度|高さ|压入|圧入|押込|磨损|磨耗|摩耗"
+    r"|深|高度|高さ|压入|圧入|押込|磨损|磨耗|摩耗|amplitu[dt]|(?<![^\W_])(?:p-?p|pk-?pk|peak)(?![^\W\d_])|振幅"
+)
+_FREQUENCY = re.compile(r"(?i)freq|frequenz|周波数|频率")
+# Names of counters of rows or cycles, which rise in even steps as times do.
+_COUNTER = re.compile(
+    rf"(?i)^[\W_]*(?:index|idx|i|n|no|nr|num\w*|nummer|samples?|points?|punkte?|row|zeile|records?|count\w*|id|frame|"
+    rf"cycles?|zykl\w*|loops?|steps?|messpunkt|行|番号|序号){_END}"
 )
 _UNIT = r"(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)"
 # A unit at the end of a name, as in ``Fx_mN``, ``Weg in µm``, ``Force, N``, ``F/N`` or ``Force N``; letters that often
@@ -78,54 +88,92 @@ def suggest_loading(path: Path, listings: Sequence[Listing], layout: Format, blo
     if blocks > 1:
         layout = attrs.evolve(layout, block=layout.block or 1)
         lines.append(f"block = {layout.block}  # of {blocks}")
-    if any(re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", listing.first_value, re.IGNORECASE) for listing in listings):
-        layout = attrs.evolve(layout, decimal=",")
+    layout, raw = _read_with_decimal(path, listings, layout)
     layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}
     lines += [f"{key} = {_quote(of)}" for key, of in layout_keys.items() if of != getattr(Format(), key)]
-    time = _find_column(listings, "s", _TIME)
-    lateral = [listing for listing in listings if _find_column([listing], "N", _TANGENTIAL[:1])]
-    normal = _find_column([listing for listing in listings if listing not in (time, *lateral)], "N", _NORMAL)
+    interval = _header_rate(path, listings, layout)
+    times = _time_columns(raw, listings, None if interval is None else 1 / interval[0])
+    time = _time_of_channels(raw, times, listings)
+    still = _still_columns(raw, [listing for listing in listings if listing not in times], time)
+    rows = max((values.size for values in raw.values()), default=0)
+    short = [listing for listing, values in raw.items() if 2 * values.size < rows]
+    moving = [listing for listing in listings if listing not in (*still, *times, *short)]
+    ratios = _unnamed_ratios(raw, moving)
+    lateral = [listing for listing in moving if _find_column([listing], "N", _TANGENTIAL[:1])]
+    normal = _find_column([listing for listing in moving if listing not in (*lateral, *ratios)], "N", _NORMAL)
     across = _along_y(listings)
-    remaining = [listing for listing in listings if listing not in (time, normal, *across.values())]
+    remaining = [listing for listing in moving if listing not in (normal, *ratios, *across.values())]
     friction = _find_column(remaining, "N", _TANGENTIAL)
     stroke = _find_column([listing for listing in remaining if not _NOT_A_STROKE.search(_name(listing))], "m", _STROKE)
     depth = None if stroke else _find_column(remaining, "m", (_NOT_A_STROKE.pattern,))
-    normal, friction = _any_forces(
-        path, remaining, layout, normal, friction, only_normal=stroke is None and depth is not None
-    )
+    normal, friction = _any_forces(raw, remaining, normal, friction, only_normal=stroke is None and depth is not None)
     if (both := _trace_and_retrace(remaining)) is not None:
         friction, stroke = both[0], stroke or _find_column(remaining, "m", ("dist|scan|length",))
-    coefficient = None if friction else _coefficient(remaining)
-    if time and (count := 1 + int((np.diff(_values(path, time, layout, "s")) < 0).sum())) > 1:
-        lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
-    elif runs := find_run_column(path, layout):
-        lines.append(f"runs_by = {_quote(runs.name)}")
-        lines.append(f'run = {runs.numbers[0]}  # of {runs.runs_text}; run = "each" is for loops, sliding and fit')
-    lines += ["", "[loading.columns]"]
-    lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
-    if normal is None and (friction or coefficient or stroke) and not _find_column(listings, "", _NORMAL):
-        lines.append(f'normal_load = {{ constant = "{_guessed_load(path, friction, layout)}" }}  # a guess: fill it in')
+    coefficient = None if friction else _coefficient(remaining) or (ratios[0] if len(ratios) == 1 else None)
+    lines += [*_run_lines(path, raw, time, layout), *_time_lines(raw, time, interval)]
+    lines += [
+        f"# {_reference(item)} is constant, or the amplitude of a faster motion: no displacement"
+        for item in still
+        if _find_column([item], "m", _STROKE)
+    ]
+    is_absent = normal is None and not _find_column(listings, "", _NORMAL)
+    if is_absent and (friction or coefficient or stroke):
+        lines.append(f'normal_load = {{ constant = "{_guessed_load(raw, friction)}" }}  # a guess: fill it in')
     else:
-        lines.append(_key("normal_load", normal, "mN", *_pressing(path, normal, layout)))
+        lines.append(_key("normal_load", normal, "mN", *_pressing(raw, normal), stated=_assumed_unit(raw, normal, "N")))
     if (friction or coefficient) and not stroke:
         # a load recorded without a displacement was the controlled quantity
         saturate = "saturate = true  # a tangential load beyond the friction limit is held there"
         lines.insert(lines.index(""), saturate)
         controlled = (
-            _times_load(coefficient) if coefficient else _tangential_keys("tangential_load", friction, "mN", across)
+            _times_load(coefficient)
+            if coefficient
+            else _tangential_keys(raw, "tangential_load", friction, "mN", across)
         )
         return "\n".join([*lines, *controlled])
     if normal and depth and not friction:
-        return "\n".join([*lines, "", "[loading.response]", _key("normal_displacement", depth, "µm")])
-    lines += _tangential_keys("tangential_displacement", stroke, "µm", across)
+        key = _key("normal_displacement", depth, "µm", stated=_assumed_unit(raw, depth, "m"))
+        return "\n".join([*lines, "", "[loading.response]", key])
+    lines += _tangential_keys(raw, "tangential_displacement", stroke, "µm", across)
     if stroke in across:
         # a response has one tangential direction
         return "\n".join(lines)
     if coefficient:
         return "\n".join([*lines, "", "[loading.response]", *_times_load(coefficient)])
     back = "" if both is None else f"retrace = {_reference(both[1])}"
-    response = ["", "[loading.response]", _key("tangential_load", friction, "mN", back)] if friction else []
+    stated = _assumed_unit(raw, friction, "N")
+    key = _key("tangential_load", friction, "mN", back, stated=stated)
+    response = ["", "[loading.response]", key] if friction else []
     return "\n".join(lines + response)
+
+
+def _read_with_decimal(path: Path, listings: Sequence[Listing], layout: Format) -> tuple[Format, "_Raw"]:
+    """Read the columns; with a decimal comma if more of them are numbers then."""
+    raw = _read_columns(path, listings, layout)
+    if layout.decimal == "." and layout.delimiter != "," and len(raw) < len(listings):
+        with_comma = attrs.evolve(layout, decimal=",")
+        if _read_columns(path, [listing for listing in listings if listing not in raw], with_comma):
+            return with_comma, _read_columns(path, listings, with_comma)
+    return layout, raw
+
+
+def _run_lines(path: Path, raw: "_Raw", time: Listing | None, layout: Format) -> list[str]:
+    """Return the keys that select one of several runs; empty for a single run."""
+    if time and (count := 1 + int((np.diff(_values(raw, time, "s")) < 0).sum())) > 1:
+        return [f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit']
+    if runs := find_run_column(path, layout):
+        each = f'run = {runs.numbers[0]}  # of {runs.runs_text}; run = "each" is for loops, sliding and fit'
+        return [f"runs_by = {_quote(runs.name)}", each]
+    return []
+
+
+def _time_lines(raw: "_Raw", time: Listing | None, interval: tuple[float, str] | None) -> list[str]:
+    """Return the sampling rate above, or the time column below, the heading of the columns."""
+    if time is not None:
+        return ["", "[loading.columns]", _time_key(raw, time, interval)]
+    if interval is not None:
+        return [f'rate = "{interval[0]:.10g} Hz"  # {interval[1]}', "", "[loading.columns]"]
+    return ["", "[loading.columns]", "# no column looks like time: without it, the row is the clock"]
 
 
 def suggest_scenario(path: Path, output: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
@@ -141,6 +189,10 @@ def suggest_scenario(path: Path, output: Path, listings: Sequence[Listing], layo
 
 
 GUESSED_FRICTION = 0.2
+_MEDIAN_STEP = 0.954  # median of the absolute difference of two samples of white noise, over its standard deviation
+# Largest displacement and load of a file without units that is taken to be in SI.
+_LARGEST_IN_SI = {"m": 5e-3, "N": 1e3}
+_LEAST_MOTION, _LEAST_SWING = 12.0, 0.2  # smallest range of a motion, over the noise and over the mean
 
 _HEAD = """
 [materials]  # fill in: both materials, by name or as { name = …, youngs_modulus = …, poissons_ratio = … }
@@ -163,16 +215,118 @@ parameters = ["friction"]  # and "lateral_stiffness", with [instrument]
 """
 
 
-def _values(path: Path, listing: Listing, layout: Format, unit: str) -> Floats:
-    """Return the finite values of a column in a unit, the default for an unknown unit; empty if it cannot be read."""
-    reference = tomllib.loads(f"column = {_reference(listing)}")["column"]
-    column = Column(**reference) if isinstance(reference, dict) else Column(reference)
-    column = attrs.evolve(column, unit=listing.unit or _unit_in_name(listing) or unit)
+_Raw = Mapping[Listing, Floats]  # finite values of the columns that can be read, in the unit of the file
+
+
+def _read_columns(path: Path, listings: Sequence[Listing], layout: Format) -> _Raw:
+    """Read the finite values of columns in the unit of the file, without those that cannot be read."""
+    listings = [listing for listing in listings if listing.values != "a text"]
+    columns = {}
+    for number, listing in enumerate(listings):
+        reference = tomllib.loads(f"column = {_reference(listing)}")["column"]
+        column = Column(**reference) if isinstance(reference, dict) else Column(reference)
+        columns[str(number)] = attrs.evolve(column, unit="1")
     try:
-        values = read_table(path, {"read": column}, {"read": unit}, layout, missing=True).columns["read"]
+        read = read_table(path, columns, dict.fromkeys(columns, "1"), layout, missing=True).columns
+    except InputError:
+        if len(listings) == 1:
+            return {}
+        return {key: values for item in listings for key, values in _read_columns(path, [item], layout).items()}
+    return {listings[int(number)]: values[np.isfinite(values)] for number, values in read.items()}
+
+
+def _values(raw: _Raw, listing: Listing, unit: str) -> Floats:
+    """Return the finite values of a column in a unit, the default for an unknown unit; empty if it cannot be read."""
+    try:
+        factor = conversion_factor(listing.unit.partition(",")[0] or _unit_in_name(listing) or unit, unit)
     except InputError:
         return np.empty(0)
-    return values[np.isfinite(values)]
+    return factor * raw.get(listing, np.empty(0))
+
+
+def _header_rate(path: Path, listings: Sequence[Listing], layout: Format) -> tuple[float, str] | None:
+    """Return the sampling rate [Hz] that the header of a text, or a scalar of a file of arrays, states."""
+    for listing in listings:
+        if listing.values == "1" or (listing.values == "a text" and listing.first_value[:1].isdigit()):
+            value, _, unit = listing.first_value.partition(" ")
+            label = re.split(r"[./]", split_unit(_name(listing))[0])[-1]
+            with suppress(ValueError):
+                if rate := entry_rate(label, float(value), unit or listing.unit or _unit_in_name(listing)):
+                    return rate, f"{_name(listing)} = {listing.first_value}"
+    return header_rate(header_lines(path, layout))
+
+
+def _time_columns(raw: _Raw, listings: Sequence[Listing], interval: float | None) -> list[Listing]:
+    """Return the columns that may hold the times: by name and values, else by unit, else by values alone."""
+    rows = max((values.size for values in raw.values()), default=0)
+    clocks = [listing for listing in listings if listing in raw and is_time(raw[listing]) and raw[listing].size > 1]
+    clocks = [listing for listing in clocks if 2 * raw[listing].size > rows] if rows > 1 else listings
+    for pattern in _TIME:
+        if named := [listing for listing in clocks if _find_column([listing], "s", (pattern,))]:
+            return named
+    unnamed = [listing for listing in clocks if is_even_time(raw[listing]) and not _COUNTER.search(_name(listing))]
+    if in_time := [listing for listing in unnamed if _time_unit(listing)]:
+        return in_time
+    of_other_unit = [listing for listing in unnamed if listing.unit and is_common(listing.unit)]
+    unknown = [listing for listing in unnamed if listing not in of_other_unit and not _unit_in_name(listing)]
+    of_interval = [listing for listing in unknown if interval and _unit_of_steps(raw[listing], interval)]
+    counted = [listing for listing in unknown if float(np.diff(raw[listing][:2])[0]) == 1]
+    quantities = (*_NORMAL, *_TANGENTIAL, *_ANY_FORCE, *_STROKE, _NOT_A_STROKE.pattern, _RATIO.pattern)
+    return of_interval or [
+        listing for listing in unknown if listing not in counted and not _find_column([listing], "", quantities)
+    ]
+
+
+def _time_of_channels(raw: _Raw, times: Sequence[Listing], listings: Sequence[Listing]) -> Listing | None:
+    """Return one of several time columns: of the displacement, else one in even steps with a unit; None without one."""
+    strokes = [_name(listing) for listing in listings if _find_column([listing], "m", _STROKE)]
+    return min(
+        times,
+        key=lambda listing: (
+            not any(stroke and _name(listing).startswith(stroke) for stroke in strokes),
+            not _time_unit(listing),
+            not is_even_time(raw.get(listing, np.empty(0))),
+        ),
+        default=None,
+    )
+
+
+def _time_unit(listing: Listing) -> str:
+    """Return the unit of time of a column: stated, at the end of its name, or its whole name; empty without one."""
+    units = (listing.unit, _unit_in_name(listing), _name(listing).strip(" []()"))
+    return next((unit for unit in units if unit and _is_of(unit, "s") and is_common(unit)), "")
+
+
+def _unit_of_steps(values: Floats, interval: float) -> str:
+    """Return the unit in which the steps of a column are the sampling interval [s]; empty if none fits."""
+    step = float(np.median(np.diff(values)))
+    factors = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "min": 60.0}
+    return next((unit for unit, factor in factors.items() if np.isclose(step * factor, interval, rtol=2e-3)), "")
+
+
+def _still_columns(raw: _Raw, listings: Sequence[Listing], time: Listing | None) -> list[Listing]:
+    """Return columns of lengths that are no displacement: constant, or the amplitude of a faster motion.
+
+    Noise on a value that is not zero is an amplitude, as is any length next to a frequency of one cycle or more in
+    each sampling interval.
+    """
+    cycles = 0.0
+    if time is not None and (times := _values(raw, time, "s")).size > 1:
+        frequencies = [item for item in listings if _FREQUENCY.search(_name(item)) and _is_of(item.unit, "Hz")]
+        measured = [values for item in frequencies if (values := _values(raw, item, "Hz")).size]
+        cycles = max((float(np.median(values)) for values in measured), default=0.0) * float(np.median(np.diff(times)))
+    still = []
+    for listing in listings:
+        if (values := raw.get(listing, np.empty(0))).size < 2 or not _is_of(listing.unit or "m", "m"):
+            continue
+        steps = np.abs(np.diff(values))
+        # most steps of few digits are 0
+        extent, noise = float(np.ptp(values)), float(np.median(steps) or steps.mean()) / _MEDIAN_STEP
+        is_noise = extent < _LEAST_MOTION * noise and extent < _LEAST_SWING * abs(float(values.mean()))
+        is_force = not listing.unit and not _find_column([listing], "", _STROKE)
+        if not is_force and (not extent or is_noise or cycles >= 1):
+            still.append(listing)
+    return still
 
 
 def _find_column(listings: Sequence[Listing], unit: str, patterns: Sequence[str]) -> Listing | None:
@@ -195,13 +349,31 @@ def _find_column(listings: Sequence[Listing], unit: str, patterns: Sequence[str]
 
 
 def _coefficient(listings: Sequence[Listing]) -> Listing | None:
-    """Return the column of friction coefficients; None unless exactly one column has such a name."""
+    """Return the column of friction coefficients; of several the first whose name is nothing else."""
     fitting = [
         listing
         for listing in listings
-        if _COEFFICIENT.search(_name(listing)) and listing.values != "a text" and listing.unit in {"", "1"}
+        if _COEFFICIENT.search(_name(listing)) and listing.values != "a text" and listing.unit in {"", "1", "-"}
     ]
-    return fitting[0] if len(fitting) == 1 else None
+    plain = [listing for listing in fitting if _COEFFICIENT.fullmatch(split_unit(_name(listing))[0].strip())]
+    return fitting[0] if len(fitting) == 1 else next(iter(plain), None)
+
+
+def _unnamed_ratios(raw: _Raw, listings: Sequence[Listing]) -> list[Listing]:
+    """Return columns named after friction, of small numbers without a unit in a file that has units of forces.
+
+    They are coefficients, unless the name states a force.
+    """
+    if not any(listing.unit and _is_of(listing.unit, "N") for listing in listings):
+        return []
+    return [
+        listing
+        for listing in listings
+        if not (listing.unit or _unit_in_name(listing))
+        and _find_column([listing], "", _TANGENTIAL[:1])
+        and not _find_column([listing], "", _ANY_FORCE)
+        and 0 < float(np.abs(raw.get(listing, np.empty(0))).max(initial=0.0)) <= _LARGEST_COEFFICIENT
+    ]
 
 
 def _times_load(listing: Listing) -> list[str]:
@@ -223,9 +395,8 @@ def _trace_and_retrace(listings: Sequence[Listing]) -> tuple[Listing, Listing] |
 
 
 def _any_forces(
-    path: Path,
+    raw: _Raw,
     listings: Sequence[Listing],
-    layout: Format,
     normal: Listing | None,
     friction: Listing | None,
     *,
@@ -244,7 +415,7 @@ def _any_forces(
     ]
     if not forces or len(forces) > 2:
         return normal, friction
-    steady = [_steadiness(_values(path, listing, layout, "N")) for listing in forces]
+    steady = [_steadiness(_values(raw, listing, "N")) for listing in forces]
     if len(forces) == 2:
         both = (forces[0], forces[1]) if steady[0] > steady[1] else (forces[1], forces[0])
         return both if normal is None and friction is None else (normal, friction)
@@ -258,16 +429,16 @@ def _steadiness(values: Floats) -> float:
     return float(abs(values.mean()) / (values.std() or 1e-300)) if values.size else 0.0
 
 
-def _guessed_load(path: Path, friction: Listing | None, layout: Format) -> str:
+def _guessed_load(raw: _Raw, friction: Listing | None) -> str:
     """Guess a normal load from the largest tangential load and the guessed coefficient, to one digit."""
-    values = _values(path, friction, layout, "N") if friction else np.empty(0)
+    values = _values(raw, friction, "N") if friction else np.empty(0)
     largest = float(np.abs(values).max(initial=0.0)) / GUESSED_FRICTION
     return quantity_text(float(f"{largest:.0e}"), "N") if largest > 0 else "1 N"
 
 
-def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str, str]:
+def _pressing(raw: _Raw, listing: Listing | None) -> tuple[str, str]:
     """Return a key and a comment for a negative normal load; empty if it is positive or cannot be read."""
-    values = np.empty(0) if listing is None else _values(path, listing, layout, "N")
+    values = np.empty(0) if listing is None else _values(raw, listing, "N")
     if not (below := int((values < 0).sum())):
         return "", ""
     if values.mean() < 0:
@@ -275,16 +446,28 @@ def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str,
     return "", f"{count_text(below, 'sample is', 'samples are')} below zero; if that is noise: negative_as_zero = true"
 
 
-def _key(key: str, listing: Listing | None, unit: str, more: str = "", reason: str = "") -> str:
+_NO_UNIT, _BY_NAME = "no unit in the file: check it", "from its name: check it"
+
+
+def _key(
+    key: str,
+    listing: Listing | None,
+    unit: str,
+    more: str = "",
+    reason: str = "",
+    *,
+    stated: str = "",
+    origin: str = _NO_UNIT,
+) -> str:
+    """Return the line of a key; ``stated`` is a unit that the file does not state, and ``origin`` its origin."""
     if listing is None:
         return f'{key} = "?"  # fill in: one of the columns above'
     reference, extra = _reference(listing), [more]
-    if not listing.unit:
+    if not listing.unit or stated:
         unit_in_name = _unit_in_name(listing)
-        extra.insert(0, f'unit = "{unit_in_name or "?"}"')
-        reason = "; ".join(
-            filter(None, [reason, "from its name: check it" if unit_in_name else f'fill in, as in "{unit}"'])
-        )
+        extra.insert(0, f'unit = "{unit_in_name or stated or "?"}"')
+        origin = _BY_NAME if unit_in_name else origin if stated else f'fill in, as in "{unit}"'
+        reason = "; ".join(filter(None, [reason, origin]))
     comment = f"  # {reason}" if reason else ""
     if not any(extra):
         return f"{key} = {reference}{comment}"
@@ -292,12 +475,35 @@ def _key(key: str, listing: Listing | None, unit: str, more: str = "", reason: s
     return f"{key} = {{ {', '.join(filter(None, [inner, *extra]))} }}{comment}"
 
 
+def _time_key(raw: _Raw, listing: Listing, interval: tuple[float, str] | None) -> str:
+    """Return the key of the time column, whose unit may follow from its name or the sampling interval."""
+    unit = _time_unit(listing)
+    if unit and unit == listing.unit:
+        return _key("time", listing, "s")
+    if unit:
+        return _key("time", listing, "s", stated=unit, origin=_BY_NAME)
+    if interval and (unit := _unit_of_steps(raw[listing], 1 / interval[0])):
+        return _key("time", listing, "s", stated=unit, origin=f"by {interval[1]}")
+    return _key("time", listing, "s", stated="s")
+
+
+def _assumed_unit(raw: _Raw, listing: Listing | None, unit: str) -> str:
+    """Return the SI unit if a file without units is plausible in SI, else an empty string."""
+    if listing is None or listing.unit or _unit_in_name(listing) or not (values := _values(raw, listing, unit)).size:
+        return ""
+    largest = float(np.ptp(values) if unit == "m" else np.abs(values).max())
+    return unit if 0 < largest <= _LARGEST_IN_SI[unit] else ""
+
+
 def _tangential_keys(
-    key: str, listing: Listing | None, unit: str, across: Mapping[Listing | None, Listing]
+    raw: _Raw, key: str, listing: Listing | None, unit: str, across: Mapping[Listing | None, Listing]
 ) -> list[str]:
     """Return the key of a tangential channel and, if it has a column along y, the key of that column."""
-    keys = [_key(key, listing, unit)]
-    return keys if listing not in across else [*keys, _key(f"{key}_y", across[listing], unit)]
+    si = "m" if key.endswith("displacement") else "N"
+    keys = [_key(key, listing, unit, stated=_assumed_unit(raw, listing, si))]
+    if listing not in across:
+        return keys
+    return [*keys, _key(f"{key}_y", across[listing], unit, stated=_assumed_unit(raw, across[listing], si))]
 
 
 def _along_y(listings: Sequence[Listing]) -> dict[Listing | None, Listing]:

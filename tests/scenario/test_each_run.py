@@ -111,5 +111,5 @@ def test_columns_show_the_runs(folder, monkeypatch):
     monkeypatch.chdir(folder)
     done = call("columns", "m.csv")
     # the name t alone does not say its unit
-    assert 'time = { column = "t", unit = "?" }' in done.output
+    assert 'time = { column = "t", unit = "s" }' in done.output
     assert "run = 1  # of 3, the clock starts again" in done.output

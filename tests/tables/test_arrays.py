@@ -1,8 +1,10 @@
 """Files that hold named arrays: JSON, MATLAB, HDF5, netCDF, TDMS."""
 
 import json
+import struct
 import sys
 import tracemalloc
+import zlib
 
 import attrs
 import numpy as np
@@ -11,7 +13,7 @@ from number_files import write_matlab_73
 from records_shared import SHARED
 
 from historysim.errors import InputError
-from historysim.tables import Column, Format, describe, read_table
+from historysim.tables import Column, Format, describe, read_table, summarise_text
 
 DATA = SHARED
 BOLTED = DATA / "brake_reuss" / "brb_surface_data.mat"
@@ -216,6 +218,71 @@ def test_variables_of_matlab(any_matlab):
     assert values(any_matlab, "run.force", units="N") == [(1000 * F).tolist()]
     assert values(any_matlab, Column("m", index=2)) == [F.tolist()]
     assert values(any_matlab, Column("wide", index=2), transposed=True) == [F.tolist()]
+
+
+def _element(kind, content):
+    return struct.pack("<II", kind, len(content)) + content + bytes(-len(content) % 8)
+
+
+def _object_5(name, class_name):
+    """A string, table or datetime as MATLAB stores it: without a shape, and with contents in an unnamed array."""
+    flags = _element(6, struct.pack("<II", 17, 0))
+    numbers = _element(6, struct.pack("<II", 13, 0)) + _element(5, struct.pack("<ii", 6, 1)) + _element(1, b"")
+    body = flags + _element(1, name) + _element(1, b"MCOS") + _element(1, class_name)
+    return _element(14, body + _element(14, numbers + _element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1))))
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_arrays_next_to_objects_are_read_and_the_objects_named(tmp_path, compressed):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "a.mat", {"t": T, "s": {"F": F}}, do_compression=compressed)
+    plain = (tmp_path / "a.mat").read_bytes()
+    contents = _element(6, struct.pack("<II", 9, 0)) + _element(5, struct.pack("<ii", 1, 16)) + _element(1, b"")
+    elements = [
+        _object_5(b"names", b"string"),
+        _object_5(b"log", b"table"),
+        _element(14, contents + _element(2, bytes(16))),
+    ]
+    if compressed:
+        packed = map(zlib.compress, elements)
+        elements = [struct.pack("<II", 15, len(element)) + element for element in packed]
+    path = tmp_path / "b.mat"
+    path.write_bytes(plain[:128] + b"".join(elements) + plain[128:])
+    assert values(path, "t", "s.F") == [T.tolist(), F.tolist()]
+    assert [column for column, *_ in listed(path)] == ['"t"', '"s.F"']
+    assert summarise_text(path)[0] == ["left out: 'names' (string), 'log' (table)"]
+    assert refusal(path, "log") == "b.mat: column 'log' is not read (table); save it as an array of numbers"
+
+
+def test_cells_structures_and_objects_of_version_73(tmp_path):
+    import h5py
+
+    def fill(file):
+        def put(name, value, kind, **marks):
+            file[name] = np.atleast_2d(value).T
+            file[name].attrs.update({"MATLAB_class": np.bytes_(kind), **marks})
+
+        put("t", T, "double")
+        put("log", np.arange(6, dtype="u4"), "table", MATLAB_object_decode=3)
+        put("#refs#/a", F, "double")
+        put("#refs#/b/F", 2 * F, "double")
+        file["#refs#/b"].attrs["MATLAB_class"] = np.bytes_("struct")
+        references = [[file["#refs#/a"].ref], [file["#refs#/b"].ref]]
+        file["tests"] = np.array(references, dtype=h5py.ref_dtype)
+        file["tests"].attrs["MATLAB_class"] = np.bytes_("cell")
+        file["runs/F"] = np.array([references[0], references[0]], dtype=h5py.ref_dtype)
+        file["runs"].attrs["MATLAB_class"] = np.bytes_("struct")
+
+    path = tmp_path / "c.mat"
+    write_matlab_73(path, fill)
+    assert values(path, "t", "tests{1}", "tests{2}.F", "runs(2).F") == [
+        T.tolist(),
+        F.tolist(),
+        (2 * F).tolist(),
+        F.tolist(),
+    ]
+    assert summarise_text(path)[0] == ["left out: 'log' (table)"]
 
 
 # -- HDF5 ------------------------------------------------------------------------------------------

@@ -84,3 +84,23 @@ def test_the_reading_of_a_balance_is_a_force_in_its_unit(file):
     table = read(file, "t;F\ns;g\n0;1\n1;2\n", {"time": "t", "normal": Column("F", "gf")})
     np.testing.assert_allclose(table.columns["normal"], [9.80665e-3, 2 * 9.80665e-3], rtol=1e-15)
     assert table.notices == ("column 'F': 'g' in the file, taken as 'gf', as unit says",)
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal"),
+    [(f"1{mark}236,07", ",") for mark in ".'’ \xa0\u202f\u2009"]
+    + [("1,236.07", "."), ("1'236.07", "."), ("1.236", ",")],
+)
+@pytest.mark.parametrize("broken", ["refuse", "drop"])
+def test_marks_of_thousands_are_named_and_no_rows_are_dropped(file, cell, decimal, broken):
+    content = "t;F [mN]\n" + "".join(f"{row};{cell if row > 4 else 5}\n" for row in range(40))
+    with pytest.raises(InputError, match="export it without separators between thousands") as refused:
+        read(file, content, {"time": "t", "normal": "F"}, decimal=decimal, broken=broken)
+    assert "broken" not in str(refused.value)
+
+
+def test_dropping_is_not_advised_for_many_rows(file):
+    content = "t;F [mN]\n" + "".join(f"{row};{'x' * (row % 3) or 1}\n" for row in range(40))
+    with pytest.raises(InputError, match="not readable: 26 of 40 rows") as refused:
+        read(file, content, {"time": "t", "normal": "F"})
+    assert 'broken = "drop"' not in str(refused.value)
