@@ -2,8 +2,10 @@
 
 import functools
 import operator
+import re
 from collections.abc import Sequence
-from typing import Annotated, Self
+from contextlib import suppress
+from typing import Annotated, Any, Self
 
 import attrs
 import numpy as np
@@ -18,11 +20,10 @@ from historysim.basics.fields import (
     Frequency,
     Key,
     Length,
-    Number,
     Quantity,
     Time,
 )
-from historysim.basics.units import is_number, quantity_text
+from historysim.basics.units import is_number, quantity, quantity_text
 from historysim.basics.wording import format_value
 from historysim.errors import InputError, error_path, field_error
 from historysim.loads.events import ACROSS, LOAD_KINDS
@@ -41,14 +42,30 @@ COMBINED = ("sum", "mean", "difference")  # keys that combine several columns in
 
 Area = Annotated[float, Quantity("m2")]
 
+_SIGNALS = ("V", "A", "rad", "m", "N", "Pa", "1")  # SI units of columns that a scale with a unit converts
+
+
+def _split_scale(scale: float | str, unit: str) -> tuple[float, str]:
+    """Return a scale in SI, and the SI unit of the values that it converts: V for ``"100 N/V"`` of a load."""
+    if not isinstance(scale, str):
+        return scale, unit
+    for signal in _SIGNALS if re.search(r"/|\bper\b|-1|⁻¹", scale) else ():
+        with suppress(InputError):
+            return quantity(scale, f"{unit} / {signal}"), signal
+    raise InputError(
+        f"{format_value(scale)}; expected a number, or one with the unit of the channel over that of the column, as in "
+        f"'2.5 m{unit}/V'"
+    )
+
 
 @attrs.frozen
 class Term(Column):
     """One of several columns of a channel, with a factor."""
 
-    #: Factor.
-    scale: Number = attrs.field(
-        default=1.0, validator=Key(lambda factor: is_number(factor) and factor != 0, "a number other than 0")
+    #: Factor; with a unit, as in ``"100 N/V"``, from the unit of the column to that of the channel.
+    scale: float | str = attrs.field(
+        default=1.0,
+        validator=Key(lambda factor: isinstance(factor, str) or (is_number(factor) and factor != 0), "not 0"),
     )
 
 
@@ -67,7 +84,8 @@ class Channel:
     difference: tuple[Term, ...] | None = None  #: first minus second of two columns
     #: Column of the retrace at the displacements of the trace, as in AFM files; it is appended in reverse order.
     retrace: Column | None = None
-    scale: Number = 1.0  #: factor on the column
+    #: Factor on the column; with a unit, as in ``"100 N/V"``, from the unit of the column to that of the channel.
+    scale: float | str = 1.0
     time: Column | None = None  #: separate clock of the channel, which is interpolated onto the clock of the record
     shift: Time = 0.0  #: delay of that clock: a sample at t was measured at t + shift
     #: Running median over this odd number of samples: removes spikes shorter than half of it, keeps reversals.
@@ -83,9 +101,20 @@ class Channel:
     drift_free: bool = False  #: subtracts the drift of the midpoints of its cycles (three or more)
 
     @property
-    def unit_in_si(self) -> str:
-        """SI unit of its columns."""
+    def scaled_unit(self) -> str:
+        """SI unit of its columns times their scale."""
         raise NotImplementedError
+
+    @property
+    def factor(self) -> float:
+        """Factor on the column, in SI."""
+        return _split_scale(self.scale, self.scaled_unit)[0]
+
+    @property
+    def units_in_si(self) -> tuple[str, ...]:
+        """SI units of its sources."""
+        unit = _split_scale(self.scale, self.scaled_unit)[1]
+        return tuple(_split_scale(getattr(source, "scale", 1.0), unit)[1] for source in self.sources)
 
     def __attrs_post_init__(self) -> None:
         """Check that it is either columns or a constant, in suitable units."""
@@ -100,8 +129,9 @@ class Channel:
             )
         if "constant" in chosen and len(chosen) > 1:
             raise field_error("belongs to a column; a constant has no other keys", min(chosen - {"constant"}))
-        if self.scale == 0:
-            raise field_error("0, which would erase the channel; expected another number", "scale")
+        with error_path("scale"):
+            if self.factor == 0:
+                raise InputError("0, which would erase the channel; expected another number")
         if sources[0] in COMBINED:
             self._check_combined(sources[0], chosen)
         if self.retrace is not None and (self.time is not None or self.shift):
@@ -121,16 +151,22 @@ class Channel:
             raise field_error(f"belongs to one column; give it to one of those in {key}", min(single_column_keys))
 
     def _check_units(self) -> None:
-        units: dict[tuple[str | int, ...], str | None] = {("unit",): self.unit}
-        for group in COMBINED:
-            units |= {(group, index, "unit"): term.unit for index, term in enumerate(getattr(self, group) or ())}
-        for name in ("time", "retrace"):
-            if (column := getattr(self, name)) is not None:
-                units[name, "unit"] = column.unit
-        for key, unit in units.items():
-            if unit is not None:
-                with error_path(*key):
-                    fit_unit(unit, ("s" if key[0] == "time" else self.unit_in_si,))
+        unit = _split_scale(self.scale, self.scaled_unit)[1]
+        columns: list[tuple[tuple[str | int, ...], Any]] = [
+            ((group, index), term) for group in COMBINED for index, term in enumerate(getattr(self, group) or ())
+        ]
+        for path, column in [*columns, (("retrace",), self.retrace)] if columns or self.retrace else [((), self)]:
+            if column is None:
+                continue
+            with error_path(*path, "scale"):
+                scale = getattr(column, "scale", 1.0) if path else 1.0
+                column_unit = _split_scale(scale, unit)[1]
+            if column.unit or self.unit:
+                with error_path(*(path if column.unit else ()), "unit"):
+                    fit_unit(column.unit or self.unit, (column_unit,))
+        if self.time is not None and self.time.unit is not None:
+            with error_path("time", "unit"):
+                fit_unit(self.time.unit, ("s",))
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
@@ -156,7 +192,9 @@ class Channel:
     def combine(self, values: Sequence[Floats]) -> Floats:
         """Combine its columns, without the retrace, (row,)."""
         terms = self.sum or self.mean or self.difference or ()
-        values = [term.scale * column for term, column in zip(terms, values, strict=True)] if terms else values
+        unit = _split_scale(self.scale, self.scaled_unit)[1]
+        factors = [_split_scale(term.scale, unit)[0] for term in terms]
+        values = [factor * column for factor, column in zip(factors, values, strict=True)] if terms else values
         if self.difference:
             return values[0] - values[1]
         total = functools.reduce(operator.add, values)
@@ -177,8 +215,8 @@ class ForceChannel(Channel):
     negative_as_zero: bool = False  #: replaces negative values by 0
 
     @property
-    def unit_in_si(self) -> str:
-        """SI unit of its columns: force, pressure with ``area``, or coefficient with ``times``."""
+    def scaled_unit(self) -> str:
+        """SI unit of its columns times their scale: force, pressure with ``area``, or coefficient with ``times``."""
         if self.times:
             return "1"
         return "Pa" if self.area else "N"
@@ -208,7 +246,7 @@ class LengthChannel(Channel):
     closing_load: Force = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: load that closes the clearance
 
     @property
-    def unit_in_si(self) -> str:
+    def scaled_unit(self) -> str:
         """SI unit of a length."""
         return "m"
 

@@ -122,8 +122,8 @@ def _read(folder: Path, section: RecordKeys, clock: Column | None, channels: Map
     if section.runs_by is not None and clock == section.columns.time:
         columns[_RUN], units[_RUN] = section.runs_by, "1"
     for key, channel in channels.items():
-        for name, source in zip(column_names(key, channel), channel.sources, strict=True):
-            columns[name], units[name] = source, channel.unit_in_si
+        for name, source, unit in zip(column_names(key, channel), channel.sources, channel.units_in_si, strict=True):
+            columns[name], units[name] = source, unit
     try:
         table = section.table(folder, columns, units, missing=section.missing == "drop")
     except MissingValueError as error:
@@ -383,12 +383,12 @@ class _Record:
             return np.full(self.time.size, constant)
         raw = self.values[group, key]
         offset = getattr(channel, "offset", None)
-        values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw * factor + (offset or 0.0)
+        values = channel.factor * (getattr(channel, "area", None) or 1.0) * raw * factor + (offset or 0.0)
         values = self.correct(channel, key, values)
         if isinstance(channel, LengthChannel):
             self.offset[key] = offset or 0.0
             if offset is None and not channel.centred:
-                values = self.from_zero(key, values, channel.scale * self.first_readings[group, key])
+                values = self.from_zero(key, values, channel.factor * self.first_readings[group, key])
         self.check_sizes(values)
         if jumps := reduction.jumps_of_counter(raw):
             self.remark(FILE_REMARK, f"{key.replace('_', ' ')}: {jumps}")
