@@ -365,8 +365,7 @@ def _select_channel(reader: Any, request: int | str | None) -> Any:
     listed = ", ".join(f"{index} {name}" for index, name in enumerate(marked))
     if not channels:
         raise InputError(
-            f"is read as {reader.format()}, but holds no channel with heights in a unit of length, or is damaged; "
-            "expected a height map"
+            f"holds no heights, or {_UNKNOWN} (read as {reader.format()}, without a channel in a unit of length)"
         )
     if request is None:
         usable = [channel for channel in channels if _holds_heights(channel)]
