@@ -37,6 +37,11 @@ COPIES_PROCESSES = sys.platform == "linux"
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # flag to open a possible FIFO without waiting for a writer
 REPLACES_OPEN_FILES = os.name == "posix"  # True if a file can be renamed and replaced while it is open
 
+# Held while SQLite runs, which has locks of its own: a fork waits for it, so that these are free in the copy.
+fork_lock = threading.RLock()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=fork_lock.acquire, after_in_parent=fork_lock.release, after_in_child=fork_lock.release)
+
 _FAR = 1 << 43  # offset beyond the end of any file, within the addressable range of disks
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}

@@ -29,7 +29,7 @@ from historysim.basics.files import (
     write_errors,
     write_reason,
 )
-from historysim.basics.system import sync_folder
+from historysim.basics.system import fork_lock, sync_folder
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import Events, check_components, check_sequence, components, time_text, to_loads
 from historysim.loads.events import Event
@@ -166,7 +166,8 @@ class LogFile:
         """Close the file and release the writer's lock."""
         # closing any handle of a file drops the record locks that SQLite has on it, so SQLite closes first
         if self._connection is not None:
-            self._connection.close()
+            with fork_lock:
+                self._connection.close()
             self._connection = None
         if self._lock is not None:
             self._lock.release()
@@ -362,9 +363,10 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
 
 @contextmanager
 def sqlite_errors(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite into OSError (refused by the system) or InputError (damaged file)."""
+    """Turn errors of SQLite into OSError (refused by the system) or InputError (damaged file); a fork waits."""
     try:
-        yield
+        with fork_lock:
+            yield
     except (sqlite3.Error, UnicodeDecodeError) as error:
         if number := _refusal(error):
             mend = "the log is intact; make room, allow writing, or wait for the other process; then continue"

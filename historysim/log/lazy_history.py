@@ -9,6 +9,7 @@ import itertools
 import operator
 import os
 import platform
+import sys
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,6 +29,7 @@ from historysim.asperities.state import State
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_contained
+from historysim.basics.system import fork_lock
 from historysim.basics.wording import shell_word, warn
 from historysim.errors import InputError
 from historysim.loads import schedule
@@ -105,30 +107,28 @@ class _Cache:
         """Return the block of a key, which is computed if it is not cached."""
         with self._lock:
             cached = self._blocks.get(key)
-            future = cached or self._blocks.setdefault(key, Future())
+            future: Future[Block] = cached or Future()
+            self._blocks[key] = future
             self._blocks.move_to_end(key)
         if cached is None:
             try:
                 future.set_result(compute())
             except BaseException as error:
                 with self._lock:
-                    self._blocks.pop(key, None)
+                    del self._blocks[key]
                 future.set_exception(error)
                 raise
-            self._evict(key)
+            self._evict()
         return future.result()
 
-    def _evict(self, latest: object) -> None:
+    def _evict(self) -> None:
+        """Remove the blocks used first, except the last one and those that are being computed."""
         with self._lock:
-            sizes = {
-                key: sum(values.nbytes for values in future.result().values())
-                for key, future in self._blocks.items()
-                if future.done() and key != latest
-            }
-            bytes_left = CACHE_BYTES - sum(values.nbytes for values in self._blocks[latest].result().values())
-            for key, size in reversed(sizes.items()):
-                bytes_left -= size
-                if bytes_left < 0:
+            done = [(key, future.result()) for key, future in self._blocks.items() if future.done()]
+            bytes_left = CACHE_BYTES
+            for position, (key, block) in enumerate(reversed(done)):
+                bytes_left -= sum(values.nbytes for values in block.values())
+                if position and bytes_left < 0:
                     del self._blocks[key]
 
 
@@ -279,8 +279,6 @@ def _pieces(steps: Integers, width: int) -> Iterator[Integers]:
 
 # -- opening ---------------------------------------------------------------------------------------
 
-_opening = threading.RLock()
-
 
 @attrs.frozen
 class LogReference:
@@ -307,7 +305,7 @@ class LogReference:
 
         InputError: the log is missing on this machine, was replaced, or the versions of historysim differ.
         """
-        with _opening:
+        with fork_lock:
             return _open_history(self)
 
     def block(self, steps: range, columns: range | None) -> Block:
@@ -337,6 +335,19 @@ def _open_history(reference: LogReference) -> LazyHistory:
         )
     job = attrs.evolve(head.replay(content.events), record=reference.record)
     return LazyHistory(path, head, content, log, job)
+
+
+def _forget_threads() -> None:
+    """Forget histories and dask's threads: a forked process has none of the threads that hold locks or do the work."""
+    _open_history.cache_clear()
+    threaded: Any = sys.modules.get("dask.threaded")
+    if threaded is not None:
+        threaded.default_pool, threaded.pools_lock = None, threading.Lock()
+        threaded.pools.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_threads)
 
 
 def _read(path: Path, digest: str = "") -> tuple[LogHeader, Content, Path]:

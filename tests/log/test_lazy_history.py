@@ -1,10 +1,13 @@
 """Histories that are computed where they are read, against a run that records all variables."""
 
+import os
 import pickle
 import re
 import shutil
+import signal
 import sqlite3
 import sys
+import threading
 import warnings
 from contextlib import closing
 
@@ -469,3 +472,49 @@ def test_xarray_finds_the_engine_by_the_file(log):
     assert backend.guess_can_open(log)
     assert not backend.guess_can_open(log.with_name("full.nc"))
     assert not backend.guess_can_open("https://example.org/run.history")
+
+
+@pytest.fixture
+def read_by_threads(tmp_path, monkeypatch):
+    """A lazy history that six threads read, each block evicting another one, and its values."""
+    path, rng = tmp_path / "x.history", np.random.default_rng(5)
+    hs.EventLog.create(path, ensemble(rng), ramps(rng, by_load=False)).close()
+    monkeypatch.setattr(lazy_history, "CACHE_BYTES", 1)
+    history = xr.open_dataset(path, engine="historysim")
+    values, errors, done = history["normal_load"].values, [], threading.Event()
+
+    def read(seed):
+        steps = np.random.default_rng(seed)
+        while not done.is_set():
+            step = int(steps.integers(0, values.shape[0]))
+            try:
+                if not np.array_equal(history["normal_load"][step].values, values[step]):
+                    errors.append(step)
+            except Exception as error:  # noqa: BLE001 - of any kind, in a thread
+                errors.append(error)
+
+    threads = [threading.Thread(target=read, args=(seed,)) for seed in range(6)]
+    for thread in threads:
+        thread.start()
+    yield history, values
+    done.set()
+    for thread in threads:
+        thread.join()
+    assert not errors
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are copied on POSIX only")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_copies_of_a_process_read_while_its_threads_do(read_by_threads):
+    history, values = read_by_threads
+    chunked = hs.open(history.encoding["source"], chunks={"step": 2})
+    assert float(chunked.normal_load.sum().compute()) == pytest.approx(values.sum())
+    for attempt in range(20):
+        process = os.fork()
+        if not process:
+            # a signal ends a copy that waits for ever
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.alarm(60)
+            read = chunked.normal_load.compute() if attempt % 4 == 0 else history["normal_load"]
+            os._exit(0 if np.array_equal(read.values, values) else 1)
+        assert os.waitpid(process, 0)[1] == 0
