@@ -26,13 +26,16 @@ FORM = b"5"  # changes whenever the same arguments are to be computed anew
 DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
-def cache_folder() -> Path:
-    """Folder of the cache: historysim in the system's cache folder, which may be emptied at any time."""
+def cache_folder() -> Path | None:
+    """Folder of the cache: historysim in the system's cache folder, which may be emptied; None without a home."""
     if folder := os.environ.get("HISTORYSIM_CACHE"):
         return Path(folder)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "historysim"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "historysim"
+    variable, in_home = ("LOCALAPPDATA", "") if sys.platform == "win32" else ("XDG_CACHE_HOME", ".cache")
+    try:
+        return Path(os.environ.get(variable) or Path.home() / in_home) / "historysim"
+    except RuntimeError:
+        # a container may run as a user who is not in its list of users
+        return None
 
 
 def load_or_compute(
@@ -40,12 +43,15 @@ def load_or_compute(
 ) -> dict[str, Floats]:
     """Return the cached arrays of a computation, identified by its arguments; compute and store them if there are none.
 
-    A damaged file is computed again. If the folder cannot be written to, nothing is cached.
+    A damaged file is computed again. If there is no folder, or it cannot be written to, nothing is cached.
     """
+    folder = cache_folder()
+    if folder is None:
+        return compute()
     digest = hashlib.sha256(FORM)
     for item in enumerate(arguments):
         digest.update(repr((item[0], item[1].shape, item[1].dtype.str)).encode() + item[1].tobytes())
-    path = cache_folder() / f"{name}_{digest.hexdigest()[:32]}.npz"
+    path = folder / f"{name}_{digest.hexdigest()[:32]}.npz"
     try:
         check_archive(path)
         # the archive has a checksum of each array
@@ -57,7 +63,8 @@ def load_or_compute(
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as unfinished, unfinished.open("wb") as stream:
             np.savez_compressed(stream, allow_pickle=False, **result)
-    except OSError:
+    except (OSError, InputError):
+        # also a link, a device or a file in place of a folder
         pass
     return result
 

@@ -2,7 +2,8 @@
 
 The name of a cell is the digest of all that decides its content: the scenario at its point, the contents of the files
 that it names, the outputs, and the versions that compute. So a folder serves any number of sweeps, also at one time. A
-file is written under another name, is on the disk before it gets its own, and has checksums; a damaged one is ignored.
+file is written under another name, is on the disk before it gets its own, and begins with the digest of its name and
+content; a file with any other content is ignored.
 """
 
 import contextlib
@@ -12,9 +13,7 @@ import io
 import json
 import os
 import re
-import zipfile
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +23,17 @@ import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.files import UNFINISHED, is_file, is_own, own_file, replacing
-from historysim.basics.limits import check_archive
 from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
 from historysim.scenario.document import find_named_files
 from historysim.scenario.grid import with_values
 from historysim.scenario.scenario import Scenario
 
-FORM = 2
+FORM = 3
 ENDING = ".cell"
 _UNFINISHED = re.compile(rf"\.([0-9a-f]{{64}}){re.escape(ENDING)}{UNFINISHED.pattern}")
-# errors of a damaged cell: of its parts, of the archive, and of forms of it that Python does not know
-DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
 HEADER = "header"
+MARK_SIZE = hashlib.sha256().digest_size  # bytes at the start of a file, the digest of its name and content
 # sections that do not change the content of a cell
 IRRELEVANT = ("title", "sweep", "design", "fit", "metadata", "picture")
 
@@ -92,14 +89,21 @@ class Store:
         """Return the cell of a digest; None where there is none, or one that is damaged."""
         path = self._path(name)
         try:
-            return from_bytes(path.read_bytes()) if is_file(path) else None
-        except (FileNotFoundError, *DAMAGE):
+            content = path.read_bytes() if is_file(path) else b""
+        except FileNotFoundError:
             return None
+        mark, cell = content[:MARK_SIZE], content[MARK_SIZE:]
+        return from_bytes(cell) if mark == _mark(name, cell) else None
+
+    def find_damaged(self, names: Iterable[str]) -> list[Path]:
+        """Return the files of these digests that exist and are not their cells."""
+        return [path for name in names if is_file(path := self._path(name)) and self.read(name) is None]
 
     def write(self, name: str, cell: xr.Dataset) -> None:
         """Keep a cell, which is on the disk when this returns; OSError where it cannot be."""
         with replacing(self._path(name)) as unfinished:
-            unfinished.write_bytes(to_bytes(cell))
+            content = to_bytes(cell)
+            unfinished.write_bytes(_mark(name, content) + content)
 
     @contextlib.contextmanager
     def claim(self, name: str, *, wait: bool) -> Iterator[bool]:
@@ -126,9 +130,13 @@ class Store:
         return self.folder / f"{name}{ENDING}"
 
 
+def _mark(name: str, content: bytes) -> bytes:
+    return hashlib.sha256(name.encode() + content).digest()
+
+
 def to_bytes(cell: xr.Dataset) -> bytes:
-    """Return the bytes of the file of a cell: an NPZ of its arrays and a header in JSON."""
-    header = json.dumps({"form": FORM, **cell.to_dict(data=False)}).encode()
+    """Return the content of the file of a cell: an NPZ of its arrays and a header in JSON."""
+    header = json.dumps(cell.to_dict(data=False)).encode()
     arrays = {f"v.{name}": variable.values for name, variable in cell.variables.items()}
     stream = io.BytesIO()
     np.savez(stream, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **arrays)
@@ -136,12 +144,9 @@ def to_bytes(cell: xr.Dataset) -> bytes:
 
 
 def from_bytes(content: bytes) -> xr.Dataset:
-    """Return the cell in the bytes of a file; damaged ones raise an error of `DAMAGE`."""
-    check_archive(io.BytesIO(content))
+    """Return the cell in the content of its file."""
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
         header = json.loads(file[HEADER].tobytes())
-        if header["form"] != FORM:
-            raise ValueError(f"form {header['form']!r}; expected {FORM}")
         for name, declared in (*header["coords"].items(), *header["data_vars"].items()):
             declared["data"] = file[f"v.{name}"]
     return xr.Dataset.from_dict(header)

@@ -91,6 +91,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     requested = tuple(outputs) or (section.outputs if section is not None and over is None else ())
     grid, outputs = read_sweep(scenario, outputs, over, together)
     plan = _Plan(scenario, outputs, None if store is None else Path(store), list(grid.points()))
+    notices = [f"{path}: is damaged, ignored; the cell is computed again" for path in plan.damaged]
+    notify_first(notices, "damaged cells are ignored", notify)
     stored = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
     logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", stored)
     try:
@@ -196,6 +198,7 @@ class _Plan:
     names: list[str] = attrs.field(init=False)
     cells: dict[int, xr.Dataset] = attrs.field(factory=dict, init=False)
     reasons: dict[int, str] = attrs.field(factory=dict, init=False)
+    damaged: list[Path] = attrs.field(factory=list, init=False)  #: files of cells that hold something else
     elsewhere: set[int] = attrs.field(factory=set, init=False)  #: cells that another process is computing
 
     def __attrs_post_init__(self) -> None:
@@ -209,6 +212,7 @@ class _Plan:
         self.names = [digest(self.scenario, point, self.outputs) for point in self.points]
         stored = {index: store.read(name) for index, name in enumerate(self.names)}
         self.cells = {index: cell for index, cell in stored.items() if cell is not None}
+        self.damaged = store.find_damaged(name for index, name in enumerate(self.names) if index not in self.cells)
 
     def carry_out(self, executor: object, workers: int, *, progress: bool) -> None:
         """Compute the missing cells; cells that another process is computing come last."""

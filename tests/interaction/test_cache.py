@@ -57,3 +57,18 @@ def test_the_folder_agrees_with_the_system(monkeypatch, tmp_path):
     monkeypatch.setattr("sys.platform", "win32")
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
     assert cache.cache_folder() == tmp_path / "local" / "historysim"
+
+
+@pytest.mark.parametrize("platform", ["linux", "win32"])
+def test_nothing_is_cached_without_a_home_folder(counted, monkeypatch, platform):
+    def home():
+        raise RuntimeError("Could not determine home directory.")
+
+    calls, compute, _ = counted
+    for name in ("HISTORYSIM_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pathlib.Path.home", home)
+    monkeypatch.setattr("sys.platform", platform)
+    for _ in range(2):
+        assert "a" in cache.load_or_compute("x", ARGUMENTS, compute)
+    assert len(calls) == 2

@@ -276,8 +276,15 @@ def test_a_damaged_cell_is_computed_again_and_leftovers_go(rough, tmp_path, coun
     (tmp_path / "cells" / f".{cells[3].name}.0a1b2c3d-1-0123456789abcdef.part").write_bytes(content[:100])
     others = tmp_path / "cells" / ".letters.cell.mine.part"
     others.write_text("of somebody else", encoding="utf-8")
-    assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells"))
-    assert len(counted) == 8 + 3
+    # an archive with valid checksums and other content, and the cell of another point
+    np.savez(tmp_path / "foreign.npz", header=np.frombuffer(b'{"form": 3, "coords": [], "data_vars": 1}', np.uint8))
+    cells[4].write_bytes((tmp_path / "foreign.npz").read_bytes())
+    cells[5].write_bytes(cells[6].read_bytes())
+    notices = []
+    assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells", notify=notices.append))
+    assert len(counted) == 8 + 5
+    assert {notice.split(":")[0] for notice in notices if "is damaged, ignored" in notice} <= {*map(str, cells[:6])}
+    assert len(notices) == 5
     assert sorted((tmp_path / "cells").iterdir()) == [others, *cells, tmp_path / "cells" / "lock"]
 
 
