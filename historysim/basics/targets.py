@@ -2,7 +2,7 @@
 
 An output is never a file that the command reads. An existing file is replaced only if it has the format that the
 command writes, or with force. An output is never a folder, link, device, FIFO or socket. A zarr store is a folder; it
-replaces only an earlier store of this program.
+replaces only an earlier store of this program, with force, if nobody has added a member to it.
 """
 
 from collections.abc import Callable, Iterable
@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from historysim.basics.files import beginning, check_replaceable, is_file, is_netcdf, is_zarr
+from historysim.basics.stores import foreign_member
+from historysim.basics.wording import quote
 from historysim.errors import InputError
 
 LOOKED_AT = 1 << 16  # bytes at either end of a file that are searched for the mark of this program
@@ -50,9 +52,12 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
     used = list(reads)
     for output in outputs:
         path = output.path
-        check_place(path, store=STORE in output.forms and is_store_name(path))
+        is_store = STORE in output.forms and is_store_name(path)
+        check_place(path, store=is_store)
         if any(is_same(path, read_path) for read_path in used):
             raise InputError(f"{path}: would overwrite an input of the command; choose another name (-o)")
+        if is_store and path.is_dir():
+            check_store_replaceable(path, force=force)
         form = output.form
         if not force and is_file(path) and path.stat().st_size and not form.is_own(path):
             raise InputError(
@@ -76,6 +81,24 @@ def check_place(path: Path, *, store: bool = False) -> None:
         check_replaceable(path)
     if not has_place:
         raise InputError(f"{path}: the folder {path.parent} does not exist; create it first")
+
+
+def check_store_replaceable(path: Path, *, force: bool) -> None:
+    """Raise InputError unless an existing zarr store may be replaced: by force, if it has no foreign member."""
+    if not force:
+        raise InputError(
+            f"{path}: exists already, and a store is never replaced unrequested; choose another name, or give "
+            "--force (in Python force=True)"
+        )
+    try:
+        member = foreign_member(path)
+    except (InputError, OSError, ValueError) as error:
+        raise InputError(f"{path}: is damaged, so that it is not replaced ({error}); remove it yourself") from error
+    if member:
+        raise InputError(
+            f"{path}: holds {quote(member)}, which this version of historysim has not written, so that it is not "
+            "replaced; choose another name, or move the store away"
+        )
 
 
 def is_same(path: Path, other: Path) -> bool:

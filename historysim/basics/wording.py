@@ -51,10 +51,19 @@ def format_value(value: object) -> str:
     if isinstance(value, int) and value.bit_length() > 64:
         return f"an integer of {value.bit_length()} bits"
     if isinstance(value, str):
-        return repr(value) if len(value) <= 40 else f"{value[:40]!r}…"
+        return quote(value)
     if isinstance(value, dict):
         return "a table"
     return "an array" if isinstance(value, list) else str(value)
+
+
+MOST_QUOTED = 40  # characters of the content of a file in a message
+
+
+def quote(content: object) -> str:
+    """Quote a value from a file in a message: at most 40 characters, control and bidirectional ones escaped."""
+    text = content if isinstance(content, str) else repr(content)
+    return repr(text) if len(text) <= MOST_QUOTED else f"{text[:MOST_QUOTED]!r}…"
 
 
 def brief(value: object) -> str:

@@ -40,6 +40,7 @@ from historysim.log.result import SNAPSHOT_CELLS, digest_attribute, log_path_for
 from historysim.memory.paths import Rows
 from historysim.recording.provenance import MADE_BY
 from historysim.recording.recorder import Recorder, Selection, StateOnly, asperity_coordinates, labelled_dataset
+from historysim.recording.stored_units import is_as_recorded
 from historysim.recording.variables import COMPONENTS, COORDINATES, SLIDE_TIME, Variable, recorded_variables
 from historysim.replaying import Replay
 
@@ -488,8 +489,12 @@ def _known_totals(history: LazyHistory, path: Path) -> Mapping[str, Array]:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
             if all(name in file.ncattrs() and file.getncattr(name) == value for name, value in expected.items()):
-                names = [variable.name for variable in recorded_variables(history.job.changes)[0]]
-                return {name: file[name][...] for name in names if name in file.variables}
+                totals = recorded_variables(history.job.changes)[0]
+                return {
+                    variable.name: file[variable.name][...]
+                    for variable in totals
+                    if variable.name in file.variables and is_as_recorded(file[variable.name].__dict__, variable.units)
+                }
     return {}
 
 

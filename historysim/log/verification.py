@@ -3,16 +3,16 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import attrs
 import numpy as np
 
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import Array
-from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
+from historysim.basics.files import as_path, is_log, is_netcdf, is_zarr, kind_text
 from historysim.basics.hdf5 import check_named
-from historysim.basics.wording import Notify, shell_word, silent
+from historysim.basics.wording import Notify, quote, shell_word, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event
@@ -23,10 +23,12 @@ from historysim.log.header import LogHeader
 from historysim.log.result import log_path_for, program, snapshots
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, asperity_coordinates
+from historysim.recording.stored_units import declared_units, is_as_recorded
 from historysim.recording.variables import SLIDE_TIME
 
 if TYPE_CHECKING:
     import netCDF4
+    import xarray as xr
 
 
 ROUNDING = 1e-9  # largest difference, over the largest value of a variable, that is taken for rounding
@@ -103,7 +105,7 @@ def verify(
     Parameters
     ----------
     path : path
-        The result (netCDF), or a log (``NAME.history``).
+        The result (netCDF or zarr), or a log (``NAME.history``).
     log : path, optional
         The log of the result; by default the log next to it.
     progress : bool
@@ -121,9 +123,9 @@ def verify(
     path = as_path(path)
     if is_log(path):
         return _verify_log(path, notify=notify)
-    if not is_netcdf(path):
+    if not is_netcdf(path) and not is_zarr(path):
         kind = kind_text(path) or "is no result, and no log"
-        raise InputError(f"{path}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
+        raise InputError(f"{path}: {kind}; expected a result of historysim run, or a log (NAME.history)")
     log_path = log_path_for(path) if log is None else Path(log)
     # what is no result has no log, so that it is opened in any case
     with (
@@ -139,10 +141,11 @@ def verify(
 
 
 def _compare_result(
-    output: Path, result: "netCDF4.Dataset", file: LogFile, *, progress: bool, notify: Notify
+    output: Path, result: "netCDF4.Dataset | _StoredResult", file: LogFile, *, progress: bool, notify: Notify
 ) -> Verification:
     # the embedded log, from which it can be recomputed, has a separate checksum
-    if embedded_log.find_group(result) is not None:
+    # a store has no groups
+    if embedded_log.find_group(result) is not None:  # type: ignore[arg-type]
         embedded_log.read(output)
     events, digest = _events_of_result(file, output, result)
     version, maker = (str(getattr(result, name, "?")) for name in ("historysim_version", "made_with"))
@@ -154,6 +157,12 @@ def _compare_result(
         job = attrs.evolve(job, record="totals")
     if (recorded_steps := len(result.dimensions["step"])) != (steps := job.steps()):
         raise InputError(f"{output}: has {recorded_steps:,} steps; its log makes {steps:,}")
+    for name, unit in declared_units().items():
+        if name in result.variables and not is_as_recorded(result[name].__dict__, unit):
+            raise InputError(
+                f"{output}: {name} was saved again, packed or in {quote(getattr(result[name], 'units', ''))}, and is "
+                f"recorded in {unit or 'no unit'}; expected the file that historysim run wrote"
+            )
     target = job.recorder(_Comparer, file=result)
     for variable, values in asperity_coordinates(job.ensemble, job.asperities):
         target.compare(variable.name, values)
@@ -205,7 +214,7 @@ def _verify_log(path: Path, *, notify: Notify) -> Verification:
 class _Comparer(Recorder):
     """Recorder that compares the rows of a replay with the rows of a file."""
 
-    file: "netCDF4.Dataset"
+    file: "netCDF4.Dataset | _StoredResult"
     differences: dict[str, Difference] = attrs.field(factory=dict, init=False)
 
     def record(self, times: Array) -> None:
@@ -227,7 +236,9 @@ class _Comparer(Recorder):
         self.differences.setdefault(name, Difference(name)).add(names, where.start or 0, recorded, values)
 
 
-def _events_of_result(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:
+def _events_of_result(
+    file: LogFile, output: Path, result: "netCDF4.Dataset | _StoredResult"
+) -> tuple[Sequence[Event], str]:
     """Return the events from which a result was made, and their digest; the log may have grown since."""
     content = file.sound()
     digest = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
@@ -242,11 +253,45 @@ def _events_of_result(file: LogFile, output: Path, result: "netCDF4.Dataset") ->
     )
 
 
+class _StoredVariable:
+    """Variable of a zarr store, with the interface of `netCDF4.Variable`."""
+
+    def __init__(self, variable: "xr.Variable") -> None:
+        self._variable, self.dimensions, self.units = variable, variable.dims, variable.attrs.get("units", "")
+        self.__dict__ |= variable.attrs
+
+    def __getitem__(self, key: slice) -> Array:
+        values: Array = self._variable[key].values
+        return values
+
+
+class _StoredResult:
+    """History in a zarr store, with the interface of `netCDF4.Dataset` that a comparison uses."""
+
+    def __init__(self, path: Path, history: "xr.Dataset") -> None:
+        self.variables = {str(name): _StoredVariable(variable) for name, variable in history.variables.items()}
+        self.dimensions = {name: range(size) for name, size in history.sizes.items()}
+        self.groups: dict[str, Any] = {}
+        self.filepath = path.__str__
+        self.__dict__ |= history.attrs
+
+    def __getitem__(self, name: str) -> _StoredVariable:
+        return self.variables[name]
+
+
 @contextmanager
-def _open_result(output: Path) -> Iterator["netCDF4.Dataset"]:
+def _open_result(output: Path) -> Iterator["netCDF4.Dataset | _StoredResult"]:
     """Open a finished result; errors of netCDF4 in the block are reported as damage."""
     import netCDF4
 
+    if is_zarr(output):
+        from historysim.log.zarr_result import open_store
+
+        with open_store(output) as history:
+            if not history.attrs.get("complete") or "step" not in history.sizes:
+                raise InputError(f"{output}: is not a finished result of historysim run")
+            yield _StoredResult(output, history)
+        return
     check_named(output)
     try:
         with netCDF4.Dataset(output) as result:

@@ -29,6 +29,7 @@ from historysim.measured.reduction import (
     loop_dead_band,
     turning_points,
 )
+from historysim.recording.stored_units import unit_factor
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,7 +208,7 @@ class Sliding:
             over=over,
             place=np.array(ends),
             coefficient=np.full(2, np.nan),
-            window_place=table[over].values,
+            window_place=table[over].values * unit_factor(over, table[over].attrs, UNITS[over]),
             window_mean=table["coefficient"].values,
             window_deviation=table["standard_deviation"].values,
             window_count=table["count"].values,

@@ -287,7 +287,7 @@ VARIABLES = (
 
 _added: list[Variable] = []
 # Modules of this folder that add no variables, and need not be imported for the list of variables.
-_OWN = frozenset({"netcdf", "provenance", "recorder", "surface_group", "variables"})
+_OWN = frozenset({"netcdf", "provenance", "recorder", "stored_units", "surface_group", "variables"})
 
 
 def register(variable: Variable) -> Variable:

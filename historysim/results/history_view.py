@@ -69,6 +69,11 @@ class FileVariable:
         return np.dtype(object if self.source.dtype is str else self.source.dtype)
 
     @property
+    def attrs(self) -> dict[str, Any]:
+        """Attributes by name."""
+        return {name: self.source.getncattr(name) for name in self.source.ncattrs()}
+
+    @property
     def values(self) -> Array:
         """Values as an array."""
         values: Array = self.source[self.steps]

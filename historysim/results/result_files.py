@@ -15,6 +15,7 @@ from historysim.basics.files import is_log, is_netcdf, is_zarr, path_state
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
+from historysim.recording.stored_units import declared_units, in_declared_units, is_as_recorded
 from historysim.recording.variables import COORDINATES, VARIABLES
 from historysim.results.history_view import MODULI, NEEDED, FileHistory, History
 
@@ -132,10 +133,10 @@ def open_history(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     try:
         with report_damage(path):
             _check_history(history, path)
+            return _in_declared_units(history, path)
     except BaseException:
         history.close()
         raise
-    return history
 
 
 def open_zarr_history(path: Path) -> "xr.Dataset":
@@ -143,22 +144,22 @@ def open_zarr_history(path: Path) -> "xr.Dataset":
 
     InputError: zarr is not installed, or the store is not a finished result, or is damaged.
     """
-    import xarray as xr
+    from historysim.log.zarr_result import open_store
 
-    try:
-        import zarr  # noqa: F401 - xarray reports its absence as an unknown engine
-    except ImportError as error:
-        raise InputError(f'{path}: is read by zarr, which is not installed; pip install "historysim[zarr]"') from error
-    try:
-        history: xr.Dataset = xr.open_zarr(path, chunks=None, decode_times=False, consolidated=False)
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(f"{path}: is damaged, or not a result ({error}); make it again") from error
-    for variable in history.variables.values():
-        # JSON has no types
-        if "flag_values" in variable.attrs:
-            variable.attrs["flag_values"] = np.asarray(variable.attrs["flag_values"], dtype=variable.dtype)
+    history = open_store(path)
     _check_history(history, path)
-    return history
+    return _in_declared_units(history, path)
+
+
+def _in_declared_units(history: "xr.Dataset", path: Path) -> "xr.Dataset":
+    """Return an open history in the declared units, with which its file is closed as well."""
+    try:
+        converted = in_declared_units(history)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    if converted is not history:
+        converted.set_close(history.close)
+    return converted
 
 
 @contextlib.contextmanager
@@ -202,7 +203,11 @@ def open_file_history(path: Path, *, exclusive: bool = False) -> Iterator[Histor
             raise _damage_error(path, error) from error
         files.enter_context(report_damage(path))
         _check_history(history, path)
-        yield history
+        if all(is_as_recorded(history[name].attrs, unit) for name, unit in declared_units().items() if name in history):
+            yield history
+            return
+    with open_result(path, exclusive=True) as converted:
+        yield converted
 
 
 def read_table(path: Path) -> "xr.Dataset":

@@ -116,7 +116,7 @@ def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Sce
     """Yield the history or the measurement of a record, and the scenario of a measurement."""
     if isinstance(record, str | Path):
         kind = file_type(Path(record))
-        if kind == "result":
+        if kind in {"result", "zarr"}:
             with open_result(Path(record)) as history:
                 yield history, None
             return

@@ -109,8 +109,9 @@ def run(  # noqa: PLR0913 - the options of the command
     import xarray as xr
 
     if is_store_name(Path(output)):
-        history: xr.Dataset = xr.open_zarr(output, chunks=None, decode_times=False, consolidated=False)
-        return history
+        from historysim.log.zarr_result import open_store
+
+        return open_store(Path(output))
     return xr.open_dataset(output, decode_times=False)
 
 

@@ -168,3 +168,85 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(scenario):
 
 def opened_logs():
     return lazy_history._open_history.cache_info().misses
+
+
+@pytest.fixture
+def stored(scenario):
+    with hs.run(scenario, "rough.zarr", threads=2) as history:
+        values = {name: variable.values.tobytes() for name, variable in history.variables.items()}
+    return Path("rough.zarr"), values
+
+
+def test_any_flipped_bit_is_told_or_changes_nothing(stored):
+    store, values = stored
+    rng, files = np.random.default_rng(1), sorted(path for path in store.rglob("*") if path.is_file())
+    for number in range(300):
+        path = files[number % len(files)]
+        content = path.read_bytes()
+        flipped = bytearray(content)
+        flipped[rng.integers(len(content))] ^= 1 << int(rng.integers(8))
+        path.write_bytes(flipped)
+        with pytest.raises(InputError, match=r"rough\.zarr.*damaged"), hs.open(store) as history:
+            assert {name: variable.values.tobytes() for name, variable in history.variables.items()} == values
+        path.write_bytes(content)
+
+
+def test_a_missing_chunk_is_an_error(stored):
+    store, _ = stored
+    for path in [path for path in store.rglob("*") if path.is_file()][::7]:
+        content = path.read_bytes()
+        path.unlink()
+        for read in (hs.open, hs.show, hs.verify):
+            with pytest.raises(InputError, match="damaged|there is no|is a folder"):
+                read(store)
+        path.write_bytes(content)
+    assert hs.verify(store)
+
+
+def test_verify_compares_a_store_with_its_log(scenario, stored):
+    store, _ = stored
+    assert hs.verify(store)
+    text = SCENARIO.replace("coefficient = 0.2", "coefficient = 0.21")
+    assert text != SCENARIO
+    scenario.write_text(text, encoding="utf-8")
+    hs.run(scenario, "other.zarr", threads=2).close()
+    with pytest.raises(InputError, match="another scenario"):
+        hs.verify("other.zarr", store.with_suffix(".history"))
+    with hs.open(store) as history:
+        changed = history.load()
+    changed["normal_load"][3, 2] *= 1.01
+    changed.drop_encoding().to_zarr("changed.zarr", consolidated=False)
+    found = hs.verify("changed.zarr", store.with_suffix(".history"))
+    assert not found
+    assert [difference.name for difference in found.differences] == ["normal_load"]
+
+
+@pytest.mark.parametrize("member", ["notes.txt", "analysis/zarr.json", "normal_load/c/notes", "normal_load/link"])
+def test_a_store_with_a_foreign_member_is_never_replaced(scenario, stored, member):
+    store, _ = stored
+    path = store / member
+    path.parent.mkdir(exist_ok=True)
+    path.symlink_to("zarr.json") if path.name == "link" else path.write_text("{}", encoding="utf-8")
+    before = sorted((path, path.read_bytes()) for path in store.rglob("*") if path.is_file())
+    for force, message in ((False, "--force"), (True, "has not written")):
+        with pytest.raises(InputError, match=message):
+            hs.run(scenario, store, force=force)
+    assert sorted((path, path.read_bytes()) for path in store.rglob("*") if path.is_file()) == before
+
+
+@pytest.mark.parametrize("in_one_step", [True, False])
+def test_an_open_reader_never_reads_another_run(scenario, stored, monkeypatch, in_one_step):
+    store, values = stored
+    if not in_one_step:
+        monkeypatch.setattr("historysim.basics.system.ctypes.CDLL", lambda _: None)
+    reader = hs.open(store)
+    with pytest.raises(InputError, match="exists already"):
+        hs.run(scenario, store)
+    assert reader.stick_radius.values.tobytes() == values["stick_radius"]
+    reader = hs.open(store)
+    scenario.write_text(SCENARIO.replace("coefficient = 0.2", "coefficient = 0.21"), encoding="utf-8")
+    hs.run(scenario, store, force=True).close()
+    with pytest.raises(InputError, match="was replaced"):
+        _ = reader.stick_radius.values
+    assert hs.open(store).stick_radius.values.tobytes() != values["stick_radius"]
+    assert sorted(path.name for path in Path().iterdir()) == ["rough.history", "rough.toml", "rough.zarr"]

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.errors import HistorySimError
+from historysim.errors import HistorySimError, InputError
 from historysim.results.layout import report_missing_variables
 from historysim.results.queries import all_queries
 
@@ -23,6 +23,23 @@ GIVEN = {"asperity": 2, "step": 20, "steps": [5, 20], "first": 10, "second": 30}
 def concat(parts, along):
     # as users call it, with the defaults of every version of xarray
     return xr.concat(parts, along, data_vars="all", coords="different", compat="equals")
+
+
+# units with the number of them in the SI unit
+MILLI = {"time": ("ms", 1e3), "total_tangential_load": ("mN", 1e3), "tangential_displacement": ("nm", 1e9)}
+MILLI |= {"total_normal_load": ("kN", 1e-3), "summit_height": ("µm", 1e6), "dissipated_energy": ("pJ", 1e12)}
+MILLI |= {"stick_radius": ("nm", 1e9), "tangential_stiffness": ("mN/µm", 1e-3), "real_contact_area": ("µm2", 1e12)}
+PINT = {"time": ("minute", 1 / 60), "normal_load": ("millinewton", 1e3), "real_contact_area": ("millimeter ** 2", 1e6)}
+PINT |= {"friction": ("dimensionless", 1.0), "contact_radius": ("nanometer", 1e9)}
+
+
+def in_units(history, units):
+    """Return a history with some variables in other units."""
+    changed = {
+        name: history[name].copy(data=history[name] * number).assign_attrs(units=unit)
+        for name, (unit, number) in units.items()
+    }
+    return history.assign(changed).set_coords([name for name in changed if name in history.coords])
 
 
 EQUIVALENT = {
@@ -44,6 +61,9 @@ EQUIVALENT = {
     "without index": lambda history: history.drop_indexes("asperity"),
     "with labels of steps": lambda history: history.assign_coords(step=10 * np.arange(STEPS)),
     "one more dimension": lambda history: history.expand_dims("run"),
+    "other units": lambda history: in_units(history, MILLI),
+    "units as pint writes them": lambda history: in_units(history, PINT),
+    "time as timedelta": lambda h: h.assign_coords(time=("step", (h.time.values * 1e9).astype("timedelta64[ns]"))),
     "floating-point flags": lambda history: history.assign(slip_state=history.slip_state.astype(float)),
 }
 OTHER = {
@@ -206,3 +226,49 @@ def test_a_history_along_time_is_drawn_shown_and_written(tmp_path):
     assert "dissipated energy" in str(hs.show(history))
     hs.write_csv(history.contact.time_series(), tmp_path / "series.csv")
     hs.write_csv(history, tmp_path / "history.csv")
+
+
+WRONG_UNITS = {
+    "missing": {},
+    "unknown": {"units": "mNn"},
+    "of another dimension": {"units": "mm"},
+    "without meaning": {"units": 1},
+    "dates": {"units": "milliseconds since 2020-01-01", "calendar": "proleptic_gregorian"},
+}
+
+
+@pytest.mark.parametrize("attributes", WRONG_UNITS.values(), ids=WRONG_UNITS)
+@pytest.mark.parametrize("name", ["time", "total_tangential_load", "tangential_displacement"])
+def test_units_that_do_not_convert_are_refused_by_command_and_python(tmp_path, name, attributes):
+    if name == "tangential_displacement" and attributes.get("units") == "mm":
+        attributes = {"units": "mN"}
+    history = HISTORY.copy()
+    history[name].attrs = attributes
+    history.to_netcdf(tmp_path / "x.nc")
+    if "calendar" not in attributes:
+        history.drop_vars("slip_state").to_zarr(tmp_path / "x.zarr", consolidated=False)
+    calls = [lambda: hs.show(history), lambda: hs.plot(history), lambda: hs.loops(history), lambda: hs.sliding(history)]
+    for path in tmp_path.iterdir():
+        calls += [lambda path=path: call(path) for call in (hs.open, hs.show, hs.report, hs.loops)]
+    for call in calls:
+        with pytest.raises(InputError, match=rf"{name}.*(units|dates).*expected"):
+            call()
+
+
+def test_a_file_in_other_units_or_packed_is_read_in_si(tmp_path):
+    in_units(HISTORY, MILLI).to_netcdf(tmp_path / "units.nc")
+    step = float(HISTORY.total_tangential_load.max()) / 3e4
+    packing = {"total_tangential_load": {"dtype": "int16", "scale_factor": step, "_FillValue": -32768}}
+    HISTORY.to_netcdf(tmp_path / "packed.nc", encoding=packing)
+    for name in ("units.nc", "packed.nc"):
+        assert str(hs.show(tmp_path / name)) == str(hs.show(HISTORY))
+        with hs.open(tmp_path / name) as history:
+            for variable, values in HISTORY.variables.items():
+                error = step / 2 if name == "packed.nc" and variable == "total_tangential_load" else 0
+                np.testing.assert_allclose(history[variable].values, values.values, rtol=1e-15 * 4, atol=error)
+                assert history[variable].attrs.get("units") == values.attrs.get("units")
+        np.testing.assert_allclose(
+            hs.loops(tmp_path / name).to_dataset().energy_coefficient,
+            hs.loops(HISTORY).to_dataset().energy_coefficient,
+            rtol=1e-4,
+        )
