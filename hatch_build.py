@@ -18,6 +18,7 @@ import importlib.util
 import os
 import re
 import sys
+import sysconfig
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HERE = Path(__file__).parent
 PLACE = Path("historysim", "basics")
+CFFI = "cffi>=1.16"
 LIBRARY = "libhistorysim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 DECLARATIONS = "_declarations.py"
 BROWSER = Path("historysim", "results", "report", "browser.wasm")
@@ -46,12 +48,20 @@ class CompiledLibrary(BuildHookInterface):
     """Put the library and its declarations into the wheel; for an editable installation, beside the source."""
 
     def dependencies(self) -> list[str]:
-        """Ask for a compiler where there is none, and for that of WebAssembly in CI, which builds the wheels."""
+        """Ask for cffi, for a compiler where there is none, and for that of WebAssembly in CI, which builds the wheels.
+
+        SystemExit: an interpreter for which there is no cffi.
+        """
+        if sysconfig.get_config_var("Py_GIL_DISABLED") and sys.version_info < (3, 14):
+            raise SystemExit(
+                f"historysim: {sys.executable} is a free-threaded build of Python {sys.version_info[0]}."
+                f"{sys.version_info[1]}, which cffi does not support; expected a standard build of Python 3.11 or later"
+            )
         if not compiler():
             self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is taken, which brings one")
         elif not (os.environ.get("CI") or os.environ.get("CIBUILDWHEEL")):
-            return []
-        return ["ziglang>=0.13"]
+            return [CFFI]
+        return [CFFI, "ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile, and say what belongs into the wheel, and for which machines the wheel is."""

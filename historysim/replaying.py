@@ -11,7 +11,7 @@ import attrs
 from historysim.asperities.body import Body, check_body
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import Integers
-from historysim.basics.files import path_of_numbers, replacing
+from historysim.basics.files import path_to_write, replacing
 from historysim.basics.system import resolve_threads
 from historysim.basics.units import seconds
 from historysim.basics.wording import html_of_fields, progress_bar
@@ -118,7 +118,7 @@ class Replay:
         from historysim.recording.netcdf import FileRecorder
 
         options: dict[str, Any] = {"attributes": self.attributes()}
-        with replacing(path_of_numbers(path)) as file, self.recorder(FileRecorder, path=file, **options) as target:
+        with replacing(path_to_write(path, ".nc")) as file, self.recorder(FileRecorder, path=file, **options) as target:
             self.walk(target, progress=progress)
             target.finish()
 

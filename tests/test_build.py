@@ -238,10 +238,18 @@ def no_ci(monkeypatch):
 def test_a_compiler_is_found(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     assert hatch_build.compiler() in ([name] for name in ("cc", "gcc", "clang"))
-    assert hook(ROOT).dependencies() == []
+    assert hook(ROOT).dependencies() == [hatch_build.CFFI]
     # what builds the wheels compiles for browsers, too
     monkeypatch.setenv("CI", "true")
-    assert hook(ROOT).dependencies() == ["ziglang>=0.13"]
+    assert hook(ROOT).dependencies() == [hatch_build.CFFI, "ziglang>=0.13"]
+
+
+@pytest.mark.parametrize(("version", "refused"), [((3, 13, 1), True), ((3, 14, 0), False)])
+def test_a_free_threaded_interpreter_without_cffi_is_refused_in_words(monkeypatch, version, refused):
+    monkeypatch.setattr("sysconfig.get_config_var", lambda name: int(name == "Py_GIL_DISABLED"))
+    monkeypatch.setattr(hatch_build.sys, "version_info", version)
+    with pytest.raises(SystemExit, match="free-threaded build of Python 3.13") if refused else nullcontext():
+        hook(ROOT).dependencies()
 
 
 def test_the_library_of_browsers_is_that_of_present_sources_or_missing(tmp_path, monkeypatch):
@@ -268,11 +276,11 @@ def test_the_library_of_browsers_is_that_of_present_sources_or_missing(tmp_path,
 @pytest.mark.usefixtures("no_compiler", "no_ci")
 def test_without_a_compiler_one_is_required(capsys, monkeypatch):
     assert hatch_build.compiler() == []
-    (asked,) = hook(ROOT).dependencies()
+    _, asked = hook(ROOT).dependencies()
     assert asked.startswith("ziglang")
     assert "no C compiler is found" in "".join(capsys.readouterr())
     monkeypatch.setenv("CC", "mine")
-    assert hook(ROOT).dependencies() == []
+    assert hook(ROOT).dependencies() == [hatch_build.CFFI]
 
 
 @pytest.mark.usefixtures("no_compiler")

@@ -125,8 +125,18 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
         (lambda *_: hs.sweep("my.toml", ["friction.coefficient"]), "as {'friction.coefficient': [0.1, 0.2]}"),
         (lambda *_: hs.spread(5), "5 is no sweep; expected the Dataset of hs.sweep"),
         (lambda *_: hs.write_csv(5, "x.csv"), "expected a Dataset or DataArray of xarray"),
-        (lambda _, history: hs.write_netcdf(history, "my.toml"), ".toml ending, of a scenario or a log; expected .nc"),
-        (lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"), "expected .nc or .csv"),
+        (lambda _, history: hs.write_netcdf(history, "my.toml"), ".toml is the ending of a scenario; expected .nc"),
+        (lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"), "expected .nc here"),
+        *(
+            (lambda _, history, name=name: hs.write_netcdf(history, f"my{name}"), f"{name} is the ending of")
+            for name in (".zarr", ".csv", ".history", ".json", ".png")
+        ),
+        *(
+            (lambda _, history, name=name: hs.write_csv(history, f"my{name}"), "expected .csv here")
+            for name in (".zarr", ".nc", ".history", ".toml", ".xlsx")
+        ),
+        (lambda contact, _: hs.EventLog.create("my.nc", contact), "my.nc: .nc is the ending of netCDF"),
+        (lambda _, history: hs.write_netcdf(history, "y.zarr"), 'history.to_zarr("NAME.zarr")'),
         (lambda *_: hs.plots.loop(5), "5 is not a history; expected a Dataset from historysim"),
         (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is not a history"),
         (lambda *_: hs.material("glas"), "did you mean 'float glass'?"),

@@ -193,11 +193,27 @@ def as_path(path: "str | os.PathLike[str]") -> Path:
         raise InputError(f"path is {brief(path)}; expected the name of a file") from None
 
 
-def path_of_numbers(path: "str | os.PathLike[str]") -> Path:
-    """Return the path of a file of numbers to write; InputError for the ending of a scenario or a log."""
+# Formats by the endings of their names, and what writes them.
+_WRITERS = {
+    ".nc": "netCDF: hs.write_netcdf(table, path), or historysim run -o NAME.nc",
+    ".csv": "a table: hs.write_csv(table, path)",
+    ".zarr": 'a zarr store: hs.run(scenario, "NAME.zarr"), or history.to_zarr("NAME.zarr") of xarray',
+    ".history": "the log of a run: hs.EventLog.create(path, ensemble, events), or historysim run",
+    ".toml": "a scenario",
+    ".json": "a reduced model: hs.reduce(scenario, elements=8).write(path)",
+    ".fmu": "a unit for co-simulation: hs.write_fmu(scenario, path)",
+    ".html": "a page: hs.report(history, path)",
+    **dict.fromkeys((".png", ".pdf", ".svg"), "a picture: hs.plot(history).savefig(path)"),
+    **dict.fromkeys((".xlsx", ".npz", ".npy", ".mat", ".parquet", ".txt"), "another format"),
+}
+
+
+def path_to_write(path: "str | os.PathLike[str]", ending: str) -> Path:
+    """Return the path of a file to write; InputError if it has the ending of another format than `ending`."""
     path = as_path(path)
-    if path.suffix.lower() in {".toml", ".history"}:
-        raise InputError(f"{path}: {path.suffix} ending, of a scenario or a log; expected .nc or .csv")
+    suffix = path.suffix.lower()
+    if suffix != ending and (written := _WRITERS.get(suffix)) is not None:
+        raise InputError(f"{path}: {suffix} is the ending of {written}; expected {ending} here")
     return path
 
 

@@ -70,19 +70,22 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
             from historysim.results.plots.tractions import AsperityPicture
 
             selected = require_asperities(events.ensemble).asperity(asperity, contact)
-            if output is not None:
-                save(AsperityPicture().figure(selected), output)
-            write_answer(summary(selected), [reversal_table(selected)], files)
+            picture = AsperityPicture()
+            outputs = [(path, lambda: save(picture.figure(selected), files[0])) for path in files]
+            write_answer(summary(selected), [reversal_table(selected)], outputs=outputs)
             return
-        if output is not None:
-            with replacing(output) as unfinished:
+
+        def write() -> None:
+            with replacing(files[0]) as unfinished:
                 events.state_dataset(at=at).to_netcdf(unfinished)
+
         lines = [
             (name.replace("_", " "), quantity_text(getattr(contact, name), unit))
             for unit, names in TOTALS.items()
             for name in names
         ]
-        write_answer(lines, files=files, data=lambda: events.state_dataset(at=at))
+        outputs = [(path, write) for path in files]
+        write_answer(lines, data=lambda: events.state_dataset(at=at), outputs=outputs)
 
 
 @click.command("log")

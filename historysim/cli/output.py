@@ -12,6 +12,7 @@ from historysim.basics.files import replacing
 from historysim.basics.targets import Output, OutputFormat, csv_table, netcdf
 from historysim.basics.wording import columns, printable
 from historysim.cli.options import has_flag
+from historysim.errors import HistorySimError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from historysim.results.plots.figure_output import PrintedFigure
 
     Lines = Sequence[tuple[str, str]]
+    Outputs = Sequence[tuple[Path, Callable[[], object]]]
 
 TABLES_OF_LOOPS = (
     netcdf("a table of friction loops", "friction loops"),
@@ -55,16 +57,48 @@ def write_answer(
     *,
     data: "Callable[[], xr.Dataset] | None" = None,
     below: "Lines" = (),
+    outputs: "Outputs" = (),
 ) -> None:
-    """Print the results of a command; with --json as one object, with --quiet nothing.
+    """Print the results of a command, with --json as one object, with --quiet nothing; then write its outputs.
 
     The first row of each table has its headings; ``files`` were written, ``data`` returns all numbers as a Dataset with
-    units, and the lines ``below`` follow the tables.
+    units, and the lines ``below`` follow the tables. Each of the ``outputs``, a path and a function that writes it, is
+    written whether the others can be or not; the first error is raised at the end.
     """
     written = [str(path) for path in files if path is not None]
+    _print_answer(lines, tables, written, data, below, outputs)
+    write_outputs(outputs, named=not has_flag("json"))
+
+
+def write_outputs(outputs: "Outputs", *, named: bool = False) -> None:
+    """Write outputs, each whether the others can be or not, and print their names; raise the first error at the end."""
+    errors: list[OSError | HistorySimError] = []
+    for path, write in outputs:
+        try:
+            write()
+        except (OSError, HistorySimError) as error:
+            errors.append(error)
+        else:
+            if named and not has_flag("quiet"):
+                click.echo(path)
+    for error in errors[1:]:
+        notice(str(error))
+    if errors:
+        raise errors[0]
+
+
+def _print_answer(
+    lines: "Lines",
+    tables: Sequence[Sequence[tuple[str, ...]]],
+    written: list[str],
+    data: "Callable[[], xr.Dataset] | None",
+    below: "Lines",
+    outputs: "Outputs",
+) -> None:
     if has_flag("quiet"):
         return
     if has_flag("json"):
+        written = [*written, *(str(path) for path, _ in outputs)]
         document: dict[str, Any] = {
             "lines": [_line(label, text) for label, text in (*lines, *below) if label],
             "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in tables if rows],

@@ -20,12 +20,16 @@ from historysim.cli.output import (
     save,
     save_table,
     write_answer,
+    write_outputs,
 )
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    import xarray as xr
+
+    from historysim.cli.output import Outputs
     from historysim.measured.fretting import Fretting
     from historysim.measured.loops import Loops
     from historysim.scenario.fit import Fit
@@ -64,17 +68,21 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
         raise InputError(f"{error}; a height map is read by historysim show {shell_word(file)}") from error
     if len(listings) >= FEWEST_OF_A_MAP and all(listing.column.startswith("{") for listing in listings):
         notice(f"{len(listings)} columns without names; if this is a height map: historysim show {shell_word(file)}")
-    if output is not None:
+
+    def write(output: Path) -> None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggest_scenario(file, output, listings, layout, blocks), encoding="utf-8")
+
+    outputs = [(path, functools.partial(write, path)) for path in files]
     rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first_value) for c in listings)]
     suggested = suggest_loading(file, listings, layout, blocks)
     if options.has_flag("json"):
-        write_answer([*(("note", line) for line in notes), ("scenario", suggested)], [rows], files)
+        write_answer([*(("note", line) for line in notes), ("scenario", suggested)], [rows], outputs=outputs)
         return
     click.echo("\n".join(notes), nl=bool(notes))
     write_answer(tables=[rows])
-    click.echo("\n".join(["", suggested, *(f"\n{path}" for path in files)]))
+    click.echo("\n".join(["", suggested, *([""] if outputs else [])]))
+    write_outputs(outputs, named=True)
 
 
 @click.command()
@@ -163,17 +171,20 @@ def loops(
     by_load, measured = evaluation.by_load(), file.suffix == ".toml"
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
-    if output is not None:
-        all_loops = evaluation.to_dataset()
-        save_table(all_loops, output, lambda _: loops_picture.figure(evaluation, {"size": size}), measured=measured)
-    if levels is not None:
-        by_level = LoopLevelsPicture(title=title)
-        table = by_load.to_dataset()
-        save_table(table, levels, lambda _: by_level.figure(table, {"size": size}), measured=measured)
-    for path in pictures:
-        save(loops_picture.figure(evaluation, {"size": size}), path)
+
+    def write(path: Path) -> None:
+        if path == levels:
+            table, by_level = by_load.to_dataset(), LoopLevelsPicture(title=title)
+            save_table(table, path, lambda _: by_level.figure(table, {"size": size}), measured=measured)
+        elif path == output:
+            all_loops = evaluation.to_dataset()
+            save_table(all_loops, path, lambda _: loops_picture.figure(evaluation, {"size": size}), measured=measured)
+        else:
+            save(loops_picture.figure(evaluation, {"size": size}), path)
+
     tables, below = _loop_tables(evaluation)
-    write_answer(evaluation.summary(), tables, files, data=evaluation.to_dataset, below=below)
+    outputs = [(path, functools.partial(write, path)) for path in files]
+    write_answer(evaluation.summary(), tables, data=evaluation.to_dataset, below=below, outputs=outputs)
 
 
 def _report_fretting(
@@ -192,20 +203,21 @@ def _report_fretting(
         raise InputError(f"{requested[0]}: does not apply to --fretting; expected -o FILE for its table or picture")
     fretting_picture, measured = FrettingPicture(title=_title(record)), not isinstance(record, Path)
 
-    def write(report: "Fretting") -> list[Path]:
+    def write(report: "Fretting") -> "Outputs":
         if output is None:
             return []
-        save_table(
-            report.to_dataset(), output, lambda data: fretting_picture.figure(data, {"size": size}), measured=measured
-        )
-        return [output]
+
+        def picture(data: "xr.Dataset") -> Any:
+            return fretting_picture.figure(data, {"size": size})
+
+        return [(output, lambda: save_table(report.to_dataset(), output, picture, measured=measured))]
 
     if _write_each(record, find, fretting_rows, write=lambda runs: write(fretting_of_runs(runs))):
         return
     evaluation = find(record)
     report, levels = evaluation.fretting, by_load(evaluation)
     tables: list[Rows] = [report.rows(), *([levels.rows()] if len(levels) > 1 else [])]
-    write_answer(evaluation.summary(), tables, write(report), data=report.to_dataset)
+    write_answer(evaluation.summary(), tables, data=report.to_dataset, outputs=write(report))
 
 
 def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]]]":
@@ -244,11 +256,13 @@ def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any
     if _write_each(record, find, sliding_rows, files):
         return
     friction = find(record)
-    if output is not None:
-        picture = SlidingPicture(title=_title(record))
-        measured = file.suffix == ".toml"
-        save_table(friction.to_dataset(), output, lambda _: picture.figure(friction, {"size": size}), measured=measured)
-    write_answer(friction.summary(), files=files, data=friction.to_dataset)
+    picture, measured = SlidingPicture(title=_title(record)), file.suffix == ".toml"
+
+    def write(path: Path) -> None:
+        save_table(friction.to_dataset(), path, lambda _: picture.figure(friction, {"size": size}), measured=measured)
+
+    outputs = [(path, functools.partial(write, path)) for path in files]
+    write_answer(friction.summary(), data=friction.to_dataset, outputs=outputs)
 
 
 @click.command()
@@ -267,10 +281,13 @@ def compare(scenario: Path, skip: int, output: Path | None, size: "Size", values
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
-    files = check_outputs(loaded.files, (output, PICTURE))
+    check_outputs(loaded.files, (output, PICTURE))
     comparison = compare_scenario(loaded, skip=skip)
-    save(ComparisonPicture(title=loaded.title).figure(comparison, {"size": size}), output)
-    write_answer(comparison.summary(), [comparison.rows()], files)
+
+    def write() -> None:
+        save(ComparisonPicture(title=loaded.title).figure(comparison, {"size": size}), output)
+
+    write_answer(comparison.summary(), [comparison.rows()], outputs=[(output, write)])
 
 
 @click.command()
@@ -288,10 +305,13 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
-    files = check_outputs(loaded.files, (output, PICTURE))
+    check_outputs(loaded.files, (output, PICTURE))
     evaluation = separate_creep(loaded)
-    save(CreepPicture(title=loaded.title).figure(evaluation), output)
-    write_answer(evaluation.summary(), [evaluation.rows()], files)
+
+    def write() -> None:
+        save(CreepPicture(title=loaded.title).figure(evaluation), output)
+
+    write_answer(evaluation.summary(), [evaluation.rows()], outputs=[(output, write)])
 
 
 @click.command()
@@ -316,25 +336,24 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
     def check(output: Path, picture: Path) -> list[Path]:
         return check_outputs(loaded.files, (output, FITTED), (picture, PICTURE))
 
-    def write(fitted: "Fit", output: Path, picture: Path) -> list[Path]:
-        # either both files are written, or neither
-        with replacing(output) as unfinished:
-            unfinished.write_text(fitted.scenario_text(output), encoding="utf-8")
+    def outputs_of(fitted: "Fit", output: Path, picture: Path) -> "Outputs":
+        def draw() -> None:
             save(ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}), picture)
-        return [picture, output]
 
-    def write_each(runs: "list[Run[Fit]]") -> list[Path]:
+        # the scenario, which is small and holds the result, comes first
+        return [(output, lambda: fitted.write(output)), (picture, draw)]
+
+    def write_each(runs: "list[Run[Fit]]") -> "Outputs":
         results = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
         for _, paths in results:
             check(*paths)
-        return [path for fitted, paths in results if fitted is not None for path in write(fitted, *paths)]
+        return [each for fitted, paths in results if fitted is not None for each in outputs_of(fitted, *paths)]
 
     check(*names)
     find = functools.partial(fit_scenario, progress=not options.has_flag("quiet"))
     if not _write_each(loaded, find, fit_rows, write=write_each):
         fitted = find(loaded)
-        files = write(fitted, *names)
-        write_answer(fitted.summary(), [fitted.comparison.rows()], files)
+        write_answer(fitted.summary(), [fitted.comparison.rows()], outputs=outputs_of(fitted, *names))
 
 
 def _record(file: Path, values: dict[str, Any]) -> "Scenario | Path":
@@ -354,7 +373,7 @@ def _write_each(
     find: "Callable[[Scenario], Any]",
     rows: "Callable[[list[Run[Any]]], Rows]",
     files: "Sequence[Path]" = (),
-    write: "Callable[[list[Run[Any]]], Sequence[Path]]" = lambda _: (),
+    write: "Callable[[list[Run[Any]]], Outputs]" = lambda _: (),
 ) -> bool:
     """Print a row, or a problem, for each run of a scenario's file; return False unless all runs are requested."""
     if isinstance(record, Path) or record.run != "each":
@@ -365,7 +384,7 @@ def _write_each(
 
     runs = each_run(record, find)
     problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
-    write_answer(tables=[rows(runs)], files=write(runs), below=problems)
+    write_answer(tables=[rows(runs)], below=problems, outputs=write(runs))
     return True
 
 

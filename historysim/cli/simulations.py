@@ -1,5 +1,6 @@
 """Commands for scenarios: run, validate, sweep, design, fmu, reduce."""
 
+import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -7,7 +8,7 @@ import click
 
 from historysim.basics.targets import PICTURE, Output, OutputFormat, csv_table, netcdf
 from historysim.cli import options
-from historysim.cli.output import check_outputs, notice, save, write_answer
+from historysim.cli.output import check_outputs, notice, save, write_answer, write_outputs
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,17 +52,16 @@ def run(
     write(source, output, run_options, *outputs)
     from historysim.results.result_files import open_file_history, open_result
 
-    if pictures:
-        with open_result(output, exclusive=True) as history:
-            figure = _draw_result(source, history)
-            for path in pictures:
-                save(figure, path)
     if not quiet:
         from historysim.results.analysis.history_summary import summary_lines
 
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
         with open_file_history(output, exclusive=True) as view:
             write_answer([*summary_lines(view), *files])
+    if pictures:
+        with open_result(output, exclusive=True) as history:
+            figure = _draw_result(source, history)
+            write_outputs([(path, functools.partial(save, figure, path)) for path in pictures])
 
 
 def _draw_result(source: Any, history: "xr.Dataset") -> Any:
@@ -108,9 +108,9 @@ def sweep(scenario: Path, output: Path | None, store: Path | None, workers: int,
     grid, _ = verb.read_sweep(loaded)
     check_outputs(loaded.files, (output, *_tables_over(grid.axes)))
     table = verb.sweep(loaded, store=store, workers=workers, progress=not options.has_flag("quiet"), notify=notice)
-    write_sweep(table, output)
     files = [("cells kept in", str(store)), ("result", str(output))]
     write_answer([*sweep_summary(table), *files], data=lambda: table)
+    write_sweep(table, output)
 
 
 @click.command()
@@ -130,9 +130,9 @@ def design(scenario: Path, output: Path | None, workers: int, values: dict[str, 
     problem, grid = verb.read_problem(loaded)
     written = check_outputs(loaded.files, (output, *_tables_over(grid.axes, problem.key)))
     table = verb.design(loaded, workers=workers, progress=not options.has_flag("quiet"), notify=notice)
+    write_answer([*verb.summary(table), *(("result", str(path)) for path in written)], data=lambda: table)
     for path in written:
         write_sweep(table, path)
-    write_answer([*verb.summary(table), *(("result", str(path)) for path in written)], data=lambda: table)
 
 
 def _tables_over(axes: "Iterable[Axis]", *further_keys: str) -> tuple[OutputFormat, ...]:
@@ -206,10 +206,10 @@ def reduce(
 
     options.check_size(size, [picture])
     written = [(path, select_format(path)) for path in outputs]
-    files = check_outputs(source.files, *written, (picture, PICTURE))
+    check_outputs(source.files, *written, (picture, PICTURE))
     model = reduce_contact(source, notify=notice, **choices)
-    for path in outputs:
-        model.write(path, force=options.has_flag("force"))
+    force = options.has_flag("force")
+    to_write: list[Any] = [(path, functools.partial(model.write, path, force=force)) for path in outputs]
     if picture is not None:
-        save(ReducedPicture().figure(model, {"size": size}), picture)
-    write_answer(model.summary(), files=files, data=model.dataset)
+        to_write.append((picture, lambda: save(ReducedPicture().figure(model, {"size": size}), picture)))
+    write_answer(model.summary(), data=model.dataset, outputs=to_write)

@@ -268,7 +268,7 @@ def table(
     """
     table_query, label = _tables()[query], query.replace("_", "-")
     output = output or result.with_name(f"{result.stem}_{label}.csv")
-    files = check_outputs([result], (output, *_outputs()))
+    check_outputs([result], (output, *_outputs()))
     arguments = {name: _number(value) for name, value in choices.items()}
     if asperity is not None:
         arguments["asperity"] = asperity
@@ -290,8 +290,8 @@ def table(
         if query == "profiles":
             # one row per radius
             dataset = dataset.isel(step=0)
-        save_table(dataset, output)
-        write_answer(files=files, data=lambda: dataset)
+        outputs = [(output, lambda: save_table(dataset, output))]
+        write_answer(data=lambda: dataset, outputs=outputs)
 
 
 def _outputs() -> tuple[OutputFormat, ...]:

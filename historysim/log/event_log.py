@@ -14,14 +14,14 @@ from historysim.asperities.body import Body
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
-from historysim.basics.files import as_path
+from historysim.basics.files import as_path, path_to_write
 from historysim.basics.wording import Notify, count_text, silent
 from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, over_text, time_text
 from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
-from historysim.log.file import Content, LogFile
+from historysim.log.file import ENDING, Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import start_before
 from historysim.memory.binding import DISPLACED
@@ -104,7 +104,7 @@ class EventLog:
         chosen_asperities(ensemble, (), record)
         job = Replay(ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument)
         events = apply_hold(as_events(events), hold, stacklevel=3)
-        return cls(LogFile.create(Path(path), LogHeader.from_replay(job, title=title), events))
+        return cls(LogFile.create(path_to_write(path, ENDING), LogHeader.from_replay(job, title=title), events))
 
     def __enter__(self) -> Self:
         return self
@@ -235,7 +235,7 @@ class EventLog:
             )
         past += schedule.fork_waypoints(events, time, partial(self._state, content), self.instrument)
         past.sort(key=attrgetter("time"))
-        return EventLog(LogFile.create(path, self._file.head, past))
+        return EventLog(LogFile.create(path_to_write(path, ENDING), self._file.head, past))
 
     # -- replaying ---------------------------------------------------------------------------------
 

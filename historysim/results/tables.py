@@ -16,7 +16,7 @@ import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.arguments import Booleans, Floats
-from historysim.basics.files import path_of_numbers, replacing
+from historysim.basics.files import path_to_write, replacing
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import brief, count_text, read_findings
 from historysim.errors import InputError
@@ -55,7 +55,7 @@ def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
     Raises
     ------
     InputError
-        A table without a dimension.
+        A table without a dimension, or a path with the ending of another format.
     OSError
         The file cannot be written.
 
@@ -64,7 +64,10 @@ def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
     >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml")
     >>> hs.write_csv(history.contact.stick_ratio(), "stick_ratio.csv")
     """
-    with replacing(path_of_numbers(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+    with (
+        replacing(path_to_write(path, ".csv")) as unfinished,
+        unfinished.open("w", encoding="utf-8", newline="") as stream,
+    ):
         csv.writer(stream, lineterminator=LINE_END).writerows(_rows(_dataset(table)))
 
 
@@ -180,13 +183,15 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
 
     Raises
     ------
+    InputError
+        A path with the ending of another format, such as .zarr.
     OSError
         The file cannot be written.
     """
     dataset = _dataset(table)
     along = next((name for name in ALONG_THE_HISTORY if _is_first(name, dataset)), None)
     written = _with_metadata(dataset, origin)
-    with replacing(path_of_numbers(path)) as unfinished:
+    with replacing(path_to_write(path, ".nc")) as unfinished:
         if along is None:
             written.to_netcdf(unfinished, engine="netcdf4", encoding=_encoding(written))
             return

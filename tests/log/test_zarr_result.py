@@ -197,7 +197,7 @@ def test_a_missing_chunk_is_an_error(stored):
         content = path.read_bytes()
         path.unlink()
         for read in (hs.open, hs.show, hs.verify):
-            with pytest.raises(InputError, match="damaged|there is no|is a folder"):
+            with pytest.raises(InputError, match=r"damaged|there is no|is a folder"):
                 read(store)
         path.write_bytes(content)
     assert hs.verify(store)

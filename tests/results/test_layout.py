@@ -2,6 +2,7 @@
 
 import inspect
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 import pytest
@@ -249,7 +250,7 @@ def test_units_that_do_not_convert_are_refused_by_command_and_python(tmp_path, n
         history.drop_vars("slip_state").to_zarr(tmp_path / "x.zarr", consolidated=False)
     calls = [lambda: hs.show(history), lambda: hs.plot(history), lambda: hs.loops(history), lambda: hs.sliding(history)]
     for path in tmp_path.iterdir():
-        calls += [lambda path=path: call(path) for call in (hs.open, hs.show, hs.report, hs.loops)]
+        calls += [partial(call, path) for call in (hs.open, hs.show, hs.report, hs.loops)]
     for call in calls:
         with pytest.raises(InputError, match=rf"{name}.*(units|dates).*expected"):
             call()
