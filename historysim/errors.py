@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Self
 
+LONGEST_NAME = 40  # characters of a name of the input in a message
+
 
 class HistorySimError(Exception):
     """Any error that historysim raises on purpose.
@@ -61,7 +63,8 @@ def path_text(path: Iterable[str | int]) -> str:
         if isinstance(step, int):
             text += f"[{step}]"
         else:
-            text += ("." if text else "") + (step if re.fullmatch(r"[A-Za-z0-9_-]+", step) else repr(step))
+            name = step if len(step) <= LONGEST_NAME else f"{step[:LONGEST_NAME]}…"
+            text += ("." if text else "") + (name if re.fullmatch(r"[A-Za-z0-9_-]+…?", name) else repr(name))
     return text
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import attrs
 
 from historysim.basics.files import as_path, is_netcdf, kind_text
-from historysim.basics.wording import Lines, brief, shell_word
+from historysim.basics.wording import Lines, brief, list_names, shell_word
 from historysim.errors import InputError
 from historysim.results.history_view import History, is_dataset
 from historysim.results.result_files import (
@@ -200,7 +200,7 @@ def _no_map(path: Path, *, is_described: bool) -> str:
         count = listings[0].values.replace(",", "") if listings else ""
         long = count.isdecimal() and int(count) > MOST_CHANNELS * len(names)
         if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
-            seen = ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
+            seen = list_names(names)
             command = f"historysim columns {shell_word(path)}"
             record = f"{path}: is a record with the columns {seen}, not a height map; expected {command}"
             return f"{record}, or of the points of a profile height_unit and lateral_unit" if points else record

@@ -14,6 +14,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any, Protocol
 
+from historysim.basics.wording import quote
 from historysim.errors import InputError, UnlikelyValueWarning
 
 # noun in messages for a quantity of this SI unit, and a sample unit
@@ -110,9 +111,7 @@ def to_si(value: Any, unit: str) -> Any:
             return as_float(value.to(notation).magnitude)
         # errors of pint derive from one of these
         except (TypeError, ValueError, AttributeError):
-            raise InputError(
-                f"{_abbreviate(str(value))} has another unit; expected {_describe_with_unit(unit)}"
-            ) from None
+            raise InputError(f"{quote(str(value))} has another unit; expected {_describe_with_unit(unit)}") from None
     values = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
     if isinstance(values, list | tuple) and not all(map(is_number, values)):
         return [to_si(element, unit) for element in values]
@@ -209,27 +208,27 @@ def quantity(value: float | str, unit: str) -> float:
     if unit == "1" or not isinstance(value, str):
         plain = " such as 0.2, without quotes or a unit" if unit == "1" else ""
         type_name = "string" if isinstance(value, str) else type(value).__name__
-        raise InputError(f"{_abbreviate(value)} is a {type_name}; expected {_describe_with_unit(unit)}{plain}")
+        raise InputError(f"{quote(value)} is a {type_name}; expected {_describe_with_unit(unit)}{plain}")
     kind, sample = _kind(unit)
     string = value.strip()
     match = _NUMBER.match(string)
     unit_text = string[match.end() :].strip() if match else ""
     if match is None or _STRAY_NUMBER.search(unit_text):
         raise InputError(
-            f"{_abbreviate(value)} is not one number and its unit; expected {kind} such as '50 {sample}', with a "
+            f"{quote(value)} is not one number and its unit; expected {kind} such as '50 {sample}', with a "
             "decimal point and no separators between thousands"
         )
     number = match.group()
     plain_number = _finite(number, value)
     if not unit_text:
         raise InputError(
-            f"{_abbreviate(value)} has no unit; expected {kind}: write the plain number {plain_number!r} for SI, or "
+            f"{quote(value)} has no unit; expected {kind}: write the plain number {plain_number!r} for SI, or "
             f"'{plain_number!r} {unit}'"
         )
     try:
         factor = conversion_factor(unit_text, unit)
     except InputError as error:
-        raise InputError(f"{_abbreviate(value)}: {error}") from None
+        raise InputError(f"{quote(value)}: {error}") from None
     if plain_number == 0:
         return 0.0
     # the product of decimals is rounded once, so it equals the float of the same quantity written in SI
@@ -242,7 +241,7 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     InputError if the unit is unknown, has another dimension, or an offset, such as celsius.
     """
     kind, sample = _kind(unit)
-    text, expected = _abbreviate(unit_text), f"expected a unit such as {sample}"
+    text, expected = quote(unit_text), f"expected a unit such as {sample}"
     if not (isinstance(unit_text, str) and unit_text.strip() and unit_text.isprintable()):
         raise InputError(f"{text} is not a unit; {expected}")
     try:
@@ -504,11 +503,6 @@ def _finite(number: float | Decimal | str, original: object) -> float:
         raise InputError("an integer beyond the largest float; expected less than 1.8e308 in SI") from None
     if not math.isfinite(result):
         raise InputError(
-            f"{_abbreviate(original)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
+            f"{quote(original)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
         )
     return result
-
-
-def _abbreviate(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:60]}…"

@@ -13,8 +13,11 @@ from unicodedata import category
 import attrs
 
 
-def nearest(word: str, candidates: Collection[str]) -> str:
-    """Suggest a replacement of an unknown word: the nearest known word, otherwise all known words."""
+def nearest(word: str, candidates: Collection[str], *, in_file: bool = False) -> str:
+    """Suggest a replacement of an unknown word: the nearest known word, otherwise all known words.
+
+    Words that a file holds (`in_file`) are cut to the length of a quotation.
+    """
     import difflib
 
     plain = {candidate.lower(): candidate for candidate in reversed([*candidates])}
@@ -22,8 +25,10 @@ def nearest(word: str, candidates: Collection[str]) -> str:
     # part of a compound name, such as "stiffness" of "tangential-stiffness"
     match = match or [candidate for candidate in plain if len(word) > 3 and word.lower() in candidate]
     if match:
-        return f"did you mean {' or '.join(repr(plain[candidate]) for candidate in match[:2])}?"
-    return f"expected one of {join_words(candidates)}" if candidates else "none is expected here"
+        most = 1 if in_file else 2
+        return f"did you mean {' or '.join(quote(plain[candidate]) for candidate in match[:most])}?"
+    listed = list_names(candidates) if in_file else join_words(candidates)
+    return f"expected one of {listed}" if candidates else "none is expected here"
 
 
 def shell_word(path: object) -> str:
@@ -64,6 +69,19 @@ def quote(content: object) -> str:
     """Quote a value from a file in a message: at most 40 characters, control and bidirectional ones escaped."""
     text = content if isinstance(content, str) else repr(content)
     return repr(text) if len(text) <= MOST_QUOTED else f"{text[:MOST_QUOTED]!r}…"
+
+
+def list_names(names: Collection[str]) -> str:
+    """List names that a file holds: at most 40 characters of them, escaped, and the number of remaining ones."""
+    listed, room = list[str](), MOST_QUOTED
+    for name in names:
+        text = repr(name[:room])[1:-1] + ("…" if len(name) > room else "")
+        listed.append(text)
+        room -= len(name)
+        if room <= 0:
+            break
+    more = len(names) - len(listed)
+    return ", ".join(listed) + (f", and {more:,} more" if more else "")
 
 
 def brief(value: object) -> str:

@@ -14,6 +14,7 @@ from cattrs import Converter
 from historysim.basics.files import kind_text, path_state
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
+from historysim.basics.wording import MOST_QUOTED, printable
 from historysim.errors import InputError, field_error
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.grid import text_with_values, with_values
@@ -86,13 +87,14 @@ def _explain_toml_error(source: str, problem: str) -> str:
     number, column = (int(match[1]), int(match[2]) - 1) if match else (len(lines), 0)
     line = lines[min(number, len(lines)) - 1]
     mend = _fix_for_line(line, column) if len(line) <= _LONGEST else ""
-    return f"line {number}: {line.strip()[:70]}: {mend or _REASONS.get(reason, reason[:1].lower() + reason[1:])}"
+    excerpt = printable(line.strip()[:MOST_QUOTED])
+    return f"line {number}: {excerpt}: {mend or _REASONS.get(reason, reason[:1].lower() + reason[1:])}"
 
 
 def _fix_for_line(line: str, column: int) -> str:
     """Suggest a fix of a common mistake in the line at which the parser stopped; empty if none is found."""
     if (plain := line.translate(_CURLY)) != line:
-        return f"curly quotation marks; expected straight ones: {plain.strip()}"
+        return f"curly quotation marks; expected straight ones: {printable(plain.strip()[:MOST_QUOTED])}"
     if "\\" in line and '"' in line:
         return "a backslash in quotes starts an escape sequence; expected / between folders"
     if re.match(r"\s*\[", line) and not re.match(r"\s*\[+[^\[\]\s]+\]+\s*(#|$)", line):
@@ -123,7 +125,7 @@ def _fix_for_word(key: str, word: str) -> str:
     if word in {"True", "False", "TRUE", "FALSE"}:
         return f"{word} is not a value of TOML; expected {key} = {word.lower()}"
     toml_words = {"", "inf", "nan", "true", "false"}
-    return "" if word in toml_words else f'a string needs quotes; expected {key} = "{word}"'
+    return "" if word in toml_words else f'a string needs quotes; expected {key[:MOST_QUOTED]} = "{word[:MOST_QUOTED]}"'
 
 
 def structure_pictures(document: Mapping[str, Any]) -> Pictures:

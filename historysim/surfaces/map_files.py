@@ -18,6 +18,7 @@ from historysim.basics.arguments import Array, Floats
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_unpacked
 from historysim.basics.units import conversion_factor
+from historysim.basics.wording import list_names, quote
 from historysim.errors import InputError
 from historysim.surfaces.heights import MOST_POINTS
 from historysim.tables.from_text import plain_numbers
@@ -87,7 +88,7 @@ def find_foreign_header(path: Path) -> str:
     """Return the first header line that only a reader of its format understands; an empty string if there is none."""
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         for line_number, line in enumerate(stream, 1):
-            excerpt = f"line {line_number}: {line.strip()[:60]!r}"
+            excerpt = f"line {line_number}: {quote(line.strip())}"
             values, comment = _split_comment(line)
             if _STATES_UNIT.search(comment):
                 return excerpt
@@ -296,7 +297,7 @@ def _height_variable(file: Any, channel: int | str | None) -> str:
     maps: list[str] = [name for name in candidates if file.variables[name].ndim == 2] or candidates
     if not maps:
         raise InputError("holds no heights; expected a variable of numbers along x and y")
-    listed = ", ".join(f"{index} {name!r}" for index, name in enumerate(maps))
+    listed = list_names([f"{index} {name}" for index, name in enumerate(maps)])
     if channel is not None:
         chosen = [name for index, name in enumerate(maps) if channel in {name, index} and not isinstance(channel, bool)]
     else:
@@ -381,10 +382,10 @@ class NpzReader(MapReader):
         with library_errors_as(problem), zipfile.ZipFile(path) as archive:
             names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
             if channel is None and len(names) != 1:
-                raise InputError(f"holds {len(names)} arrays; choose one with channel: {', '.join(names) or 'none'}")
+                raise InputError(f"holds {len(names)} arrays; choose one with channel: {list_names(names) or 'none'}")
             name = names[0] if channel is None else channel
             if name not in names:
-                raise InputError(f"has no array {name!r}; expected channel to be one of {', '.join(names)}")
+                raise InputError(f"has no array {name!r}; expected channel to be one of {list_names(names)}")
             check_unpacked(archive.getinfo(f"{name}.npy").file_size, path.stat().st_size)
             with archive.open(f"{name}.npy") as stream:
                 return RawMap(_check_array(np.lib.format.read_array(stream, allow_pickle=False)))

@@ -18,6 +18,7 @@ from historysim.basics.files import as_path, path_state
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked
 from historysim.basics.units import conversion_factor
+from historysim.basics.wording import list_names
 from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.surfaces import map_files
 from historysim.surfaces.heights import Surface
@@ -361,8 +362,8 @@ def _refuse_guess(channel: Any, header: str) -> None:
 
 def _select_channel(reader: Any, request: int | str | None) -> Any:
     channels = list(reader.channels)
-    marked = [f"{channel.name!r}{'' if _holds_heights(channel) else ' (no heights)'}" for channel in channels]
-    listed = ", ".join(f"{index} {name}" for index, name in enumerate(marked))
+    marked = [f"{channel.name}{'' if _holds_heights(channel) else ' (no heights)'}" for channel in channels]
+    listed = list_names([f"{index} {name}" for index, name in enumerate(marked)])
     if not channels:
         raise InputError(
             f"holds no heights, or {_UNKNOWN} (read as {reader.format()}, without a channel in a unit of length)"

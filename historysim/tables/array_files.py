@@ -19,6 +19,7 @@ import numpy as np
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked, most
 from historysim.basics.system import ends_well, limit_memory
+from historysim.basics.wording import list_names, quote
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, reading_errors
 from historysim.tables.columns import Format
@@ -83,7 +84,7 @@ def _read(dataset: "h5py.Dataset", selection: Selection) -> Any:
     for name in ("scale_factor", "add_offset"):
         if name in dataset.attrs:
             raise InputError(
-                f"{dataset.name!r} has the attribute {name}; name the file .nc, so that it is read as netCDF"
+                f"{quote(dataset.name)} has the attribute {name}; name the file .nc, so that it is read as netCDF"
             )
     values = dataset[selection]
     fill = dataset.attrs.get("_FillValue")
@@ -212,7 +213,7 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
     shape = tuple(int(size) for size in np.frombuffer(sizes, f"{order}i4"))
     name = bytes(variable_name).decode("latin-1") if name is None else name
     if min(shape) < 0 or len(shape) < 2:
-        raise InputError(f"is damaged: {name!r} has the shape {shape}")
+        raise InputError(f"is damaged: {quote(name)} has the shape {shape}")
     kind = flag & 0xFF
     if not name:
         # contents of such objects, stored behind the variables
@@ -249,7 +250,7 @@ def _text(kind: int, content: memoryview, order: str) -> str:
 def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, order: str) -> Array:
     values = np.frombuffer(content, f"{order}{_NUMBERS[kind]}")
     if len(values) != math.prod(shape):
-        raise InputError(f"is damaged: {name!r} of the shape {shape} has {len(values)} values")
+        raise InputError(f"is damaged: {quote(name)} of the shape {shape} has {len(values)} values")
     values = values.reshape(shape, order="F")
     return Array(name, shape, lambda selection: values[selection])
 
@@ -387,7 +388,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
         ((twice, _),) = Counter(key for key, _ in pairs).most_common(1)
-        raise InputError(f"the key {twice!r} occurs twice in one object; rename one of them")
+        raise InputError(f"the key {quote(twice)} occurs twice in one object; rename one of them")
     return table
 
 
@@ -462,11 +463,11 @@ def read_sheets(path: Path) -> None:
 def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
     """Return the name of the sheet to read, from the numbers of rows by sheet."""
     names = [*heights]
-    seen = ", ".join(f"{name!r} ({rows} rows)" for name, rows in heights.items())
+    seen = list_names([f"{name} ({rows} rows)" for name, rows in heights.items()])
     if sheet is not None:
         chosen = names[sheet - 1 : sheet] if isinstance(sheet, int) else [name for name in names if name == sheet]
         if not chosen:
-            raise InputError(f"there is no sheet {sheet!r}; seen: {seen}")
+            raise InputError(f"there is no sheet {quote(sheet)}; seen: {seen}")
         return chosen[0]
     filled = [name for name, rows in heights.items() if rows]
     if len(filled) != 1:

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
-from historysim.basics.wording import format_value, nearest
+from historysim.basics.wording import format_value, list_names, nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, field_unit
 from historysim.tables.lines import MISSING, find_name
@@ -139,14 +139,15 @@ def _choose_array(arrays: Sequence[Array], column: Column) -> tuple[Array, int |
     if isinstance(column.column, int):
         if "" not in names:
             raise InputError(
-                f"there is no column {column.column}, since the arrays in this file have names; {nearest('', names)}"
+                f"there is no column {column.column}, since the arrays in this file have names; "
+                f"{nearest('', names, in_file=True)}"
             )
         return arrays[names.index("")], column.column
     matches = find_name(column.column, names)
     if not matches:
-        raise InputError(f"there is no column {column.column!r}; {nearest(column.column, names)}")
+        raise InputError(f"there is no column {column.column!r}; {nearest(column.column, names, in_file=True)}")
     if len(matches) > 1:
-        matching_names = ", ".join(names[index] for index in matches)
+        matching_names = list_names([names[index] for index in matches])
         raise InputError(
             f"{len(matches)} arrays have the name {column.column!r}: {matching_names}; expected the name of one"
         )

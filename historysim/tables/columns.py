@@ -9,7 +9,7 @@ import attrs
 
 from historysim.basics.fields import Key
 from historysim.basics.units import conversion_factor, is_common, is_unit
-from historysim.basics.wording import format_value
+from historysim.basics.wording import format_value, quote
 from historysim.errors import InputError, field_error
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ def fit_unit(unit: str, si_units: Sequence[str]) -> tuple[str, float]:
             problems.append(error)
     if len(problems) == 1:
         raise problems[0]
-    raise InputError(f"{unit!r} converts to none of {', '.join(si_units)}; expected a unit that does")
+    raise InputError(f"{quote(unit)} converts to none of {', '.join(si_units)}; expected a unit that does")
 
 
 def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[str], column: str) -> tuple[str, float]:
@@ -238,7 +238,7 @@ def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[
     if not units:
         return si_units[0], 1.0
     if unknown := [unit for unit in units if not is_unit(unit)]:
-        raise InputError(f'{column}: {unknown[0]!r} is not a known unit; set one, as in unit = "{si_units[0]}"')
+        raise InputError(f'{column}: {quote(unknown[0])} is not a known unit; set one, as in unit = "{si_units[0]}"')
     file_unit, *other_units = units
     try:
         si, factor = fit_unit(file_unit, si_units)
@@ -247,7 +247,7 @@ def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[
         hint = weight if "N" in si_units and factor_or_none(file_unit, "kg") else ""
         raise InputError(f"{column}: {error}{hint}") from error
     if conflict := next((unit for unit in other_units if not _is_same(unit, si, factor)), None):
-        raise InputError(f"{column} has two units in the file, {file_unit!r} and {conflict!r}; expected one")
+        raise InputError(f"{column} has two units in the file, {quote(file_unit)} and {quote(conflict)}; expected one")
     return si, factor
 
 

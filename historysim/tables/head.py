@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import attrs
 
 from historysim.basics.units import is_common
-from historysim.basics.wording import count_text, join_words, nearest
+from historysim.basics.wording import count_text, list_names, nearest, quote
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, field_unit, split_unit
 from historysim.tables.lines import (
@@ -68,7 +68,8 @@ class Heading:
         if self.mismatch:
             raise InputError(self.mismatch)
         if column.occurrence is None and len(indices) > 1:
-            full = ", ".join(f"{self.names[index]!r} at position {index + 1}" for index in indices)
+            names = list_names([self.names[index] for index in indices])
+            full = f"{names} at positions {', '.join(str(index + 1) for index in indices)}"
             raise InputError(
                 f"{name!r} may be any of the columns {full}; expected the whole name of one, or its position, as in "
                 f"{{ column = {indices[-1] + 1} }}"
@@ -78,7 +79,7 @@ class Heading:
     def label(self, index: int) -> str:
         """Return the label of a column in messages."""
         name = "" if self.mismatch or index >= len(self.names) else self.names[index]
-        return repr(name) if name else str(index + 1)
+        return quote(name) if name else str(index + 1)
 
     def units(self, index: int) -> tuple[str, ...]:
         """Return the units of a column in the header: none, one, or one in each of two lines."""
@@ -125,7 +126,7 @@ def no_such_column_error(column: Column, names: Sequence[str], brackets: Sequenc
     # names that differ only in case or unit are suggested first
     plain = {split_unit(label)[0].casefold(): label for label in reversed(filled)}
     meant = plain.get(split_unit(name)[0].casefold())
-    near = nearest(name, filled) if meant is None else f"did you mean {meant!r}?"
+    near = nearest(name, filled, in_file=True) if meant is None else f"did you mean {quote(meant)}?"
     return InputError(f"there is no column {name!r}; {_hint_for_name(name, filled) or near}")
 
 
@@ -134,18 +135,19 @@ def _hint_for_name(name: str, names: Sequence[str]) -> str:
     numbers = sum(map(like_a_number, names))
     if names and numbers == len(names):
         return (
-            f"the line of names has the numbers {', '.join(names[:3])}{', …' if numbers > 3 else ''}: without a header "
+            f"the line of names has the numbers {list_names(names)}: without a header "
             "set header = 0, and give columns by position, as { column = 1 }"
         )
     if numbers > len(names) / 2:
-        return f"{names[0]!r} is followed by numbers in its line; expected one line for each sample: transpose the file"
+        mend = "expected one line for each sample: transpose the file"
+        return f"{quote(names[0])} is followed by numbers in its line; {mend}"
     if len(names) == 1 and (delimiter := next((sign for sign in ",;\t|" if names[0].count(sign) > 1), None)):
         return f"expected the delimiter {delimiter!r}, which occurs in the header: {brief(names[0])}"
     if name.isdecimal():
-        return f"a position has no quotes, as {{ column = {name} }}; the names are {join_words(names)}"
+        return f"a position has no quotes, as {{ column = {name} }}; the names are {list_names(names)}"
     value, _, unit = name.partition(" ")
     if like_a_number(value) and is_common(unit):
-        return f'a value that does not change is {{ constant = "{name}" }}; the names are {join_words(names)}'
+        return f'a value that does not change is {{ constant = "{name}" }}; the names are {list_names(names)}'
     return ""
 
 
