@@ -135,9 +135,14 @@ def html_of_fields(instance: Any) -> str:
 
 
 def _cells(tag: str, texts: Iterable[str]) -> str:
+    return "".join(f'<{tag} style="text-align: left">{escape_html(text)}</{tag}>' for text in texts)
+
+
+def escape_html(text: str) -> str:
+    """Escape a text for HTML, and its control and bidirectional characters."""
     from html import escape
 
-    return "".join(f'<{tag} style="text-align: left">{escape(text)}</{tag}>' for text in texts)
+    return escape(printable(text))
 
 
 class Lines(tuple[tuple[str, str], ...]):

@@ -153,7 +153,8 @@ class _Reading:
             raise
         except Exception as error:
             self._check_identity()
-            raise InputError(f"{self.path}: {name} is damaged ({error}); make it again") from error
+            problem = f"{name} is damaged" if name else "is damaged, or not a result"
+            raise InputError(f"{self.path}: {problem} ({error}); make it again") from error
         self._check_identity()
 
     def _check_identity(self) -> None:
@@ -193,7 +194,7 @@ def open_store(path: Path) -> xr.Dataset:
         check_store(path)
     except InputError as error:
         raise InputError(f"{path}: is damaged: {error}; make it again") from error
-    with reading("it"):
+    with reading(""):
         stored: xr.Dataset = xr.open_zarr(path, chunks=None, decode_times=False, consolidated=False)
         arrays = {
             name: variable

@@ -76,10 +76,14 @@ def test_the_command_writes_reads_and_replaces_stores(scenario, tmp_path):
     def command(*arguments):
         return CliRunner().invoke(main, arguments)
 
-    for _ in range(2):
-        done = command("run", scenario.name, "-o", "out.zarr", "--snapshot-every", "10")
+    for force in ([], ["--force"]):
+        done = command("run", scenario.name, "-o", "out.zarr", "--snapshot-every", "10", *force)
         assert done.exit_code == 0, done.stderr
     assert "result                    out.zarr" in done.stdout
+    done = command("run", scenario.name, "-o", "out.zarr")
+    assert done.exit_code == 2
+    assert "out.zarr: exists already, and a store is never replaced" in done.stderr
+    assert "--force" in done.stderr
     assert "steps" in command("show", "out.zarr").stdout
     (tmp_path / "other.zarr").mkdir()
     done = command("run", scenario.name, "-o", "other.zarr", "--force")

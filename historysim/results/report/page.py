@@ -6,14 +6,13 @@ import io
 import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from historysim._version import __version__
-from historysim.basics.wording import html_table
+from historysim.basics.wording import escape_html, html_table
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,16 +38,16 @@ class Section:
 def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
     """Return a whole page; ``head`` is HTML that its scripts need."""
     body = "\n".join(
-        f"<section{_anchor_attribute(section)}><h2>{escape(section.title)}</h2>\n{chr(10).join(section.parts)}</section>"
+        f"<section{_anchor_attribute(section)}><h2>{escape_html(section.title)}</h2>\n{chr(10).join(section.parts)}</section>"
         for section in sections
     )
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta name="generator" content="historysim {__version__}">\n<title>{escape(title)}</title>\n'
+        f'<meta name="generator" content="historysim {__version__}">\n<title>{escape_html(title)}</title>\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         # without this link browsers request an icon
         f'<link rel="icon" href="data:,">\n<style>\n{STYLE}</style>\n{head}\n</head>\n'
-        f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"
+        f"<body>\n<h1>{escape_html(title)}</h1>\n{body}\n</body>\n</html>\n"
     )
 
 
@@ -65,7 +64,7 @@ def render_page(subject: Any) -> str:
 
 
 def _anchor_attribute(section: Section) -> str:
-    return f' id="{escape(section.anchor)}"' if section.anchor else ""
+    return f' id="{escape_html(section.anchor)}"' if section.anchor else ""
 
 
 def contents(groups: Mapping[str, Sequence[Section]]) -> Section:
@@ -73,11 +72,11 @@ def contents(groups: Mapping[str, Sequence[Section]]) -> Section:
     blocks = []
     for name, sections in groups.items():
         links = (
-            f'<li><a href="#{escape(section.anchor)}">{thumbnail(section.parts, "")}<br>'
-            f"{escape(section.title)}</a></li>"
+            f'<li><a href="#{escape_html(section.anchor)}">{thumbnail(section.parts, "")}<br>'
+            f"{escape_html(section.title)}</a></li>"
             for section in sections
         )
-        blocks += [f"<h3>{escape(name)}</h3>", f'<ul class="thumbnails">{"".join(links)}</ul>']
+        blocks += [f"<h3>{escape_html(name)}</h3>", f'<ul class="thumbnails">{"".join(links)}</ul>']
     return Section("Contents", tuple(blocks))
 
 
@@ -88,17 +87,17 @@ def table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:
 
 def paragraph(text: str, kind: str = "") -> str:
     """Return a paragraph; of the kind "warning" or "note" it looks like one."""
-    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
+    return f'<p class="{kind}">{escape_html(text)}</p>' if kind else f"<p>{escape_html(text)}</p>"
 
 
 def code(text: str) -> str:
     """Return lines of commands or of a file."""
-    return f"<pre>{escape(textwrap.dedent(text).strip())}</pre>"
+    return f"<pre>{escape_html(textwrap.dedent(text).strip())}</pre>"
 
 
 def collapsible(label: str, text: str) -> str:
     """Return lines of a file that appear when their label is clicked."""
-    return f"<details><summary>{escape(label)}</summary>{code(text)}</details>"
+    return f"<details><summary>{escape_html(label)}</summary>{code(text)}</details>"
 
 
 def picture(figure: "Figure", caption: str) -> str:
@@ -106,7 +105,7 @@ def picture(figure: "Figure", caption: str) -> str:
     kind = ' class="column"' if figure.get_figwidth() <= WIDEST_COLUMN else ""
     # remarks on a picture are part of its caption
     below = " ".join([caption, *(f"Note: {text}." for text in getattr(figure, "notices", ()))])
-    return f"<figure{kind}>{image(figure, caption)}<figcaption>{escape(below)}</figcaption></figure>"
+    return f"<figure{kind}>{image(figure, caption)}<figcaption>{escape_html(below)}</figcaption></figure>"
 
 
 def add_values(caption: str, lines: Iterable[tuple[str, str]], labels: Sequence[str]) -> str:
@@ -143,4 +142,4 @@ def _embed_image(image: "PILImage", text: str, **options: Any) -> str:
     image.save(stream, "WEBP", **options)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
     size = f'width="{image.width}" height="{image.height}"'
-    return f'<img alt="{escape(text)}" {size} src="data:image/webp;base64,{data}">'
+    return f'<img alt="{escape_html(text)}" {size} src="data:image/webp;base64,{data}">'
