@@ -9,7 +9,7 @@ import attrs
 
 from historysim.basics.fields import Key
 from historysim.basics.units import conversion_factor, is_common, is_unit
-from historysim.basics.wording import format_value, quote
+from historysim.basics.wording import MOST_QUOTED, format_value, quote
 from historysim.errors import InputError, field_error
 
 if TYPE_CHECKING:
@@ -238,7 +238,9 @@ def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[
     if not units:
         return si_units[0], 1.0
     if unknown := [unit for unit in units if not is_unit(unit)]:
-        raise InputError(f'{column}: {quote(unknown[0])} is not a known unit; set one, as in unit = "{si_units[0]}"')
+        # the name of the column may quote it already
+        unit_text = quote(unknown[0]) if len(column) + len(unknown[0]) <= MOST_QUOTED else "its unit"
+        raise InputError(f'{column}: {unit_text} is not a known unit; set one, as in unit = "{si_units[0]}"')
     file_unit, *other_units = units
     try:
         si, factor = fit_unit(file_unit, si_units)

@@ -175,7 +175,10 @@ def opened_logs():
 
 
 @pytest.fixture
-def stored(scenario):
+def stored(scenario, monkeypatch):
+    # few chunks, since each test reads all of them often
+    monkeypatch.setattr(lazy_history, "CHUNK_CELLS", 3000)
+    monkeypatch.setattr(lazy_history, "CHUNK_ASPERITIES", 200)
     with hs.run(scenario, "rough.zarr", threads=2) as history:
         values = {name: variable.values.tobytes() for name, variable in history.variables.items()}
     return Path("rough.zarr"), values
@@ -184,7 +187,7 @@ def stored(scenario):
 def test_any_flipped_bit_is_told_or_changes_nothing(stored):
     store, values = stored
     rng, files = np.random.default_rng(1), sorted(path for path in store.rglob("*") if path.is_file())
-    for number in range(120):
+    for number in range(60):
         path = files[number % len(files)]
         content = path.read_bytes()
         flipped = bytearray(content)
