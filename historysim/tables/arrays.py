@@ -45,7 +45,7 @@ class Contents:
     @property
     def skipped_text(self) -> str:
         """List of the contents that are not read; empty without any."""
-        listed = [f"{name!r} ({description})" for name, description in self.skipped.items()]
+        listed = [f"{quote(name)} ({description})" for name, description in self.skipped.items()]
         more = f" and {len(listed) - _MOST_NAMED} more" if len(listed) > _MOST_NAMED else ""
         return ", ".join(listed[:_MOST_NAMED]) + more
 
