@@ -181,7 +181,7 @@ def fmu(scenario: Path, output: Path | None, platforms: str | None, values: dict
     "--output",
     "outputs",
     multiple=True,
-    help="The model: .json, .mo (Modelica), .tcl (OpenSees) or .py (OpenSeesPy); may be given several times.",
+    help="The model: .json or .nc; may be given several times.",
 )
 @options.path_option("--picture", help="Draw model and contact to this file (PNG, PDF, SVG).")
 @options.common("size", "json", "force", "set")
@@ -200,12 +200,11 @@ def reduce(
     from historysim.scenario.run import open_source
 
     source = open_source(scenario, values)
-    from historysim.exchange.reduced.model_texts import select_format
-    from historysim.exchange.reduced.reduced_model import ReducedPicture
+    from historysim.exchange.reduced.reduced_model import MODEL_FORMATS, ReducedPicture
     from historysim.exchange.reduced.reducing import reduce as reduce_contact
 
     options.check_size(size, [picture])
-    written = [(path, select_format(path)) for path in outputs]
+    written = [(path, *MODEL_FORMATS) for path in outputs]
     check_outputs(source.files, *written, (picture, PICTURE))
     model = reduce_contact(source, notify=notice, **choices)
     force = options.has_flag("force")

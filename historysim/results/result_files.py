@@ -31,6 +31,7 @@ KINDS: Mapping[str, str] = {
     "sweep": "sweep",
     "table": "table",
     "history over time": "table",
+    "reduced model": "table",
 }
 
 EXPECTED = "expected a result of historysim run (netCDF)"

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
-from historysim.basics.wording import format_value, list_names, nearest
+from historysim.basics.wording import format_value, list_names, nearest, quote
 from historysim.errors import InputError
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, field_unit
 from historysim.tables.lines import MISSING, find_name

@@ -39,6 +39,12 @@ def test_a_model_comes_back_from_its_file(tmp_path, varies):
     assert found.force(*asked).tolist() == model.force(*asked).tolist()
     found.write(tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "reduced.json").read_bytes()
+    model.write(tmp_path / "reduced.nc")
+    springs = hs.open(tmp_path / "reduced.nc")
+    assert springs.stiffness.values.tolist() == model.stiffness.tolist()
+    assert springs.attrs["bound_of_load"] == model.bound * model.friction_limit
+    if varies:
+        assert springs.limit_at_load.values.tolist() == model.scaling.limit.tolist()
 
 
 def test_show_plot_and_report_take_the_file(path):

@@ -9,24 +9,31 @@ import attrs
 import numpy as np
 import xarray as xr
 
+from historysim._version import __version__
 from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.basics.files import beginning, replacing
-from historysim.basics.targets import Output, check_outputs
+from historysim.basics.targets import Output, check_outputs, netcdf, signed_format
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
-from historysim.exchange.reduced.model_texts import FORMATS, select_format
 from historysim.results.plots.canvas import COLUMN
 from historysim.results.plots.chart import Chart, Curve, Item, Shape, Sheet
 from historysim.results.plots.pictures import Picture, make_figure
 from historysim.results.plots.style import FAINT, INK, LOOP_AXES, STATE_COLOURS
 from historysim.results.report.page import Section, page, paragraph, picture, render_page, table
 from historysim.results.result_files import FILES, FileKind
+from historysim.results.tables import write_netcdf
 
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
 FORMAT = "historysim reduced model 2"  # value of the key ``format`` in its JSON
+CONTENT = "reduced model"  # value of the attribute ``content`` in its netCDF file
+# Formats of a model, by file extension.
+MODEL_FORMATS = (
+    signed_format("a reduced model of historysim", ".json"),
+    netcdf("a reduced model of historysim", CONTENT),
+)
 SCALED = ("normal_load_N", "stiffness_N_per_m", "limit_N")  # the columns of `Scaling` in its JSON
 
 
@@ -147,7 +154,10 @@ class ReducedModel:
         return self.scaling.interpolate(loads)
 
     def dataset(self) -> xr.Dataset:
-        """Return the springs as a Dataset along ``spring``, with the bounds as attributes."""
+        """Return the springs as a Dataset along ``spring``, with the bounds as attributes.
+
+        Springs that depend on the normal load also have a table along ``normal_load``.
+        """
         units = {"stiffness": "N m-1", "limit": "N", "slip_displacement": "m"}
         bounds = {
             "normal_load": self.normal_load,
@@ -157,7 +167,16 @@ class ReducedModel:
         }
         errors = {f"error of {name}": value for name, value in self.errors.items()}
         columns = {name: ("spring", getattr(self, name), {"units": unit}) for name, unit in units.items()}
-        return xr.Dataset(columns, attrs=bounds | errors)
+        identity = {"content": CONTENT, "title": self.title or "sliding springs in parallel"}
+        springs = xr.Dataset(columns, attrs=identity | bounds | errors)
+        if self.scaling is None:
+            return springs
+        dimensions = "normal_load", "spring"
+        return springs.assign(
+            normal_load=("normal_load", self.scaling.normal_load, {"units": "N"}),
+            stiffness_at_load=(dimensions, self.scaling.stiffness, {"units": "N m-1"}),
+            limit_at_load=(dimensions, self.scaling.limit, {"units": "N"}),
+        )
 
     def summary(self) -> list[tuple[str, str]]:
         """Summarise the springs and their errors as lines of (label, text)."""
@@ -259,7 +278,7 @@ class ReducedModel:
         Parameters
         ----------
         output : path
-            Its extension selects the program: .json, .mo (Modelica), .tcl (OpenSees), .py (OpenSeesPy).
+            Its extension selects the format: .json (`read` reads it again) or .nc, the `dataset`.
         force : bool
             Also replace a file that is not from historysim.
 
@@ -271,10 +290,13 @@ class ReducedModel:
             If the file cannot be written.
         """
         path = Path(output)
-        check_outputs([Output(path, (select_format(path),))], [], force=force)
+        check_outputs([Output(path, MODEL_FORMATS)], [], force=force)
+        if path.suffix.lower() == ".nc":
+            write_netcdf(self.dataset(), path)
+            return
+        content = {"generator": f"historysim {__version__}", **self.as_dict()}
         with replacing(path) as unfinished:
-            content = FORMATS[path.suffix.lower()](self, path.stem)
-            unfinished.write_text(content, encoding="utf-8", newline="\n")
+            unfinished.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8", newline="\n")
 
 
 @FILES.register
