@@ -1,29 +1,26 @@
-"""Coupling of a contact to other solvers: SciPy's integrators, a system of python-control, a controlled stage.
+"""Coupling of a contact to SciPy's integrators of equations of motion.
 
 A contact remembers its load history. Trial steps of a solver therefore start from the last accepted state, and only
 accepted steps are committed.
 """
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
-from historysim.asperities.body import require
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
+from historysim.basics.arguments import ArrayLike, Floats, as_floats
 from historysim.basics.wording import nearest
 from historysim.errors import InputError, LoadError
 
 if TYPE_CHECKING:
-    import control
-
     from historysim.asperities.integration import IntegratedBody
     from historysim.asperities.state import State
 
-__all__ = ["CoupledSolution", "StageMotion", "contact_system", "controlled_stage", "solve_ivp"]
+__all__ = ["CoupledSolution", "solve_ivp"]
 
 
 def __dir__() -> list[str]:
@@ -220,175 +217,3 @@ def _first_turn(
 
 
 INPUTS = ("normal_load", "normal_displacement", "tangential_load", "tangential_displacement")
-OUTPUTS = (
-    "normal_load",
-    "tangential_load",
-    "approach",
-    "tangential_displacement",
-    "tangential_stiffness",
-    "normal_stiffness",
-    "contact_count",
-    "slip_share",
-    "dissipated_energy",
-)
-
-
-def contact_system(
-    ensemble: "IntegratedBody",
-    state: "State | None" = None,
-    *,
-    dt: float,
-    inputs: Sequence[str] = ("tangential_displacement",),
-    outputs: Sequence[str] = ("tangential_load",),
-    name: str = "contact",
-    saturate: bool = False,
-    instrument: Instrument = RIGID,
-) -> "control.NonlinearIOSystem":
-    """Return a contact as a discrete-time system of python-control, with direct feedthrough.
-
-    The memory of a contact is not a vector of fixed length: the only state of the system is the number of the sample.
-    Outputs are computed from the contact at the start of the sample. Each simulation starts at 0, with `state`.
-
-    Parameters
-    ----------
-    ensemble, state, saturate, instrument
-        As for `solve_ivp`.
-    dt : float
-        Sampling time [s], > 0.
-    inputs, outputs : sequence of str
-        Driven quantities, of `INPUTS`, at most one per channel; the other channel is held at its value in `state`.
-        Output quantities, of `OUTPUTS`. Another name is an InputError.
-    name : str
-        Name of the system; its signals are ``name.signal``.
-    """
-    try:
-        import control
-    except ImportError as error:
-        raise InputError("the package control is not installed; expected: pip install control") from error
-    for named, allowed, argument in ((inputs, INPUTS, "inputs"), (outputs, OUTPUTS, "outputs")):
-        if wrong := [signal for signal in named if signal not in allowed] or not named:
-            raise InputError(f"{argument}: {wrong if named else 'none'}; expected some of {', '.join(allowed)}")
-    for channel in ("normal", "tangential"):
-        if sum(signal.startswith(channel) for signal in inputs) > 1:
-            raise InputError(f"inputs: both load and displacement of the {channel} channel; expected one of them")
-    # by the number of the sample: the first, the previous and the current one
-    states = {0: state or ensemble.initial_state()}
-
-    def advance_state(x: ArrayLike, u: ArrayLike) -> "tuple[int, State]":
-        number = float(np.atleast_1d(x)[0])
-        if number not in states:
-            raise InputError(
-                f"sample {number:g} of the contact: expected the current sample of a simulation that starts at 0. The "
-                "contact remembers its load path and has no state to set or to linearise; use its output "
-                "tangential_stiffness"
-            )
-        targets: dict[str, Any] = dict(zip(inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
-        state_after = ensemble.advance(states[int(number)], **targets, saturate=saturate, instrument=instrument)
-        return int(number), state_after
-
-    def output(_time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
-        _, state_after = advance_state(x, u)
-        return np.array([float(getattr(state_after, signal)) for signal in outputs])
-
-    def update(_time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
-        number, state_after = advance_state(x, u)
-        for old in set(states) - {0, number}:
-            del states[old]
-        states[number + 1] = state_after
-        return np.array([float(number + 1)])
-
-    signals = {"inputs": list(inputs), "outputs": list(outputs), "states": ["sample"]}
-    return control.nlsys(update, output, **signals, dt=scalar("dt", dt, above=0), name=name)
-
-
-@attrs.frozen(eq=False)
-class StageMotion:
-    """Motion of a stage and energies at its end."""
-
-    time: Floats  #: (sample) Times of the calls of the controller [s]
-    place: Floats  #: (sample) Position of the stage at the end of the sample [m]
-    contact_force: Floats  #: (sample) Tangential load of the contact at the end of the sample [N]
-    motor_force: Floats  #: (sample) Force of the motor during the sample [N]
-    work: float  #: of the motor [J]
-    kinetic: float  #: energy of the motion at the end [J]
-    stored: float  #: energy in the tractions at the end [J]
-    dissipated: float  #: energy lost to friction [J]
-    state: "State"  #: the contact at the end
-
-
-def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact
-    ensemble: "IntegratedBody",
-    state: "State",
-    controller: Callable[[float, float], float],
-    *,
-    mass: float,
-    sample_time: float,
-    duration: float,
-    substeps: int = 10,
-    saturate: bool = False,
-    instrument: Instrument = RIGID,
-) -> StageMotion:
-    """Move a stage on a contact by a motor, with a force that a controller sets at each sample.
-
-    The stage starts at rest at position 0, with the contact in `state`. Between samples it is integrated by the
-    leap-frog method, which visits no position that the stage does not reach.
-
-    Parameters
-    ----------
-    ensemble, saturate, instrument
-        As for `solve_ivp`.
-    state : State
-        Initial, pressed contact. Its normal channel is held: a load, or an approach.
-    controller : callable
-        ``controller(time, place)`` returns the force of the motor [N] until the next sample; called once a sample.
-    mass, sample_time, duration : float
-        [kg], [s], > 0.
-    substeps : int
-        Steps of the integration per sample, each much shorter than √(mass / stiffness).
-    """
-    require(ensemble, "step in place")
-    mass, sample_time = scalar("mass", mass, above=0), scalar("sample_time", sample_time, above=0)
-    samples = round(scalar("duration", duration, above=0) / sample_time)
-    time_step = _stage_time_step(state.stiffness(1), mass, sample_time, substeps)
-    stepper = ensemble.stepper(state, saturate=saturate, instrument=instrument)
-    origin = stepper.tangential_displacement
-    initial_dissipation = stepper.dissipated_energy
-    position = velocity = work = motor = 0.0
-    record = np.empty((3, samples))
-    for sample in range(samples):
-        motor = scalar("the force of the controller", controller(sample * sample_time, position))
-        for _ in range(substeps):
-            velocity += time_step / mass * (motor - stepper.tangential_load)
-            step = time_step * velocity
-            position += step
-            work += motor * step
-            stepper.step(tangential_displacement=origin + position)
-        record[:, sample] = position, stepper.tangential_load, motor
-    final_state = stepper.save()
-    # the velocity lags by half a step
-    velocity += 0.5 * time_step / mass * (motor - final_state.tangential_load)
-    return StageMotion(
-        time=np.arange(samples, dtype=np.float64) * sample_time,
-        place=record[0],
-        contact_force=record[1],
-        motor_force=record[2],
-        work=work,
-        kinetic=0.5 * mass * velocity**2,
-        stored=final_state.stored_energy,
-        dissipated=final_state.dissipated_energy - initial_dissipation,
-        state=final_state,
-    )
-
-
-def _stage_time_step(stiffness: float, mass: float, sample_time: float, substeps: int) -> float:
-    """Return the time step of the integration [s]; InputError if it is unstable."""
-    if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
-        raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
-    time_step = sample_time / substeps
-    longest = 2.0 * (mass / stiffness) ** 0.5 if stiffness > 0.0 else np.inf
-    if time_step >= longest:
-        raise InputError(
-            f"substeps is {substeps}: steps of {time_step:.3g} s are unstable for this mass on the contact; "
-            f"expected {int(sample_time / longest) + 1} or more, and ten times that for accuracy"
-        )
-    return time_step

@@ -20,7 +20,7 @@ ROOT = Path(historysim.__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SMOKE = ROOT / "tests" / "scripts" / "smoke.py"
 # Extras that need no other program, in one environment; `surfaces` and `zarr` need newer packages than historysim.
-EXTRAS = ("report", "hdf5", "tdms", "dask", "control", "excel")
+EXTRAS = ("hdf5", "tdms", "dask", "excel")
 
 pytestmark = [
     pytest.mark.ci,

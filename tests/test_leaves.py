@@ -10,7 +10,7 @@ LEAVES = {
     "gallery": ["studies/gallery.py"],
     "design studies": ["studies/design.py"],
     "adhesion theory": ["contact/adhesion*", "asperities/adhering.py", "results/plots/adhesion*.py"],
-    "controllers and batches": ["coupling.py", "asperities/contact_batch.py"],
+    "solvers and batches": ["coupling.py", "asperities/contact_batch.py"],
 }
 COMMANDS = "cli"  # may import any room where a command is called
 # How modules begin that import a leaf on request, except commands.

@@ -92,19 +92,10 @@ def drawn(**options):
     return hs.surfaces.drawn_summits(Gaussian(1e-8), seed=1, **options)
 
 
-def controlled(**options):
-    return hs.coupling.controlled_stage(ball(), pressed(), lambda *_: 1e-4, **options)
-
-
 def integrated(**options):
     return hs.coupling.solve_ivp(
         lambda *_: [1e-9], y0=[0.0], ensemble=ball(), place=lambda *_: {}, state=pressed(), **options
     )
-
-
-def system(dt):
-    pytest.importorskip("control")
-    return hs.coupling.contact_system(ball(), pressed(), dt=dt).dt
 
 
 MODULI = {"contact_modulus": 4e10, "shear_modulus": 8e9, "hardness": 6e9, "yield_stress": 2e9}
@@ -236,8 +227,6 @@ CALLS = {
             "contact_modulus": 4e10,
         },
     ),
-    "coupling.contact_system": (system, {"dt": 1e-3}),
-    "coupling.controlled_stage": (controlled, {"mass": 0.1, "sample_time": 1e-3, "duration": 5e-3}),
     "coupling.solve_ivp": (integrated, {"t_span": (0.0, 1.0)}),
     "drift.disturbance_at_rest": (
         lambda normal_load: hs.drift.disturbance_at_rest(ball(), pressed(), normal_load),
@@ -276,7 +265,6 @@ NUMBERS_ALONE = {
     "FrictionLimitError": "an error",
     "drive_displacement": "a formula of what was computed",
     "Loaded": "what a law is asked with",
-    "StageMotion": "a result",
     "slip_onset": "what another function has found",
     "slides_first": "what another function has found",
     "summary": "what another function has found",
@@ -286,7 +274,7 @@ NUMBERS_ALONE = {
     "write_fmu": "needs a compiler; tried by the command",
 }
 # Functions and other things whose description names a unit.
-NOT_A_QUANTITY = {"controller", "motion", "summits", "options", "friction"}
+NOT_A_QUANTITY = {"motion", "summits", "options", "friction"}
 
 
 def public():

@@ -113,20 +113,6 @@ def check_zarr(folder: Path) -> None:
     assert hs.open(folder / "r.zarr").contact.summary()
 
 
-def check_control(_: Path) -> None:
-    """Extra control: the response of a contact as an input-output system."""
-    import control
-
-    from historysim.coupling import contact_system
-
-    ball = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), 0.0, 1e-5, 0.2)
-    state = ball.advance(ball.initial_state(), normal_load=1e-3)
-    response = control.input_output_response(
-        contact_system(ball, state, dt=1.0), np.arange(3.0), np.array([0.0, 1e-9, 2e-9])
-    )
-    assert np.ravel(response.outputs)[-1] > 0.0
-
-
 def check_surfaces(folder: Path) -> None:
     """Extra surfaces: a height map in a format that SurfaceTopography reads."""
     from SurfaceTopography import Topography
@@ -150,7 +136,6 @@ EXTRAS = {
     "python_calamine": check_excel,
     "dask": check_dask,
     "zarr": check_zarr,
-    "control": check_control,
     "SurfaceTopography": check_surfaces,
     "skimage": check_registration,
 }
