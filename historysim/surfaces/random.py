@@ -1,23 +1,8 @@
-"""Random surfaces of prescribed rms height, autocorrelation, skewness and kurtosis.
-
-Heights of prescribed skewness and kurtosis are translated Gaussian heights. With y = z/δ of a standard normal z, up to
-a scale and an origin, a translation is
-
-    bounded (SB):     (e^y - 1)/(1 + κ e^y)
-    log-normal (SL):  e^y - 1, the limit of both others at κ = 0
-    unbounded (SU):   (e^y - 1) - κ (e^-y - 1)
-
-with 0 ≤ κ ≤ 1: κ is e^(-γ/δ) for SB and e^(2γ/δ) for SU, in terms of Johnson's γ. These skew to the right, mirrored
-translations to the left. Every pair with kurtosis > skewness² + 1 belongs to exactly one translation.
-
-Johnson, *Biometrika* 36 (1949) 149-176.
-"""
+"""Random Gaussian surfaces of prescribed rms height and autocorrelation."""
 
 import math
-from collections.abc import Callable
 from typing import SupportsIndex
 
-import attrs
 import numpy as np
 import scipy.fft
 
@@ -28,156 +13,8 @@ from historysim.errors import InputError
 from historysim.surfaces.distribution import generator
 from historysim.surfaces.heights import MOST_POINTS, Surface
 
-MOST_KURTOSIS = 100.0
-MOST_SHARPNESS = 10.0  # of bounded heights: a larger 1/δ gives two levels with hardly a slope between them
-HEAVIEST_SHARPNESS = 1.5  # 1/δ at which unbounded heights exceed `MOST_KURTOSIS`, at any skewness
-LEAST_SHARPNESS = 1e-5  # below it the kurtosis differs from 3 by less than 4/δ² = 4e-10
-MOST_SHIFT = 40.0  # of -ln κ, beyond which κ is negligible
-
-# The trapezoidal rule converges as exp(-2π²/(s h)) with s = 1/δ, since the poles of SB are π/s off the axis; the range
-# covers the fourth powers of SU; their weight z² /2 - 4 s z is least at z = 4 s ≤ 6.
-NODES = np.linspace(-16, 16, 1601)
-WEIGHTS = np.exp(-(NODES**2) / 2) / np.exp(-(NODES**2) / 2).sum()
-
-# The powers of SB decrease as exp(-2 √n π/s), to 1e-14 within these terms; the powers of SU faster than exponentially.
-HERMITE_REST, MOST_HERMITE_TERMS = 1e-14, 2600
-KNOTS = 8193  # of the splines of `Translation.correlations`, from a correlation of 0 to 1
-
-
-@attrs.frozen
-class Translation:
-    """Increasing function of standard normal numbers, up to a scale and an origin; see above for 1/δ and κ."""
-
-    bounded: bool  #: SB, otherwise SU
-    sharpness: float  #: 1/δ [1], > 0
-    kappa: float  #: κ [1], from 0 (log-normal) to 1 (symmetric)
-    mirrored: bool = False  #: skews to the left
-
-    def __call__(self, normal: Floats) -> Floats:
-        """Translate standard normal numbers."""
-        y = (-self.sharpness if self.mirrored else self.sharpness) * normal
-        right = np.expm1(y)
-        if self.bounded:
-            right /= 1 + self.kappa * (1 + right)
-        elif self.kappa:
-            right -= self.kappa * np.expm1(-y)
-        return -right if self.mirrored else right
-
-    def moments(self) -> tuple[float, float]:
-        """Return the skewness and the kurtosis of the translated numbers."""
-        translated = self._standard()
-        return float(np.sum(WEIGHTS * translated**3)), float(np.sum(WEIGHTS * translated**4))
-
-    def correlations(self) -> tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]:
-        """Return the correlation of translated numbers as a function of the normal correlation ρ, and its inverse.
-
-        R(ρ) = Σ b_n² ρ^n from -1 to 1, with the coefficients b_n of the translation in normalised Hermite
-        polynomials (Mehler's formula; Grigoriu, *Applied Non-Gaussian Processes*, 1995); the inverse is from 0 to 1.
-        """
-        from scipy.interpolate import CubicSpline
-
-        powers = self._hermite_powers()
-
-        def series(correlation: Floats) -> Floats:
-            total = np.zeros_like(correlation)
-            for power in powers[::-1]:
-                total = (total + power) * correlation
-            return total
-
-        # knots at a sine, since R approaches R(1) = 1 as a square root if the translation is steep
-        normal = np.sin(np.linspace(-math.pi / 2, math.pi / 2, 2 * KNOTS - 1))
-        translated = series(normal)
-        return CubicSpline(normal, translated), CubicSpline(translated[KNOTS - 1 :], normal[KNOTS - 1 :])
-
-    def _hermite_powers(self) -> Floats:
-        """Return b_n² for n = 1, 2, …, with the sum 1."""
-        root = np.sqrt(WEIGHTS)
-        translated = self._standard()
-        powers: list[float] = []
-        previous, current, remaining_power = np.zeros_like(root), root, 1.0
-        while remaining_power > HERMITE_REST and len(powers) < MOST_HERMITE_TERMS:
-            n = len(powers) + 1
-            previous, current = current, (NODES * current - math.sqrt(n - 1) * previous) / math.sqrt(n)
-            powers.append(float(np.sum(translated * root * current)) ** 2)
-            remaining_power -= powers[-1]
-        return np.array(powers) / sum(powers)
-
-    def _standard(self) -> Floats:
-        """Return the translated nodes, with mean 0 and rms 1."""
-        translated = self(NODES)
-        translated -= np.sum(WEIGHTS * translated)
-        translated /= math.sqrt(np.sum(WEIGHTS * translated**2))
-        return translated
-
-
-def translation(skewness: float, kurtosis: float) -> Translation | None:
-    """Return Johnson's translation to a skewness and a kurtosis, within 1e-9; None for Gaussian heights.
-
-    InputError if no distribution has this pair, or only one close to two levels, or the kurtosis is > `MOST_KURTOSIS`.
-    """
-    if skewness == 0 and kurtosis == 3:
-        return None
-    # imported here, since most surfaces are Gaussian
-    from scipy.optimize import brentq
-
-    limit = skewness * skewness + 1
-    if kurtosis < limit:
-        raise InputError(
-            f"kurtosis is {kurtosis:g} with a skewness of {skewness:g}; no heights have a kurtosis below "
-            f"skewness² + 1 = {limit:g}: raise the kurtosis or bring the skewness closer to 0"
-        )
-    if kurtosis > MOST_KURTOSIS:
-        raise InputError(
-            f"kurtosis is {kurtosis:g}; expected at most {MOST_KURTOSIS:g}, beyond which a few single points hold all "
-            "of it: lower it"
-        )
-    target = abs(skewness)
-    lowest, log_normal_kurtosis = _log_normal(target)
-    bounded = kurtosis < log_normal_kurtosis
-    highest = MOST_SHARPNESS if bounded else HEAVIEST_SHARPNESS
-
-    def surplus(sharpness: float) -> float:
-        return _translation_to_skewness(target, bounded, sharpness).moments()[1] - kurtosis
-
-    lowest = max(lowest, LEAST_SHARPNESS)
-    if bounded and (over := surplus(highest)) > 0:
-        raise InputError(
-            f"kurtosis is {kurtosis:g} with a skewness of {skewness:g}, which leaves the heights next to two-level; "
-            f"expected at least {kurtosis + over:.4g}: raise the kurtosis or bring the skewness closer to 0"
-        )
-    # on the log-normal line, rounding may leave both ends on the same side
-    is_bracketed = surplus(lowest) * surplus(highest) < 0
-    sharpness = brentq(surplus, lowest, highest, xtol=1e-14, rtol=1e-14) if is_bracketed else lowest
-    return attrs.evolve(_translation_to_skewness(target, bounded, sharpness), mirrored=skewness < 0)
-
-
-def _log_normal(skewness: float) -> tuple[float, float]:
-    """Return the sharpness and the kurtosis of the log-normal distribution of a skewness ≥ 0."""
-    # skewness² = (w - 1)(w + 2)², kurtosis = w⁴ + 2w³ + 3w² - 3, with w = 1 + u = exp(1/δ²)
-    u = 4 * math.sinh(math.asinh(skewness / 2) / 3) ** 2
-    return math.sqrt(math.log1p(u)), 3 + u * (16 + u * (15 + u * (6 + u)))
-
-
-def _translation_to_skewness(skewness: float, bounded: bool, sharpness: float) -> Translation:
-    """Solve for κ, the translation of a family and sharpness to a skewness ≥ 0, which rises as κ falls from 1 to 0."""
-    from scipy.optimize import brentq
-
-    def translation_at(shift: float) -> Translation:
-        return Translation(bounded, sharpness, math.exp(-shift))
-
-    def lack(shift: float) -> float:
-        return translation_at(shift).moments()[0] - skewness
-
-    if lack(0.0) >= 0:
-        return translation_at(0.0)
-    if lack(MOST_SHIFT) <= 0:
-        return translation_at(MOST_SHIFT)
-    return translation_at(brentq(lack, 0.0, MOST_SHIFT, xtol=1e-13, rtol=1e-14))
-
-
 AUTOCORRELATIONS = ("exponential", "gaussian")
 LEAST_PIXELS = 4
-MOST_DEVIATION = 0.01  # of a non-Gaussian surface's autocorrelation from the prescribed one
 STEEPEST = 10  # rms height over autocorrelation length, beyond that of any surface
 DECAY = 2.3  # ρ falls to 0.1 at the autocorrelation length
 # Images are summed up to this distance in autocorrelation lengths: an image beyond adds less than exp(-2.3 × 14) =
@@ -194,14 +31,11 @@ def random_surface(
     *,
     seed: SupportsIndex,
     autocorrelation: str = "exponential",
-    skewness: float = 0.0,
-    kurtosis: float = 3.0,
 ) -> Surface:
     """Generate a periodic random rough surface with mean height 0 and a prescribed rms height.
 
-    Autocorrelation, skewness and kurtosis hold for the ensemble of all seeds; a single surface deviates from them, the
-    more the fewer autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and statistics",
-    describes the method.
+    The autocorrelation holds for the ensemble of all seeds; a single surface deviates from it, the more the fewer
+    autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and statistics", describes the method.
 
     Parameters
     ----------
@@ -218,15 +52,11 @@ def random_surface(
     autocorrelation : str
         ``"exponential"``: ρ = exp(-2.3 √((x/β_x)² + (y/β_y)²)), or ``"gaussian"``:
         ρ = exp(-2.3 ((x/β_x)² + (y/β_y)²)). The surface has ρ summed over all periodic images.
-    skewness : float
-        Third moment of the heights over Rq³ [1]; negative where valleys are deeper than peaks are high.
-    kurtosis : float
-        Fourth moment of the heights over Rq⁴ [1], 3 for Gaussian heights; more than skewness² + 1, and at most 100.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or no heights have this skewness and kurtosis, or not with this autocorrelation.
+        If an argument is out of range.
 
     Warns
     -----
@@ -253,15 +83,9 @@ def random_surface(
     noise = generator(seed)
     if autocorrelation not in AUTOCORRELATIONS:
         raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
-    translate = translation(scalar("skewness", skewness), scalar("kurtosis", kurtosis))
-    spectrum = _spectrum(_periodic_autocorrelation(points, lengths, autocorrelation), points, translate)
+    spectrum = _spectrum(_periodic_autocorrelation(points, lengths, autocorrelation), points)
     heights = _apply_filter(noise.standard_normal(points), np.sqrt(spectrum))
     _standardise(heights)
-    if translate is not None:
-        row = heights.reshape(-1)
-        for start in range(0, row.size, BLOCK):
-            row[start : start + BLOCK] = translate(row[start : start + BLOCK])
-        _standardise(heights)
     heights *= rms
     return Surface(heights, pixel, periodic=True)
 
@@ -356,23 +180,9 @@ def _cosine_sums(quadrant: Floats, points: tuple[int, int]) -> Floats:
     return quadrant
 
 
-def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Translation | None) -> Floats:
-    """Return a quadrant of the power spectrum of Gaussian heights whose translation has this autocorrelation."""
-    if translate is None:
-        return _without_rounding(_cosine_sums(autocorrelation, points))
-    translated, normal = translate.correlations()
-    spectrum = _cosine_sums(normal(autocorrelation), points)
-    possible = _without_rounding(spectrum)
-    if spectrum.min() < 0:
-        realised = _cosine_sums(possible, points)
-        deviation = float(np.abs(translated(realised / realised[0, 0]) - autocorrelation).max())
-        if deviation > MOST_DEVIATION:
-            raise InputError(
-                f"heights of this skewness and kurtosis cannot have this autocorrelation: it would be off by "
-                f"{deviation:.2g} where {MOST_DEVIATION:g} is tolerated; bring the skewness closer to 0 and the "
-                "kurtosis closer to 3, or choose the exponential autocorrelation"
-            )
-    return possible
+def _spectrum(autocorrelation: Floats, points: tuple[int, int]) -> Floats:
+    """Return a quadrant of the power spectrum of heights with this autocorrelation."""
+    return _without_rounding(_cosine_sums(autocorrelation, points))
 
 
 def _without_rounding(spectrum: Floats) -> Floats:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.laws import DrawnFriction, PowerLaw, ShearStrength, SlidFriction
+from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction
 from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw
 
 GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -32,16 +32,6 @@ def test_a_power_of_the_total_load_keeps_one_coefficient():
     state = loaded(ensemble, 40e-3)
     assert state.friction == pytest.approx(np.full(3, 0.2 * 4**-0.25), rel=1e-12)
     assert state.group.max() == 0
-
-
-def test_coefficients_are_drawn_with_a_seed():
-    law = DrawnFriction(0.3, 0.05, seed=7)
-    first, second = (hs.Ensemble(GLASS, np.zeros(4000), BALL, law).friction for _ in range(2))
-    assert first.tobytes() == second.tobytes()
-    assert (first.mean(), first.std()) == pytest.approx((0.3, 0.05), rel=0.05)
-    uniform = DrawnFriction(0.3, 0.05, seed=7, distribution="uniform").at_start(4000)
-    assert (uniform.mean(), uniform.std()) == pytest.approx((0.3, 0.05), rel=0.05)
-    assert np.ptp(uniform) <= 2 * np.sqrt(3) * 0.05
 
 
 def moves(ensemble, state):
@@ -159,8 +149,6 @@ def test_what_slides_in_turn_does_not_slide_together(substeps):
         (lambda: SlidFriction([0.0], [0.1]), "two or more"),
         (lambda: SlidFriction([1.0, 2.0], [0.1, 0.2]), "does not rise from 0"),
         (lambda: SlidFriction([0.0, 2.0], [0.1, -0.2]), "expected 0 or more"),
-        (lambda: DrawnFriction(0.1, 0.2, 1, "uniform"), "lognormal"),
-        (lambda: DrawnFriction(0.1, 0.2, -1), "seed is -1"),
         (lambda: WearLaw.from_settings({"law": "archrad"}), "archard"),
         (lambda: EnergyWear(volume_per_energy=1.0, shape="round"), "'truncated' or 'blunted'"),
         (lambda: hs.Ensemble(PAIR, 0.0, 1.0, 0.2, wear="archard"), "expected a WearLaw"),

@@ -31,7 +31,6 @@ LAWS = [
     laws.ShearStrength(0.05, area="jkr", work_of_adhesion=1e-4),
     laws.ShiftedLoad(0.3, 1e-4),
     laws.SlidFriction([0.0, 0.1], [0.4, 0.3]),
-    laws.DrawnFriction(0.4, 0.1, seed=3),
 ]
 
 

@@ -32,7 +32,6 @@ def loaded(folder, friction=COULOMB, more='normal_load = "90 mN"'):
     ("sections", "name", "law"),
     [
         ('[friction]\nlaw = "shear strength"\nshear_strength = "11 MPa"', "law", laws.ShearStrength(11e6)),
-        ('[friction]\nlaw = "drawn"\nmean = 0.2\ndeviation = 0.02\nseed = 4', "law", laws.DrawnFriction(0.2, 0.02, 4)),
         (
             f'{COULOMB}\n[wear]\nlaw = "energy"\nvolume_per_energy = "2 mm3/J"\nshape = "blunted"',
             "wear",
@@ -77,6 +76,3 @@ def test_a_wrong_change_of_asperities_is_refused(tmp_path, more, said):
 def test_validate_tells_the_laws(tmp_path):
     scenario = loaded(tmp_path, f"{COULOMB}\n[wear]\nlaw = 'energy'\nvolume_per_energy = 1e-12")
     assert dict(summary(scenario))["wear"].startswith("energy wear: 1e-12 m³/J")
-    scenario = loaded(tmp_path, "[friction]\nlaw = 'drawn'\nmean = 0.2\ndeviation = 0.02\nseed = 4")
-    assert "seed 4" in dict(summary(scenario))["friction"]
-    assert scenario.seeds == [4]

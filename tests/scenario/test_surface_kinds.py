@@ -92,7 +92,7 @@ BY_FUNCTIONS = {
         drawn_summits(Tabulated([0 * 1e-9, 10 * 1e-9, 40 * 1e-9], [1, 4, 0.5]), RADIUS, **AMOUNT, seed=2),
         None,
     ),
-    "random": lambda _: found_on(random_surface(**ROUGH, autocorrelation="gaussian", skewness=-0.2, kurtosis=3.2), 5),
+    "random": lambda _: found_on(random_surface(**ROUGH, autocorrelation="gaussian"), 5),
     "measured": lambda folder: found_on(
         rough_map(folder, (1e-6, 2e-6)).detrended("quadratic").scaled(2e-8).mirrored(), 5
     ),

@@ -123,8 +123,6 @@ pixel_size = ["1 µm", "2 µm"]
 rms_height = "10 nm"
 autocorrelation_length = ["4 µm", 4e-6]
 autocorrelation = "gaussian"
-skewness = -0.1
-kurtosis = 3.1
 seed = 1
 rule = 5
 """

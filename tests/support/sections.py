@@ -61,8 +61,6 @@ SECTIONS = {
         "kind": "random",
         **ROUGH,
         "autocorrelation": "gaussian",
-        "skewness": -0.2,
-        "kurtosis": 3.2,
         "rule": 5,
     },
     "measured": {

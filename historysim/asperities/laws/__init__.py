@@ -1,11 +1,10 @@
 """Friction laws as values: the coefficient of each asperity, and the quantity on which it depends."""
 
 from historysim.asperities.law import LAWS, FrictionLaw, Loaded
-from historysim.asperities.laws.built_in import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
+from historysim.asperities.laws.built_in import PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
 
 __all__ = [
     "LAWS",
-    "DrawnFriction",
     "FrictionLaw",
     "Loaded",
     "PowerLaw",

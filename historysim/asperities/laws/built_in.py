@@ -6,80 +6,12 @@ from typing import Annotated, Any
 import attrs
 import numpy as np
 
-from historysim.asperities.law import LAWS, FrictionLaw, Loaded
+from historysim.asperities.law import LAWS, FrictionLaw
 from historysim.basics.arguments import Floats, as_floats
 from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, choice
-from historysim.basics.units import as_float, is_number, joules_per_area, newtons, pascals, quantity_text
+from historysim.basics.units import as_float, joules_per_area, newtons, pascals, quantity_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-
-
-def _check_seed(law: object, attribute: "attrs.Attribute[int]", value: object) -> None:
-    is_valid = is_number(value) and value == int(value) and value >= 0  # type: ignore[call-overload, operator]
-    if not is_valid:
-        raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a whole number of 0 or more")
-
-
-@LAWS.register
-@attrs.frozen
-class DrawnFriction(FrictionLaw):
-    """Coulomb's law with a coefficient for each asperity, drawn once from a distribution with a seed.
-
-    Parameters
-    ----------
-    mean : float
-        Of the coefficients, > 0.
-    deviation : float
-        Standard deviation of the coefficients, ≥ 0.
-    seed : int
-        Of the generator: the same seed draws the same coefficients.
-    distribution : {"lognormal", "uniform"}
-        Neither has negative coefficients; a uniform one needs a deviation of mean/√3 at most.
-
-    Examples
-    --------
-    [friction]
-    law = "drawn"
-    mean = 0.2
-    deviation = 0.02
-    seed = 4
-    """
-
-    mean: Number = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
-    deviation: Number = attrs.field(converter=as_float, validator=at_least(0.0))
-    seed: int = attrs.field(validator=_check_seed)
-    distribution: str = attrs.field(default="lognormal", validator=choice("lognormal", "uniform"))
-
-    kind, depends_on = "drawn", "nothing"
-
-    def __attrs_post_init__(self) -> None:
-        """Check that no coefficient is negative."""
-        if self.distribution == "uniform" and self.deviation * np.sqrt(3) > self.mean:
-            raise InputError(
-                f"DrawnFriction: deviation is {self.deviation:g}, which makes some coefficients negative; expected "
-                f"{self.mean / np.sqrt(3):.6g} at most (mean/√3), or distribution = 'lognormal'"
-            )
-
-    def at_start(self, count: int) -> Floats:
-        """Return so many coefficients, as they are drawn (asperity)."""
-        generator = np.random.default_rng(self.seed)
-        if self.distribution == "uniform":
-            half = np.sqrt(3) * self.deviation
-            return generator.uniform(self.mean - half, self.mean + half, count)
-        variance = np.log1p((self.deviation / self.mean) ** 2)
-        return generator.lognormal(np.log(self.mean) - variance / 2, np.sqrt(variance), count)
-
-    def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity), as drawn for so many."""
-        return self.at_start(loaded.normal_load.size)
-
-    @property
-    def text(self) -> str:
-        """The law in a line."""
-        return (
-            f"Coulomb, {self.distribution} over the asperities with mean {self.mean:g} and standard deviation "
-            f"{self.deviation:g}, seed {self.seed}"
-        )
 
 
 @LAWS.register

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import representable
-from historysim.basics.fields import Key, Length, Lengths, Number, Numbers, Quantity
+from historysim.basics.fields import Key, Length, Lengths, Numbers, Quantity
 from historysim.basics.wording import Notify, format_value, silent
 from historysim.errors import InputError, error_path, field_error
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
@@ -138,8 +138,6 @@ class RandomMap(HeightMap):
     autocorrelation_length: Lengths
     seed: int  #: the same seed gives the same surface
     autocorrelation: str = "exponential"  #: ``"exponential"`` or ``"gaussian"``
-    skewness: Number = 0.0  #: of the heights
-    kurtosis: Number = 3.0  #: of the heights; 3 is Gaussian
 
     def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - no file needed
         """Generate the map."""
