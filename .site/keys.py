@@ -83,7 +83,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
         (Panel, PICTURES),
     ),
     "`[metadata]`": (
-        "By the names of ACDD 1.3. They become attributes of the result.",
+        "Any names, such as those of ACDD 1.3; the values become attributes of the result.",
         (sections.MetadataSection,),
     ),
     "Files of numbers": (FILES, (Format, Column)),

@@ -75,7 +75,7 @@ class Scenario:
         )
         packages = ", ".join(dict.fromkeys(str(provider) for provider in providers if provider is not None))
         foreign = {"packages": packages} if packages else {}
-        return self.sections.metadata.attributes() | named_states_attribute(self.sections.loading.names) | foreign
+        return self.sections.metadata.values | named_states_attribute(self.sections.loading.names) | foreign
 
     @property
     def seeds(self) -> list[int]:

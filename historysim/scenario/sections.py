@@ -1,5 +1,6 @@
 """Sections of a scenario: one class each, with its keys and their checks."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,8 +29,10 @@ from historysim.scenario.schema import (
     AnyWearLaw,
     ColumnsOf,
     NumbersFile,
+    cattrs_note,
     explicit_fields,
     from_table,
+    structure_array,
     table,
     text,
 )
@@ -209,9 +212,49 @@ class FitSection:
                 raise field_error(f"{format_value(name)}; {nearest(name, FITTED)}", "parameters", index)
 
 
+# Attributes of a result that describe how it was computed.
+COMPUTED_ATTRIBUTES = frozenset(
+    {
+        "Conventions",
+        "title",
+        "source",
+        "history",
+        "historysim_version",
+        "made_with",
+        "contact_modulus",
+        "shear_modulus",
+        "friction_law",
+        "wear_law",
+        "yielding_law",
+        "friction_law_settings",
+        "wear_law_settings",
+        "yielding_law_settings",
+        "packages",
+        "lateral_stiffness",
+        "parallel_stiffness",
+        "nominal_area",
+        "number_of_asperities",
+        "number_of_events",
+        "event_digest",
+        "validity",
+        "named_states",
+        "scenario",
+        "seed",
+        "log_digest",
+        "date_created",
+        "id",
+        "content",
+        "complete",
+    }
+)
+
+
 @attrs.frozen
 class MetadataSection:
-    """``[metadata]``: author, purpose and licence of the data, by the names of ACDD 1.3.
+    """``[metadata]``: attributes of the written files, such as author, purpose and licence.
+
+    Any name of letters, digits and underscores; catalogues read those of ACDD 1.3. A value is a string, a number or an
+    array of strings, which become one string with commas.
 
     Examples
     --------
@@ -221,28 +264,27 @@ class MetadataSection:
     keywords = ["friction", "drift"]
     """
 
-    summary: str | None = None  #: A paragraph on the data; by default a standard text
-    keywords: tuple[str, ...] | None = None  #: words for a catalogue
-    comment: str | None = None  #: anything else
-    creator_name: str | None = None  #: who made the data
-    creator_email: str | None = None  #: where to write to
-    creator_url: str | None = None  #: A page on who made the data
-    institution: str | None = None  #: where the data were made
-    project: str | None = None  #: what for
-    publisher_name: str | None = None  #: who publishes them
-    publisher_email: str | None = None  #: where to write to
-    publisher_url: str | None = None  #: A page on the publisher
-    acknowledgement: str | None = None  #: who is thanked
-    references: str | None = None  #: publications on the data or on the method
-    license: str | None = None  #: under which licence they may be used
-    naming_authority: str | None = None  #: who gives the ``id``
-    product_version: str | None = None  #: which version of the data
+    values: dict[str, str] = attrs.field(factory=dict)
 
-    def attributes(self) -> dict[str, str]:
-        """Return the attributes of a file; keywords are one string, with commas."""
-        return {
-            key: value if isinstance(value, str) else ", ".join(value) for key, value in explicit_fields(self).items()
-        }
+    @classmethod
+    def from_toml(cls, value: object, _: Converter) -> "MetadataSection":
+        """Check names and values; an InputError names the key."""
+        values = {}
+        for key, entry in table(value).items():
+            with cattrs_note(key):
+                values[key] = cls._attribute(key, entry)
+        return cls(values)
+
+    @staticmethod
+    def _attribute(key: str, entry: object) -> str:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", key):
+            raise InputError("is not the name of an attribute; expected letters, digits and underscores")
+        if key in COMPUTED_ATTRIBUTES:
+            raise InputError(f"describes how a result was computed; choose another name, such as my_{key}")
+        if isinstance(entry, list):
+            return ", ".join(structure_array(entry, text))
+        is_number = isinstance(entry, int | float) and not isinstance(entry, bool)
+        return str(entry) if is_number else text(entry)
 
 
 RECORDS = ("touching", "all", "totals")

@@ -71,6 +71,17 @@ def test_inline_summits_and_a_custom_material(folder):
     assert ensemble.pair.contact_modulus == pytest.approx(1 / ((1 - 0.28**2) / 112e9 + (1 - 0.2**2) / 64e9))
 
 
+def test_metadata_are_free_names_that_do_not_replace_computed_attributes(folder):
+    found = loaded(folder, f'{WAYPOINTS}\n[metadata]\noperator = "A. B."\nkeywords = ["a", "b"]\nrun = 7\n')
+    assert found.metadata == {"operator": "A. B.", "keywords": "a, b", "run": "7"}
+    for entry, message in (
+        ("source = 'mine'", "metadata.source: describes how a result was computed; choose another name, such as my_"),
+        ("'two words' = 'x'", "is not the name of an attribute"),
+        ("flag = true", "metadata.flag: true; expected a string"),
+    ):
+        assert message in refusal(folder, f"{WAYPOINTS}\n[metadata]\n{entry}\n")
+
+
 def test_blocks_run_their_loops_at_each_load(folder):
     found = loaded(folder, BLOCKS)
     events = found.events()
