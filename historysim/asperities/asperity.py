@@ -23,9 +23,11 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import count_text, html_table
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
+from historysim.contact.subsurface import normal_stress, tangential_stress
 from historysim.errors import InputError
 from historysim.memory.binding import TIE, Memory, nodes, take_ownership, view
 
+SWAPPED_AXES = [1, 0, 2]
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
 
 
@@ -377,9 +379,77 @@ class Asperity:
         """Return the normal pressure p(r) [Pa] (Hertz); radii as for `traction`."""
         return self._pressure(np.abs(as_floats("radius", radius)), self.contact_radius)
 
+    def anchor(self, radius: npt.ArrayLike) -> Floats:
+        """Return the displacements U at which the springs at radii in the contact are anchored [m] (radius).
+
+        A spring that sticks keeps its anchor, one that slips drags it. InputError in two directions.
+        """
+        if self._nodes is not None:
+            raise InputError("anchors need one tangential direction; expected `traction(r)` in two directions")
+        vertices = self._vertices[::-1]
+        depth = np.square(as_floats("radius", radius, least=0)) / self.summit_radius
+        label = self._gap + depth / self.memory.line.contact.units.length
+        anchors = np.interp(label, vertices["label"][::-1], vertices["anchor"][::-1])
+        return np.asarray(anchors * self.memory.line.contact.units.displacement)
+
+    def stress(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, *, poissons_ratio: float | str | None = None
+    ) -> Floats:
+        """Return the stress tensor below the contact [Pa] (…, 3, 3), tension positive.
+
+        The sum of Hertz's normal pressure and of the tangential distributions of `superposition`, each in closed form
+        (Hamilton 1983); see `historysim.contact.subsurface`, which also has `von_mises` and `largest_principal`. The
+        traction is that of the model: for ν ≠ 0 its small transverse part is neglected.
+
+        Parameters
+        ----------
+        x, y, z : array_like
+            Distances from the middle of the contact [m], which broadcast; z ≥ 0 into the body. The body is the one on
+            which a positive tangential load acts towards positive x; in the other body x and y are reversed.
+        poissons_ratio : float or {"first", "second"}, optional
+            Of the body, or the body of the pair of materials; by default the second.
+
+        Raises
+        ------
+        InputError
+            If a point is above the surface, or Poisson's ratio is unknown.
+        """
+        ratio = self._poissons_ratio(poissons_ratio)
+        points = np.broadcast_arrays(*(as_floats(name, values) for name, values in zip("xyz", (x, y, z), strict=True)))
+        if not self.contact_radius:
+            return np.zeros((*points[0].shape, 3, 3))
+        radius = self.contact_radius
+        total = normal_stress(*points, radius=radius, peak=self._peak_pressure(radius), poissons_ratio=ratio)
+        radii, weights = self.superposition
+        for vertex_radius, weight in zip(radii, np.atleast_2d(weights.T).T, strict=True):
+            if vertex_radius == 0.0:
+                continue
+            peak = self._peak_pressure(vertex_radius)
+            hertz: dict[str, float] = {"radius": vertex_radius, "peak": peak, "poissons_ratio": ratio}
+            total += weight[0] * tangential_stress(*points, **hertz)
+            if weight.size == 2:
+                # along y: the axes are exchanged
+                across = tangential_stress(points[1], points[0], points[2], **hertz)
+                total += weight[1] * across[..., SWAPPED_AXES, :][..., SWAPPED_AXES]
+        return total
+
+    def _poissons_ratio(self, poissons_ratio: float | str | None) -> float:
+        """Resolve Poisson's ratio of a body; InputError if it is unknown."""
+        bodies = {"first": self.pair.first, "second": self.pair.second}
+        if poissons_ratio is not None and poissons_ratio not in bodies:
+            return scalar("poissons_ratio", poissons_ratio)
+        body = bodies[str(poissons_ratio or "second")]
+        if body is None:
+            raise InputError(
+                "poissons_ratio is unknown, since the pair has moduli only; expected a number, as poissons_ratio=0.3"
+            )
+        return body.poissons_ratio
+
+    def _peak_pressure(self, contact_radius: float) -> float:
+        return float(2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)) * contact_radius
+
     def _pressure(self, distance: Floats, contact_radius: float) -> Floats:
-        peak = float(2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius))
-        return peak * half_chord(distance, contact_radius)
+        return self._peak_pressure(1.0) * half_chord(distance, contact_radius)
 
     @property
     def has_moved_straight(self) -> bool:

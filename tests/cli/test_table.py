@@ -53,6 +53,7 @@ NEEDED = {
     "positioning-error": ["--with", "start=4", "--with", "end=12"],
     "nominal-pressure": ["--with", "nominal_area=1e-9"],
     "run-drift": ["--with", "second=r.nc"],
+    "peak-stress": ["--with", "poissons_ratio=0.3"],
 }
 
 

@@ -209,6 +209,7 @@ PICTURES = {
     "traction": lambda **p: hs.plot(rough(), picture="traction", **p),
     "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", **p),
     "slip-fronts": lambda **p: hs.plot(rough(), picture="slip-fronts", **p),
+    "stress": lambda **p: hs.plot(rough(), picture="stress", poissons_ratio=0.28, **p),
     "stiffness": lambda **p: hs.plot(rough(), picture="stiffness", **p),
     "wear": lambda **p: hs.plots.wear(worn(), **p),
     "yielding": lambda **p: hs.plot(yielded(), picture="yielding", **p),
