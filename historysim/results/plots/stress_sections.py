@@ -8,8 +8,8 @@ import xarray as xr
 
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.results.analysis.slips import representative_step
 from historysim.results.analysis.peak_stresses import MEASURES, TEXTS, history_poissons_ratio, peak_of
+from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN
 from historysim.results.plots.chart import Chart, Curve, Item, Map, Sheet
 from historysim.results.plots.pictures import PICTURES, Picture
