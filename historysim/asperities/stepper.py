@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.instrument import as_instrument
 from historysim.asperities.state import State, WholeContact
 from historysim.basics.arguments import Floats, Integers, as_floats, workable
 from historysim.basics.library import OneAtATime, lib
@@ -149,11 +150,11 @@ class Totals(NamedTuple):
 class Stepper(WholeContact):
     """A state that is stepped in place, for tight loops of a controller or an integrator.
 
-    `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does not
-    grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It moves in two
-    tangential directions from the first pair of targets on. It can be pickled. Each step overwrites the state: `save`
-    first where a step may be undone, such as a trial inside an integrator's stages. It is of one thread at a time:
-    another one that comes in meanwhile gets an error.
+    `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does
+    not grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It moves in
+    two tangential directions from the first pair of targets on, or at once with an instrument of two stiffnesses.
+    It can be pickled. Each step overwrites the state: `save` first where a step may be undone, such as a trial
+    inside an integrator's stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
 
     C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``;
     the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
@@ -184,7 +185,9 @@ class Stepper(WholeContact):
             self._continue_from(state)
 
     def _continue_from(self, state: State) -> None:
-        self._hold(copy_state(state.memory))
+        # a stiffness in x and in y is for loads in both
+        is_pair = isinstance(as_instrument(self._how["instrument"]).lateral_stiffness, tuple)
+        self._hold(copy_state((self._ensemble.enter_plane(state) if is_pair else state).memory))
         lib.hs_stepper_observe(self._call, self.memory.line.approach)
         self._call.move = (0.0, 0.0)
         self._numbers[START], self._numbers[TURN_COUNT], self._time = state.approach, 0.0, -math.inf
