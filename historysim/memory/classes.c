@@ -48,14 +48,10 @@
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
 #define MOST_CUTS 40
-/* share of the friction limit up to which a load is met: at the limit itself the displacement is open */
-#define BELOW_LIMIT (1.0 - 1e-6)
 /* part of what is asked for that may be left */
 #define ARRIVED 1e-12
 
 static const hs_vector nowhere = {0.0, 0.0};
-
-static double deepest_of(const hs_class *part) { return part->curve.gap[0]; }
 
 hs_body *hs_body_new(const hs_line *line, int64_t rings, double tolerance) {
     size_t count = (size_t)line->contact->count;
@@ -110,6 +106,7 @@ static int assign(hs_body *target, const hs_body *source) {
     target->normal_load = source->normal_load;
     target->dissipated = source->dissipated;
     target->time = source->time;
+    target->fraction = source->fraction;
     target->displacement = source->displacement;
     target->tangential_load = source->tangential_load;
     for (int64_t c = 0; c < source->classes; ++c) {
@@ -216,7 +213,7 @@ static void join_cells(hs_class *part, double cell, double change) {
  * or, where there are too many, for at most `NOT_MISSED` of it: more would be no less on half a step, and never settle. */
 static int regrid(hs_class *part, int64_t rings, double friction, double missed) {
     if (part->count < 2) return HS_OK;
-    double cell = (part->nodes[0].label - deepest_of(part)) / (double)rings;
+    double cell = (part->nodes[0].label - hs_deepest_of(part)) / (double)rings;
     if (cut_cells(part, WIDEST_CELL * cell) != HS_OK) return HS_OUT_OF_MEMORY;
     for (; missed <= NOT_MISSED; missed *= 4.0) {
         join_cells(part, cell, missed * friction * part->nodes[0].normal);
@@ -234,7 +231,7 @@ static int refine(hs_class *part, double friction, hs_vector way) {
     if (part->count < 2 || friction == 0.0 || least == 0.0) return HS_OK;
     double edge = nodes[0].label, first = edge - nodes[1].label;
     /* a way this short is rounding, and cells as fine as it have no weight */
-    if (least < FINEST_OF_DEPTH * (edge - deepest_of(part))) return HS_OK;
+    if (least < FINEST_OF_DEPTH * (edge - hs_deepest_of(part))) return HS_OK;
     /* labels have to differ */
     least = hs_most(least, 8.0 * HS_TIE * fabs(edge));
     for (int32_t i = 1; i <= last; ++i) {
@@ -271,7 +268,7 @@ static int refine(hs_class *part, double friction, hs_vector way) {
 
 /* Have a class nodes to touch at, where the approach grows; and place to work in. */
 static int prepare(hs_class *part, double from, double to, int64_t rings) {
-    double deepest = deepest_of(part), first = hs_most(from, deepest), cell = (to - deepest) / (double)rings;
+    double deepest = hs_deepest_of(part), first = hs_most(from, deepest), cell = (to - deepest) / (double)rings;
     if (to > first) {
         int64_t cells = 1 + (int64_t)hs_least((to - first) / cell, (double)rings), fresh = part->count == 0;
         int64_t more = cells - 1 + fresh;
@@ -290,7 +287,7 @@ static int prepare(hs_class *part, double from, double to, int64_t rings) {
 static void set_up(hs_class *part, double from, double edge, double friction, int64_t rings, int stage) {
     hs_ring_problem *problem = part->problem;
     int second = stage == 2;
-    double nearest = NEAREST * (edge - deepest_of(part)) / (double)rings;
+    double nearest = NEAREST * (edge - hs_deepest_of(part)) / (double)rings;
     int32_t at = 0, first = 0, stays = edge == from;
     while (stays ? part->nodes[first].label >= edge : part->nodes[first].label > edge - nearest) ++first;
     int same = second && stays;
@@ -310,6 +307,7 @@ static void set_up(hs_class *part, double from, double edge, double friction, in
         problem->base[at] = second ? hs_plus(node->deflection, -REST, problem->slipped[k]) : node->deflection;
     }
     if (!same) hs_ring_nodes(problem, at + 1, friction);
+    else if (problem->limit[at] != friction * sqrt(problem->depth[at])) hs_ring_limits(problem, friction);
 }
 
 static hs_vector forces(hs_body *body, double edge, hs_vector way, double slopes[2][2]) {
@@ -318,7 +316,7 @@ static hs_vector forces(hs_body *body, double edge, hs_vector way, double slopes
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         double own[2][2];
-        if (part->count == 0 || edge <= deepest_of(part)) continue;
+        if (part->count == 0 || edge <= hs_deepest_of(part)) continue;
         hs_ring_solve(part->problem, way, body->watch);
         force = hs_plus(force, 1.0, hs_ring_force(part->problem));
         if (!slopes) continue;
@@ -344,7 +342,7 @@ static int is_stopped(const hs_body *body) { return body->watch && body->watch->
 static double reach_of(const hs_body *body, double edge) {
     double most = 0.0;
     for (int64_t c = 0; c < body->classes; ++c)
-        most = hs_most(most, body->friction[body->parts[c].group] * (edge - deepest_of(body->parts + c)));
+        most = hs_most(most, hs_coefficient(body, body->parts[c].group, body->fraction) * (edge - hs_deepest_of(body->parts + c)));
     return most;
 }
 
@@ -432,16 +430,6 @@ static void add_stored(const hs_class *part, double *each) {
     }
 }
 
-static hs_vector force_of(const hs_class *part) {
-    hs_vector force = nowhere;
-    for (int32_t k = 1; k < part->count; ++k) {
-        const hs_node *outer = part->nodes + k - 1, *inner = part->nodes + k;
-        double share = (outer->normal - inner->normal) / (outer->label - inner->label);
-        force = hs_plus(hs_plus(force, share, inner->deflection), -share, outer->deflection);
-    }
-    return force;
-}
-
 /* Loads of asperities at a label, times a factor. */
 HS_WIDE static void add_node(const double *restrict gap, const double *restrict weight, int64_t count, double label,
                              double factor, double *restrict sum) {
@@ -517,61 +505,12 @@ static void add_loss(hs_class *part, double weight) {
     }
 }
 
-static double approach_for(const hs_body *body, double load) {
-    if (load == body->normal_load) return body->approach;
-    if (load <= 0.0) return hs_least(body->approach, body->contact->sorted_gap[0]);
-    return hs_label_at(hs_all_of(body->contact), load, body->approach, 0.0, 1.0);
-}
-
-double hs_body_limit(const hs_body *body, double approach) {
-    double limit = 0.0;
-    for (int64_t c = 0; c < body->classes; ++c) {
-        const hs_class *part = body->parts + c;
-        if (approach > deepest_of(part)) limit += body->friction[part->group] * hs_load_at(part->curve, approach).load;
-    }
-    return limit;
-}
-
-hs_vector hs_loads_of(const hs_plane_aim *aim) {
-    return HS_MADE(hs_vector){aim->rigid.x > 0.0 ? 0.0 : aim->value.x, aim->rigid.y > 0.0 ? 0.0 : aim->value.y};
-}
-
-hs_vector hs_held_value(const hs_body *body, double approach, const hs_plane_aim *aim) {
-    hs_vector value = aim->value;
-    if (aim->rigid.x > 0.0 && aim->rigid.y > 0.0) return value;
-    double limit = hs_body_limit(body, approach), size = hs_length(hs_loads_of(aim)), most = BELOW_LIMIT * limit;
-    if (size > limit * (1.0 + HS_LIMIT_SLACK)) most = (1.0 - body->tolerance) * limit;
-    if (!(size > most)) return value;
-    if (aim->rigid.x == 0.0) value.x *= most / size;
-    if (aim->rigid.y == 0.0) value.y *= most / size;
-    return value;
-}
-
-hs_plane_target hs_part_of_way(const hs_body *body, const hs_plane_target *to, double share) {
-    hs_plane_target found = *to;
-    if (share == 1.0) return found;
-    const hs_vector u = body->displacement, t = body->tangential_load, c = to->aim.compliance, rigid = to->aim.rigid;
-    hs_vector value = {rigid.x * u.x + c.x * t.x, rigid.y * u.y + c.y * t.y};
-    found.aim.value = hs_between(value, to->aim.value, share);
-    found.time = hs_toward(body->time, to->time, share);
-    if (to->by_loads && to->normal_load != body->normal_load) {
-        found.normal_load = hs_toward(body->normal_load, to->normal_load, share);
-        found.approach = approach_for(body, found.normal_load);
-    } else if (to->approach != body->approach) {
-        found.approach = hs_toward(body->approach, to->approach, share);
-        found.normal_load = hs_load_at(hs_all_of(body->contact), found.approach).load;
-    }
-    /* the limit of a straight approach sags: a load that meets it on the way follows it */
-    found.aim.value = hs_held_value(body, found.approach, &found.aim);
-    return found;
-}
-
 /* Have classes nodes where a step needs them, and place to work in. Nodes are left out here, and not where a step ends: where it
  * ends, tractions are those of its solution. */
 static int make_ready(hs_body *body, const hs_plane_target *to) {
     const hs_plane_aim *aim = &to->aim;
     hs_vector way = left_of(aim, body->displacement, body->tangential_load);
-    double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope, limit = hs_body_limit(body, body->approach);
+    double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope, limit = hs_body_limit(body, body->approach, body->fraction);
     /* as if all stuck */
     double x = aim->rigid.x + aim->compliance.x * sticks, y = aim->rigid.y + aim->compliance.y * sticks;
     way.x = x > 0.0 ? way.x / x : 0.0;
@@ -580,8 +519,8 @@ static int make_ready(hs_body *body, const hs_plane_target *to) {
     missed = hs_most(missed, NEVER_MISSED);
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
-        double friction = body->friction[part->group];
-        if (hs_most(to->approach, body->approach) <= deepest_of(part)) continue;
+        double friction = hs_coefficient(body, part->group, body->fraction);
+        if (hs_most(to->approach, body->approach) <= hs_deepest_of(part)) continue;
         if (regrid(part, body->rings, friction, missed) != HS_OK || refine(part, friction, way) != HS_OK ||
             prepare(part, body->approach, to->approach, body->rings) != HS_OK)
             return HS_OUT_OF_MEMORY;
@@ -596,7 +535,7 @@ static int make_ready(hs_body *body, const hs_plane_target *to) {
 
 /* Whether a class takes part in a step. */
 static int takes_part(const hs_body *body, const hs_class *part, const hs_plane_target *to) {
-    return hs_most(to->approach, body->approach) > deepest_of(part);
+    return hs_most(to->approach, body->approach) > hs_deepest_of(part);
 }
 
 /* Deflection of a node as if all stuck from one approach to another one: up to where its spring lifts off, or from where it
@@ -612,7 +551,7 @@ static hs_vector stuck_deflection(const hs_node *node, double from, double to, h
 #define STRAIGHT 1e-3
 
 static int is_straight(const hs_class *part, double from, double to) {
-    return fabs(to - from) <= STRAIGHT * (hs_most(from, to) - deepest_of(part));
+    return fabs(to - from) <= STRAIGHT * (hs_most(from, to) - hs_deepest_of(part));
 }
 
 /* Deflection of a spring between a node and the next one outside. */
@@ -712,7 +651,7 @@ static hs_vector relieved_load(const hs_class *part, double from, double edge, h
 static double dissipation(const hs_class *part, const hs_plane_target *first, double from, double to, const hs_vector way[2],
                           double *uncertain) {
     const hs_ring_problem *problem = part->problem;
-    double deepest = deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest);
+    double deepest = hs_deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest);
     double span = 1.0, middle = STAGE, once = 0.5, squared = 1.0 / 3.0; /* ∫ y P' dy, ∫ y² P' dy */
     hs_vector relief[2] = {problem->relieved[0], problem->relieved[1]}, bend = nowhere, curved = nowhere;
     if (to != from) {
@@ -756,9 +695,9 @@ static void add_unevenness(hs_body *body, const hs_class *part) {
 }
 
 /* One step of SDIRK2, in place: two problems, the second of which begins with what has slipped in the first. */
-static int step_to(hs_body *body, const hs_plane_target *to) {
+static int step_to(hs_body *body, const hs_plane_path *path, const hs_plane_target *to) {
     const double from = body->approach;
-    hs_plane_target first = hs_part_of_way(body, to, STAGE);
+    hs_plane_target first = hs_target_at(body, path, hs_toward(body->fraction, to->fraction, STAGE));
     hs_vector way[2] = {nowhere, nowhere}, force = nowhere;
     if (make_ready(body, to) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int stage = 1; stage <= 2; ++stage) {
@@ -766,8 +705,8 @@ static int step_to(hs_body *body, const hs_plane_target *to) {
         double edge = at->approach;
         for (int64_t c = 0; c < body->classes; ++c) {
             hs_class *part = body->parts + c;
-            if (takes_part(body, part, to) && edge > deepest_of(part))
-                set_up(part, from, edge, body->friction[part->group], body->rings, stage);
+            if (takes_part(body, part, to) && edge > hs_deepest_of(part))
+                set_up(part, from, edge, hs_coefficient(body, part->group, at->fraction), body->rings, stage);
         }
         hs_vector guess = stage == 1 ? nowhere : hs_plus(nowhere, 1.0 / STAGE, way[0]);
         way[stage - 1] = way_to(body, edge, guess, &at->aim, &force);
@@ -775,7 +714,7 @@ static int step_to(hs_body *body, const hs_plane_target *to) {
         for (int64_t c = 0; c < body->classes; ++c) {
             hs_class *part = body->parts + c;
             hs_ring_problem *problem = part->problem;
-            if (!takes_part(body, part, to) || edge <= deepest_of(part)) continue;
+            if (!takes_part(body, part, to) || edge <= hs_deepest_of(part)) continue;
             problem->relieved[stage - 1] = relieved_load(part, from, edge, way[stage - 1], stage);
             add_loss(part, stage == 1 ? REST : 1.0);
             int32_t before = part->count - problem->rings - 1;
@@ -790,7 +729,7 @@ static int step_to(hs_body *body, const hs_plane_target *to) {
         if (!takes_part(body, part, to)) continue;
         part->lost = dissipation(part, &first, from, to->approach, way, &body->curved);
         body->dissipated += part->lost;
-        if (to->approach <= deepest_of(part)) {
+        if (to->approach <= hs_deepest_of(part)) {
             part->count = 0;
             continue;
         }
@@ -803,6 +742,7 @@ static int step_to(hs_body *body, const hs_plane_target *to) {
     body->approach = to->approach;
     body->normal_load = to->normal_load;
     body->time = to->time;
+    body->fraction = to->fraction;
     body->displacement = hs_plus(body->displacement, 1.0, way[1]);
     if (fixes_x(&to->aim)) body->displacement.x = to->aim.value.x;
     if (fixes_y(&to->aim)) body->displacement.y = to->aim.value.y;
@@ -811,9 +751,9 @@ static int step_to(hs_body *body, const hs_plane_target *to) {
 }
 
 /* Step with the place to work in of another body of the same classes. */
-static int step_with(hs_body *body, hs_body *owner, const hs_plane_target *to) {
+static int step_with(hs_body *body, hs_body *owner, const hs_plane_path *path, const hs_plane_target *to) {
     for (int64_t c = 0; c < body->classes; ++c) body->parts[c].problem = owner->parts[c].problem;
-    int status = step_to(body, to);
+    int status = step_to(body, path, to);
     for (int64_t c = 0; c < body->classes; ++c) {
         owner->parts[c].problem = body->parts[c].problem;
         if (body != owner) body->parts[c].problem = NULL;
@@ -823,9 +763,11 @@ static int step_with(hs_body *body, hs_body *owner, const hs_plane_target *to) {
 
 /* Error of two half steps next to a whole one: halving leaves a third of the difference. */
 static double error_of_halves(const hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
-    double limit = hs_most(hs_body_limit(body, body->approach), hs_body_limit(body, one->approach));
+    double limit = hs_most(hs_body_limit(body, body->approach, body->fraction), hs_body_limit(one, one->approach, one->fraction));
     double force = hs_length(hs_plus(one->tangential_load, -1.0, two->tangential_load));
     double way = hs_length(hs_plus(two->displacement, -1.0, body->displacement));
+    /* springs slip so far where their limits fall, without any motion */
+    if (body->first_friction) way += hs_most(reach_of(body, body->approach) - reach_of(one, body->approach), 0.0);
     double change = one->dissipated - two->dissipated, lost = two->dissipated - body->dissipated;
     double curved = hs_error(first->curved + two->curved, 0.0, MOST_CURVED * hs_most(lost, limit * way * body->tolerance));
     double load = hs_error(force, 0.0, SETTLED_LOAD * body->tolerance * limit);
@@ -835,7 +777,7 @@ static double error_of_halves(const hs_body *body, const hs_body *one, const hs_
 
 /* Whether a step has slid so evenly that it need not be halved. */
 static int is_even(const hs_body *body, const hs_body *one) {
-    double limit = hs_body_limit(body, one->approach), most = hs_least(EVEN * limit, EVEN_OF_SLIP * one->slid_load);
+    double limit = hs_body_limit(one, one->approach, one->fraction), most = hs_least(EVEN * limit, EVEN_OF_SLIP * one->slid_load);
     double depth = hs_most(body->approach, one->approach) - body->contact->sorted_gap[0];
     int slides = one->slid_load > 0.0 || one->approach < body->approach;
     if (slides && fabs(one->approach - body->approach) > STEADY * depth) return 0;
@@ -848,7 +790,7 @@ static void note_slides(hs_body *body, const hs_body *after) {
     for (int64_t c = 0; c < body->classes; ++c) {
         const hs_class *part = body->parts + c, *then = after->parts + c;
         if (then->count == 0) continue;
-        double deepest = deepest_of(part), from = hs_least(hs_class_front(body, part), body->approach);
+        double deepest = hs_deepest_of(part), from = hs_least(hs_class_front(body, part), body->approach);
         double to = hs_least(hs_class_front(after, then), after->approach);
         for (int64_t i = hs_count_touching(part->curve.gap, part->curve.count, after->approach) - 1; i >= 0; --i) {
             double gap = part->curve.gap[i], *time = body->slide_time + part->start + i;
@@ -861,14 +803,13 @@ static void note_slides(hs_body *body, const hs_body *after) {
     }
 }
 
-/* Be where a step of two halves has led. What it has lost is worked out as if it were of no error of second order. */
-static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
-    double lost = two->dissipated - body->dissipated, more = (two->dissipated - one->dissipated) / 3.0;
-    double scale = lost > 0.0 ? 1.0 + hs_clamp(more / lost, 0.2) : 1.0, end = body->dissipated + scale * lost;
-    spread_losses(body, body, first, scale);
-    spread_losses(body, first, two, scale);
-    note_slides(body, two);
-    int status = assign(body, two);
+/* Be where a step has led, of one half or of two, of which the first one ends at `first`; and spread `scale` times its loss. */
+static int commit(hs_body *body, const hs_body *first, const hs_body *last, double scale) {
+    double end = body->dissipated + scale * (last->dissipated - body->dissipated);
+    spread_losses(body, body, first ? first : last, scale);
+    if (first) spread_losses(body, first, last, scale);
+    note_slides(body, last);
+    int status = assign(body, last);
     body->dissipated = end;
     return status;
 }
@@ -887,8 +828,8 @@ static int is_stick_leg(const hs_body *body, const hs_plane_target *to, hs_vecto
     *way = by_load ? hs_plus(nowhere, rise / (to->normal_load - body->normal_load), left) : left;
     for (int64_t c = 0; c < body->classes; ++c) {
         const hs_class *part = body->parts + c;
-        if (to->approach <= deepest_of(part)) continue;
-        least = hs_least(least, body->friction[part->group]);
+        if (to->approach <= hs_deepest_of(part)) continue;
+        least = hs_least(least, hs_coefficient(body, part->group, body->fraction));
         /* nodes are joined where springs slip */
         if (part->count > MOST_NODES * body->rings) return 0;
     }
@@ -901,7 +842,7 @@ static int append_stick_leg(hs_body *body, const hs_plane_target *to, hs_vector 
     hs_vector slope = hs_plus(nowhere, 1.0 / rise, way), force = body->tangential_load;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
-        double deepest = deepest_of(part);
+        double deepest = hs_deepest_of(part);
         if (to->approach <= deepest) continue;
         if (hs_class_room(part, part->count + 2) != HS_OK) return HS_OUT_OF_MEMORY;
         hs_node edge = hs_node_at(part, to->approach, nowhere), *nodes = part->nodes;
@@ -915,19 +856,23 @@ static int append_stick_leg(hs_body *body, const hs_plane_target *to, hs_vector 
     body->approach = to->approach;
     body->normal_load = to->normal_load;
     body->time = to->time;
+    body->fraction = to->fraction;
     body->displacement = fixes_x(&to->aim) ? to->aim.value : hs_plus(body->displacement, 1.0, way);
     body->tangential_load = fixes_x(&to->aim) ? force : to->aim.value;
     return HS_OK;
 }
 
-/* A path without total lift-off, integrated in whole steps and halves. */
+/* A segment of a path, integrated in whole steps and halves. */
 typedef struct travel {
     hs_body *body;
+    const hs_plane_path *path;
+    hs_stops *stops;                       /* NULL: none */
     hs_plane_target to[MOST_HALVINGS + 1]; /* ends of nested halves */
     hs_body *whole[MOST_HALVINGS + 1];     /* body at the end of one step to each, NULL if it is not known */
     hs_body *first, *two;                  /* amid the present step and at its end, by two half steps */
     hs_plane_target middle;
-    int sticks; /* whether the present step is a leg without slip, on `way` */
+    int is_straight; /* whether loads are straight on the segment */
+    int sticks;      /* whether the present step is a leg without slip, by `way` */
     hs_vector way;
 } travel;
 
@@ -940,6 +885,9 @@ static const hs_adaptive step_settings = {
     0.0, 0.5, 0.5,
     INT_MAX, 1.0, 1.0, /* halvings bound the number of steps */
 };
+
+/* Status of a segment that was left at `until`; it is not returned to users. */
+#define REACHED (-2)
 
 static void free_trials(travel *t, int level) {
     hs_body_free(t->whole[level]);
@@ -956,36 +904,73 @@ static int try_step(hs_integrand *integrand, const hs_interval *step, int chords
     int status = HS_OK;
     *error = 0.0;
     if (chords == 1) {
-        t->sticks = !*whole && is_stick_leg(body, to, &t->way);
+        t->sticks = !*whole && t->is_straight && is_stick_leg(body, to, &t->way);
         if (t->sticks) return HS_OK;
         if (!*whole) {
             *whole = trial_of(body);
-            status = *whole ? step_with(*whole, body, to) : HS_OUT_OF_MEMORY;
+            status = *whole ? step_with(*whole, body, t->path, to) : HS_OUT_OF_MEMORY;
         }
         if (status == HS_OK && !is_even(body, *whole)) *error = HUGE_VAL;
         return status;
     }
-    t->middle = hs_part_of_way(body, to, 0.5);
+    t->middle = hs_target_at(body, t->path, 0.5 * (body->fraction + to->fraction));
     t->first = trial_of(body);
-    status = t->first ? step_with(t->first, body, &t->middle) : HS_OUT_OF_MEMORY;
+    status = t->first ? step_with(t->first, body, t->path, &t->middle) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) t->two = trial_of(t->first);
-    if (status == HS_OK) status = t->two ? step_with(t->two, body, to) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK) status = t->two ? step_with(t->two, body, t->path, to) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) *error = error_of_halves(body, *whole, t->first, t->two);
     return status;
+}
+
+/* Ratio of the energy of the present step to that of its halves, extrapolated as if these were of no error of second order. */
+static double energy_scale(const travel *t, const hs_body *whole) {
+    if (!t->two) return 1.0;
+    double lost = t->two->dissipated - t->body->dissipated, more = (t->two->dissipated - whole->dissipated) / 3.0;
+    return lost > 0.0 ? 1.0 + hs_clamp(more / lost, 0.2) : 1.0;
+}
+
+/* Advance a body that equals the start of an accepted step to a fraction within it, by a step of the same method from the start
+ * or from the middle. So results are continuous up to the end of the step, and do not depend on the fractions that are read. */
+static int advance_within(travel *t, const hs_body *whole, double fraction, hs_body *body) {
+    if (fraction == body->fraction) return HS_OK;
+    hs_plane_target target = hs_target_at(body, t->path, fraction);
+    if (t->sticks) {
+        hs_vector way;
+        is_stick_leg(t->body, &target, &way);
+        return append_stick_leg(body, &target, way);
+    }
+    hs_body *first = t->two && fraction > t->middle.fraction ? t->first : NULL;
+    hs_body *last = trial_of(first ? first : t->body);
+    double scale = energy_scale(t, whole);
+    int status = last ? step_with(last, t->body, t->path, &target) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK) status = commit(body, first, last, scale);
+    hs_body_free(last);
+    return status;
+}
+
+/* Visit the stops within an accepted step. */
+static int visit_stops(travel *t, const hs_body *whole, double end) {
+    hs_stops *stops = t->stops;
+    int status = HS_OK;
+    while (stops && status == HS_OK && stops->next <= end && stops->next < stops->until) {
+        hs_body *there = hs_body_copy(t->body);
+        status = there ? advance_within(t, whole, stops->next, there) : HS_OUT_OF_MEMORY;
+        if (status == HS_OK) status = stops->visit(stops, there);
+        hs_body_free(there);
+    }
+    if (status != HS_OK || !stops || stops->until > end || stops->until == 1.0) return status;
+    status = advance_within(t, whole, stops->until, t->body);
+    return status == HS_OK ? REACHED : status;
 }
 
 static int accept_step(hs_integrand *integrand, const hs_interval *step) {
     travel *t = (travel *)integrand->context;
     hs_body *body = t->body, *whole = t->whole[step->level];
-    if (t->sticks) return append_stick_leg(body, t->to + step->level, t->way);
-    int status;
-    if (t->two) {
-        status = arrive(body, whole, t->first, t->two);
-    } else {
-        spread_losses(body, body, whole, 1.0);
-        note_slides(body, whole);
-        status = assign(body, whole);
-    }
+    const hs_plane_target *to = t->to + step->level;
+    int status = visit_stops(t, whole, to->fraction);
+    if (status == HS_OK)
+        status = t->sticks ? append_stick_leg(body, to, t->way)
+                           : commit(body, t->two ? t->first : NULL, t->two ? t->two : whole, energy_scale(t, whole));
     free_trials(t, step->level);
     return status;
 }
@@ -1000,57 +985,54 @@ static int halve_step(hs_integrand *integrand, const hs_interval *step) {
     return HS_OK;
 }
 
-/* Move a body to a target without total lift-off on the way. */
-static int travel_in_contact(hs_body *body, const hs_plane_target *to) {
+static int integrate_segment(hs_body *body, const hs_plane_path *path, double end, int is_straight, hs_stops *stops) {
     travel t;
     memset(&t, 0, sizeof t);
     t.body = body;
-    t.to[0] = *to;
+    t.path = path;
+    t.is_straight = is_straight;
+    t.stops = stops;
+    t.to[0] = hs_target_at(body, path, end);
     hs_integrand integrand = {&t, &step_settings, try_step, accept_step, halve_step, 0, 0.0};
     int status = hs_adapt(&integrand, 0.0, 1.0);
     for (int level = 0; level <= MOST_HALVINGS; ++level) free_trials(&t, level);
     return status;
 }
 
-int hs_body_travel(hs_body *body, const hs_plane_target *to) {
-    double touch = body->contact->sorted_gap[0];
-    int status = HS_OK;
-    if (body->approach > touch && to->approach < touch) {
-        hs_plane_target lift_off = hs_part_of_way(body, to, (body->approach - touch) / (body->approach - to->approach));
-        lift_off.approach = touch;
-        lift_off.normal_load = 0.0;
-        status = travel_in_contact(body, &lift_off);
-    }
-    return status == HS_OK ? travel_in_contact(body, to) : status;
+/* Bring loads to where a path begins, if they are not there: a load that was beyond the limit, which has risen. */
+static int begin_path(hs_body *body, const hs_plane_path *path) {
+    hs_plane_path at_once = *path;
+    const hs_vector t = body->tangential_load, rigid = path->rigid;
+    hs_plane_target begin = hs_target_at(body, path, 0.0);
+    hs_vector miss = hs_plus(begin.aim.value, -1.0, t);
+    if (rigid.x > 0.0) miss.x = 0.0;
+    if (rigid.y > 0.0) miss.y = 0.0;
+    if (hs_length(miss) <= body->tolerance * hs_body_limit(body, body->approach, 0.0)) return HS_OK;
+    at_once.value[0] = HS_MADE(hs_vector){rigid.x > 0.0 ? path->value[0].x : t.x, rigid.y > 0.0 ? path->value[0].y : t.y};
+    at_once.value[1] = path->value[0];
+    at_once.approach[1] = path->approach[0];
+    at_once.normal_load[1] = path->normal_load[0];
+    at_once.time[1] = path->time[0];
+    const double *friction = body->friction, *first = body->first_friction;
+    if (first) body->friction = first;
+    body->first_friction = NULL;
+    int status = integrate_segment(body, &at_once, 1.0, 0, NULL);
+    body->friction = friction;
+    body->first_friction = first;
+    body->fraction = 0.0;
+    return status;
 }
 
-int hs_body_relax(hs_body *body, const hs_plane_aim *aim) {
-    double edge = body->approach;
-    hs_vector force;
-    for (int64_t c = 0; c < body->classes; ++c) {
-        hs_class *part = body->parts + c;
-        if (edge <= deepest_of(part)) continue;
-        if (hs_ring_room(part, part->count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
-        set_up(part, edge, edge, body->friction[part->group], body->rings, 1);
+int hs_body_travel(hs_body *body, hs_plane_path *path, hs_stops *stops) {
+    body->fraction = 0.0;
+    hs_begin_segments(body, path);
+    int status = path->saturate ? begin_path(body, path) : HS_OK;
+    while (status == HS_OK && body->fraction < 1.0) {
+        int is_straight;
+        double end = hs_next_cut(body, path, &is_straight);
+        status = integrate_segment(body, path, end, is_straight, stops);
     }
-    hs_vector way = way_to(body, edge, nowhere, aim, &force);
-    if (is_stopped(body)) return HS_INTERRUPTED;
-    for (int64_t c = 0; c < body->classes; ++c) {
-        hs_class *part = body->parts + c;
-        if (part->count == 0) continue;
-        const hs_ring_problem *problem = part->problem;
-        int32_t left_out = part->count - problem->rings - 1;
-        double work = 0.5 * hs_dot(hs_plus(force_of(part), 1.0, hs_ring_force(problem)), way);
-        part->lost = hs_most(hs_class_stored(part) + work - energy_found(problem), 0.0);
-        begin_loss(part, edge, edge);
-        add_loss(part, 1.0);
-        spread_loss(body, part, part, 1.0);
-        body->dissipated += part->lost;
-        for (int32_t k = 1; k <= problem->rings; ++k) part->nodes[left_out + k].deflection = problem->found[k];
-    }
-    body->displacement = hs_plus(body->displacement, 1.0, way);
-    body->tangential_load = force;
-    return HS_OK;
+    return status == REACHED ? HS_OK : status;
 }
 
 /* Relative to its limit, a traction that slips. */
@@ -1058,7 +1040,7 @@ int hs_body_relax(hs_body *body, const hs_plane_aim *aim) {
 
 double hs_class_front(const hs_body *body, const hs_class *part) {
     const hs_node *nodes = part->nodes;
-    double friction = body->friction[part->group];
+    double friction = hs_coefficient(body, part->group, body->fraction);
     int32_t slips = 0;
     for (int32_t i = 1; i < part->count; slips = i++)
         if (hs_length(hs_ring_traction(nodes, i)) < AT_LIMIT * friction * sqrt(nodes[0].label - nodes[i].label)) break;
@@ -1072,12 +1054,13 @@ int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]) {
     memset(slopes, 0, 4 * sizeof(double));
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
-        if (edge <= deepest_of(part)) continue;
+        if (edge <= hs_deepest_of(part)) continue;
         if (hs_ring_room(part, part->count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
-        set_up(part, edge, edge, body->friction[part->group], body->rings, 1);
-        least = hs_most(least, body->friction[part->group] * (edge - deepest_of(part)));
+        const double friction = hs_coefficient(body, part->group, body->fraction);
+        set_up(part, edge, edge, friction, body->rings, 1);
+        least = hs_most(least, friction * (edge - hs_deepest_of(part)));
         if (size > 0.0) continue;
-        double label = hs_most(hs_least(hs_class_front(body, part), edge), deepest_of(part));
+        double label = hs_most(hs_least(hs_class_front(body, part), edge), hs_deepest_of(part));
         slopes[0][0] += hs_load_at(part->curve, label).slope;
         slopes[1][1] = slopes[0][0];
     }

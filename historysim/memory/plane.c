@@ -6,9 +6,6 @@
 #include "move.h"
 #include "readout.h"
 
-/* points of a path at which it is looked whether friction holds the load */
-#define LOOKS 16
-
 static const hs_vector nowhere = {0.0, 0.0};
 
 static hs_vector scaled(double scale, hs_vector a) { return hs_plus(nowhere, scale, a); }
@@ -315,58 +312,30 @@ static int follow(hs_state *state) {
     return hs_slides_assign(line, body->scratch);
 }
 
-/* Whether a load is beyond the friction limit on the way to a target. */
-static int is_beyond(const hs_state *state, const hs_plane_target *to, hs_refusal *refusal) {
-    double load = state->line.contact->units.load;
-    hs_plane_aim now = to->aim;
-    now.value = state->plane->tangential_load;
-    hs_vector from = hs_loads_of(&now), way = hs_plus(hs_loads_of(&to->aim), -1.0, from);
-    for (int k = 1; k <= LOOKS; ++k) {
-        double share = (double)k / LOOKS, size = hs_length(hs_plus(from, share, way));
-        hs_plane_target there = hs_part_of_way(state->plane->body, to, share);
-        double limit = hs_body_limit(state->plane->body, there.approach);
-        if (size <= limit * (1.0 + 1e-9)) continue;
-        refusal->request = size * load;
-        refusal->limit = limit * load;
-        return 1;
-    }
-    return 0;
-}
-
-/* Limit the loads of an aim to what friction holds at an approach, and note what they ask for beyond the limit. */
-static void hold(hs_state *state, double approach, hs_plane_aim *aim) {
-    hs_vector asked = aim->value;
-    double limit = hs_body_limit(state->plane->body, approach);
-    int beyond = hs_length(hs_loads_of(aim)) > limit * (1.0 + HS_LIMIT_SLACK);
-    aim->value = hs_held_value(state->plane->body, approach, aim);
-    state->plane->excess = beyond ? hs_plus(asked, -1.0, aim->value) : nowhere;
-}
-
-/* Where a plan leads, a share of the way there; whether friction holds what it asks for. */
-static int target_of(hs_state *state, const plan *plan, double share, int saturate, hs_plane_target *to, hs_refusal *refusal) {
+/* The path of a body, from the beginning of a plan. */
+static hs_plane_path path_of(const hs_state *state, const plan *plan, int saturate) {
     const hs_line *line = &state->line;
-    int by_normal = plan->path->normal_control == HS_LOAD;
-    double normal = hs_toward(plan->normal[0], plan->normal[1], share);
-    hs_vector asked = hs_between(plan->tangential[0], plan->tangential[1], share);
-    to->by_loads = plan->by_loads;
-    to->time = hs_toward(plan->path->begin, plan->path->end, share);
-    if (by_normal && (plan->by_loads || share == 1.0)) {
-        to->normal_load = normal;
-        to->approach = hs_approach_at_load(line, normal);
+    hs_plane_path path;
+    memset(&path, 0, sizeof path);
+    path.by_loads = plan->by_loads;
+    path.saturate = saturate;
+    path.approach[0] = line->approach;
+    path.normal_load[0] = line->normal_load;
+    path.time[0] = plan->path->begin;
+    path.time[1] = plan->path->end;
+    memcpy(path.value, plan->tangential, sizeof path.value);
+    path.rigid = plan->rigid;
+    path.compliance.x = plan->rigid.x > 0.0 ? plan->compliance.x : 1.0;
+    path.compliance.y = plan->rigid.y > 0.0 ? plan->compliance.y : 1.0;
+    if (plan->path->normal_control == HS_LOAD) {
+        path.normal_load[1] = plan->normal[1];
+        path.approach[1] = hs_approach_at_load(line, plan->normal[1]);
     } else {
-        /* the approach goes straight */
-        to->approach = by_normal ? line->approach + share * (hs_approach_at_load(line, plan->normal[1]) - line->approach) : normal;
-        to->normal_load = to->approach == line->approach && !by_normal
-                              ? line->normal_load
-                              : hs_load_at(hs_all_of(line->contact), to->approach).load;
+        path.approach[1] = plan->normal[1];
+        path.normal_load[1] = plan->normal[1] == line->approach ? line->normal_load
+                                                                : hs_load_at(hs_all_of(line->contact), plan->normal[1]).load;
     }
-    to->aim.value = asked;
-    to->aim.rigid = plan->rigid;
-    to->aim.compliance.x = plan->rigid.x > 0.0 ? plan->compliance.x : 1.0;
-    to->aim.compliance.y = plan->rigid.y > 0.0 ? plan->compliance.y : 1.0;
-    if (!saturate && is_beyond(state, to, refusal)) return HS_BEYOND_LIMIT;
-    hold(state, to->approach, &to->aim);
-    return HS_OK;
+    return path;
 }
 
 /* Loads that a node gives the asperities of a class. */
@@ -474,27 +443,72 @@ int hs_plane_read(const hs_state *state, const hs_rows *rows, int64_t row) {
     return status;
 }
 
-/* Walk a path with rings. */
-static int travel(hs_state *state, const plan *plan, const hs_rows *rows, const hs_drive *drive, double until,
-                  hs_refusal *refusal) {
-    const hs_path *path = plan->path;
+/* Rows within a path. */
+typedef struct row_stops {
+    hs_stops stops;
+    const hs_state *state; /* at the beginning of the path, but for its body */
+    const hs_plane_path *path;
+    const hs_path *requested;
+    const hs_rows *rows;
+    int64_t part; /* of the next row */
+} row_stops;
+
+static void set_next_row(row_stops *row, int64_t part) {
+    int64_t parts = row->requested->parts;
+    row->part = part;
+    row->stops.next = row->rows && part < parts ? row->stops.until * ((double)part / (double)parts) : HUGE_VAL;
+}
+
+static int read_row(hs_stops *stops, hs_body *there) {
+    row_stops *row = (row_stops *)stops;
+    hs_plane plane = *row->state->plane;
+    hs_state state;
+    memset(&state, 0, sizeof state);
+    state.plane = &plane;
+    int status = hs_line_init_copy(&state.line, &row->state->line);
+    if (status == HS_OK) {
+        plane.body = there;
+        there->friction = state.line.friction;
+        plane.excess = hs_excess_at(there, row->path, there->fraction);
+        status = follow(&state);
+        if (status == HS_OK) status = hs_plane_read(&state, row->rows, row->requested->first_row + row->part - 1);
+        if (status == HS_OK) status = hs_count_work(there->watch->drive, &there->watch->work, 64 + state.line.contact->count / 16);
+        hs_line_clear(&state.line);
+    }
+    set_next_row(row, row->part + 1);
+    return status;
+}
+
+/* Move the body along a path and have the line follow. */
+static int travel(hs_state *state, hs_plane_path *path, const hs_drive *drive, hs_stops *stops) {
+    hs_body *body = state->plane->body;
     hs_watch watch = {drive, 0, HS_OK};
+    body->time = path->time[0];
+    body->watch = &watch;
+    int status = hs_body_travel(body, path, stops);
+    if (status == HS_OK) status = follow(state);
+    if (status == HS_OK) state->plane->excess = hs_excess_at(body, path, body->fraction);
+    body->watch = NULL;
+    return status;
+}
+
+static int walk_rings(hs_state *state, const plan *plan, const hs_rows *rows, const hs_drive *drive, double until,
+                      hs_refusal *refusal) {
+    const hs_path *requested = plan->path;
+    double request, limit;
     int status = state->plane->body ? HS_OK : turn(state);
     if (status != HS_OK) return status;
-    state->plane->body->time = path->begin;
-    state->plane->body->watch = &watch;
-    for (int64_t part = rows ? 1 : path->parts; part <= path->parts && status == HS_OK; ++part) {
-        double share = until * ((double)part / (double)path->parts);
-        hs_plane_target to;
-        status = target_of(state, plan, share, drive->saturate, &to, refusal);
-        if (status == HS_OK) status = hs_body_travel(state->plane->body, &to);
-        if (status == HS_OK) status = follow(state);
-        if (status == HS_OK) status = hs_count_work(drive, &watch.work, 64 + state->line.contact->count / 16);
-        if (status == HS_OK && rows && (part < path->parts || path->recorded))
-            status = hs_plane_read(state, rows, path->first_row + part - 1);
+    hs_plane_path path = path_of(state, plan, drive->saturate);
+    if (!drive->saturate && hs_exceeds_limit(state->plane->body, &path, &request, &limit)) {
+        refusal->request = request * state->line.contact->units.load;
+        refusal->limit = limit * state->line.contact->units.load;
+        return HS_BEYOND_LIMIT;
     }
-    state->plane->body->watch = NULL;
-    return status;
+    row_stops row = {{HUGE_VAL, until, read_row}, state, &path, requested, rows, 0};
+    set_next_row(&row, 1);
+    status = travel(state, &path, drive, &row.stops);
+    return status == HS_OK && rows && requested->recorded ? hs_plane_read(state, rows, requested->first_row + requested->parts - 1)
+                                                           : status;
 }
 
 static int walk_path(hs_state *state, const hs_path *requested, hs_vector compliance, const hs_rows *rows,
@@ -507,7 +521,7 @@ static int walk_path(hs_state *state, const hs_path *requested, hs_vector compli
     }
     plan plan = planned(state, &path, compliance, drive->saturate);
     int along = !state->plane->body && stays_on_line(state, &plan);
-    int status = (along ? walk_line : travel)(state, &plan, rows, drive, until, refusal);
+    int status = (along ? walk_line : walk_rings)(state, &plan, rows, drive, until, refusal);
     state->line.normal_control = path.normal_control;
     memcpy(state->plane->tangential_control, path.tangential_control, sizeof path.tangential_control);
     state->line.tangential_control = path.tangential_control[axis_of(state)];
@@ -583,22 +597,29 @@ int hs_plane_set_friction(hs_state *state, const double *friction, const hs_driv
     for (int64_t group = 0; group < contact->groups; ++group)
         for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
-    for (int64_t group = 0; group < contact->groups; ++group)
+    double *first = (double *)malloc((size_t)contact->groups * sizeof *first);
+    if (!first) return HS_OUT_OF_MEMORY;
+    memcpy(first, line->friction, (size_t)contact->groups * sizeof *first);
+    int falls = 0;
+    for (int64_t group = 0; group < contact->groups; ++group) {
         line->friction[group] = hs_bound_friction(friction[contact->order[contact->first[group]]]);
+        falls |= line->friction[group] < first[group];
+    }
     const hs_plane *plane = state->plane;
-    int by_x = plane->tangential_control[0] == HS_LOAD, by_y = plane->tangential_control[1] == HS_LOAD;
-    hs_vector t = hs_plus(plane->tangential_load, 1.0, plane->excess);
+    const int by_x = plane->tangential_control[0] == HS_LOAD, by_y = plane->tangential_control[1] == HS_LOAD;
     hs_vector yields = {drive->compliance[0] * unit, drive->compliance[1] * unit};
-    hs_vector driven = drive_at(plane->displacement, yields, t);
-    hs_plane_aim aim = {
-        {by_x ? t.x : driven.x, by_y ? t.y : driven.y},
-        {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0},
-        {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y},
-    };
-    hold(state, plane->body->approach, &aim);
-    hs_watch watch = {drive, 0, HS_OK};
-    state->plane->body->watch = &watch;
-    int status = hs_body_relax(state->plane->body, &aim);
-    state->plane->body->watch = NULL;
-    return status == HS_OK ? follow(state) : status;
+    hs_vector load = hs_plus(plane->tangential_load, 1.0, plane->excess);
+    hs_vector driven = drive_at(plane->displacement, yields, plane->tangential_load);
+    hs_vector held = {by_x ? load.x : driven.x, by_y ? load.y : driven.y};
+    hs_plane_path path = {1, 1, {line->approach, line->approach}, {line->normal_load, line->normal_load}, {NAN, NAN}, {held, held},
+                          {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y},
+                          0.0, HUGE_VAL, 0, 0, 0, nowhere};
+    int status = HS_OK;
+    if (falls || plane->excess.x != 0.0 || plane->excess.y != 0.0) {
+        plane->body->first_friction = first;
+        status = travel(state, &path, drive, NULL);
+        plane->body->first_friction = NULL;
+    }
+    free(first);
+    return status;
 }

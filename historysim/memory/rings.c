@@ -43,14 +43,16 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     return HS_OK;
 }
 
+void hs_ring_limits(hs_ring_problem *problem, double friction) {
+    for (int32_t i = 0; i <= problem->rings; ++i) problem->limit[i] = friction * sqrt(problem->depth[i]);
+}
+
 void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction) {
     const double *label = problem->label, *normal = problem->normal;
     int32_t n = problem->rings = count - 1;
     double *r = problem->depth, outer = 0.0;
-    for (int32_t i = 0; i <= n; ++i) {
-        r[i] = label[0] - label[i];
-        problem->limit[i] = friction * sqrt(r[i]);
-    }
+    for (int32_t i = 0; i <= n; ++i) r[i] = label[0] - label[i];
+    hs_ring_limits(problem, friction);
     for (int32_t i = n; i >= 1; --i) {
         double inner = outer;
         outer = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);

@@ -91,6 +91,8 @@ typedef struct hs_watch {
 typedef struct hs_body {
     hs_contact *contact;    /* of the line, which outlives it */
     const double *friction; /* (group) of the line */
+    const double *first_friction; /* (group) at the beginning of a path on which it changes; NULL of others */
+    double fraction;        /* of the path, at which the body is */
     int64_t rings;
     double tolerance;
     double approach, normal_load, dissipated, time;
@@ -110,6 +112,8 @@ typedef struct hs_body {
 int hs_ring_room(hs_class *rings, int32_t room);
 /* Fill in what follows from where the rings are and which loads they carry: labels and loads of so many nodes. */
 void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction);
+/* Set the limits of the rings of such nodes. */
+void hs_ring_limits(hs_ring_problem *problem, double friction);
 /* Find v where the contact is displaced. */
 void hs_ring_solve(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch);
 /* Σ M v, and its slopes in the displacement: of component by component. */
@@ -118,19 +122,53 @@ void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]);
 /* Q of a node of a polyline; the edge, which is the first, has none. */
 hs_vector hs_ring_traction(const hs_node *nodes, int32_t i);
 
-/* ---- classes.c ---- */
+static inline double hs_deepest_of(const hs_class *part) { return part->curve.gap[0]; }
+/* Friction coefficient of a group at a fraction of the path. */
+static inline double hs_coefficient(const hs_body *body, int64_t group, double fraction) {
+    if (!body->first_friction) return body->friction[group];
+    return hs_toward(body->first_friction[group], body->friction[group], fraction);
+}
+
+/* ---- plane_path.c ---- */
 
 /* Target of the tangential channel: rigid V + compliance T = value, component by component. A load has rigid = 0, compliance = 1,
  * the displacement of a drive has rigid = 1. */
 typedef struct hs_plane_aim {
     hs_vector value, rigid, compliance;
 } hs_plane_aim;
-/* Where a path ends. */
+/* Where a path leads at a fraction of it. */
 typedef struct hs_plane_target {
     int by_loads; /* whether both loads go straight, otherwise the approach does */
-    double approach, normal_load, time;
+    double fraction, approach, normal_load, time;
     hs_plane_aim aim;
 } hs_plane_target;
+/* A path: what is requested at its beginning and at its end. */
+typedef struct hs_plane_path {
+    int by_loads, saturate;
+    double approach[2], normal_load[2], time[2];
+    hs_vector value[2], rigid, compliance; /* of aims */
+    /* what follows is filled in where a body travels */
+    double margin;     /* part of the friction limit that is left to loads beyond it */
+    double lift_off;   /* fraction at which the last spring lifts off; infinite if none does */
+    int segments_left; /* that may be cut at the friction limit; 0 of paths that do not meet it */
+    int is_beyond;     /* whether the next segment is beyond the friction limit */
+    int is_held;       /* whether the displacement stays on the present segment, beyond the limit; and where */
+    hs_vector held;
+} hs_plane_path;
+/* Target at a fraction; loads beyond the friction limit are projected onto it. */
+hs_plane_target hs_target_at(const hs_body *body, const hs_plane_path *path, double fraction);
+/* Friction limit at an approach, and at a fraction of the path. */
+double hs_body_limit(const hs_body *body, double approach, double fraction);
+/* True if loads exceed the friction limit, which are returned with it. */
+int hs_exceeds_limit(const hs_body *body, const hs_plane_path *path, double *request, double *limit);
+/* Load that a path requests beyond the friction limit from a body that is at a fraction of it. */
+hs_vector hs_excess_at(const hs_body *body, const hs_plane_path *path, double fraction);
+/* Begin to cut a path into segments, from the state at its beginning. */
+void hs_begin_segments(const hs_body *body, hs_plane_path *path);
+/* Fraction at which the segment ends that begins where a body is; whether its loads are straight. */
+double hs_next_cut(const hs_body *body, hs_plane_path *path, int *is_straight);
+
+/* ---- classes.c ---- */
 
 /* A body where a line is, without classes yet. */
 hs_body *hs_body_new(const hs_line *line, int64_t rings, double tolerance);
@@ -142,18 +180,15 @@ hs_node hs_node_at(const hs_class *part, double label, hs_vector deflection);
 double hs_class_stored(const hs_class *part);
 /* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */
 double hs_class_front(const hs_body *body, const hs_class *part);
-/* Friction limit at an approach. */
-double hs_body_limit(const hs_body *body, double approach);
-/* The loads among the components of an aim, 0 for displacements. */
-hs_vector hs_loads_of(const hs_plane_aim *aim);
-/* Values of an aim with its loads at most at the friction limit: loads beyond it slide until the tolerance is left to it. */
-hs_vector hs_held_value(const hs_body *body, double approach, const hs_plane_aim *aim);
-/* The target a share of the way there. */
-hs_plane_target hs_part_of_way(const hs_body *body, const hs_plane_target *to, double share);
-/* Move a body to a target, in steps that are halved until they settle. */
-int hs_body_travel(hs_body *body, const hs_plane_target *to);
-/* Have springs slip that are beyond the limit, which has fallen. */
-int hs_body_relax(hs_body *body, const hs_plane_aim *aim);
+/* Fractions of a path at which its state is read; they do not change the state at its end. */
+typedef struct hs_stops {
+    double next;  /* the next fraction, below `until`; infinite if none is left */
+    double until; /* at which the path is left */
+    /* Read a body that is there, and advance `next`; returns a status. */
+    int (*visit)(struct hs_stops *stops, hs_body *there);
+} hs_stops;
+/* Move a body along a path, in steps that are halved until they settle. */
+int hs_body_travel(hs_body *body, hs_plane_path *path, hs_stops *stops);
 /* dT/dV when the displacement goes on in a direction; (0, 0): of springs that stick. */
 int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]);
 

@@ -15,7 +15,7 @@ from historysim.basics.library import ffi, lib
 from historysim.errors import FrictionLimitError, InputError, LoadError
 from historysim.memory.binding import DISPLACED, copy_state
 from historysim.memory.binding import LOAD as LOAD_CONTROL
-from historysim.memory.paths import Goals, straight_paths
+from historysim.memory.paths import Goals, blank_rows, straight_paths
 from tests.support.planar_half_space import PlanarHalfSpace
 from tests.support.planar_paths import TABLES, way
 
@@ -606,3 +606,184 @@ def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
     one, many = (ensemble.advance(each, tangential_displacement=(-0.05, 0.02)) for each in (after, parts))
     np.testing.assert_allclose(one.tangential_load, many.tangential_load, rtol=0.0, atol=1e-3 * limit)
     assert one.dissipated_energy == pytest.approx(many.dissipated_energy, rel=1e-3)
+
+
+LIMIT, SLIP = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio  # of a sphere of friction 0.3 at an approach of 1 m
+START = ((0.6, 0.0), (0.6, 0.5))  # turns over the friction limit
+# (normal, tangential) at the end of a path, over load or approach, and limit or full slip; N, D: controls; None: held
+PATHS_FROM_A_TURN = {
+    "loads": ("N", 1.4, "NN", (-0.2, 0.4)),
+    "displacements": ("D", 0.4, "DD", (-0.5, 1.2)),
+    "N by load while U moves": ("N", 0.3, "DD", (-0.9, 0.1)),
+    "N by load, one component driven": ("N", 0.6, "DN", (1.5, 0.2)),
+    "approach, T by load": ("D", 0.8, "NN", (0.1, 0.5)),
+    "T beyond the limit": ("N", 1.0, "NN", (0.0, 2.0)),
+    "T turns at the limit while N rises": ("N", 1.6, "NN", (-2.0, 1.0)),
+    "N falls under a held T": ("N", 0.5, "NN", (None, None)),
+    "N falls, one component driven, the other one beyond": ("N", 0.5, "DN", (1.5, 1.5)),
+    "lift-off under T": ("D", -0.3, "NN", (0.1, 0.6)),
+    "lift-off while U moves": ("N", 0.0, "DD", (0.1, 0.6)),
+}
+
+
+def start_from_a_turn(ensemble, turns=START):
+    state = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    for x, y in turns:
+        state = ensemble.advance(state, tangential_load=(x * LIMIT, y * LIMIT))
+    return state
+
+
+def path_of(kind, parts):
+    normal, level, controls, targets = PATHS_FROM_A_TURN[kind]
+    kinds = tuple(DISPLACED if control == "D" else LOAD_CONTROL for control in controls)
+    units = [SLIP if control == "D" else LIMIT for control in controls]
+    values = [0.0 if target is None else target * unit for target, unit in zip(targets, units, strict=True)]
+    moves = np.array([target is not None for target in targets], dtype=float)
+    normal_goal = Goals(DISPLACED, level) if normal == "D" else Goals(LOAD_CONTROL, level * LOAD)
+    return straight_paths(normal_goal, Goals([kinds], [values], [moves]), parts=parts, times=(0.0, 1.0))
+
+
+@pytest.mark.parametrize("soft", [False, True])
+@pytest.mark.parametrize("kind", PATHS_FROM_A_TURN)
+def test_rows_are_read_along_a_path_and_do_not_change_its_end(kind, soft):
+    """The end has the same bits with any rows, and a row those of the path that ends there."""
+    ensemble = sphere(0.3)
+    instrument = hs.Instrument((LIMIT / SLIP, 2 * LIMIT / SLIP)) if soft else hs.Instrument()
+    options = {"saturate": True, "instrument": instrument}
+    start = start_from_a_turn(ensemble)
+    end = ensemble.advance_along(start, path_of(kind, 1), **options)
+    found = {}
+    for parts in (2, 7, 100):
+        rows = blank_rows(parts, 1, planar=True)
+        after = ensemble.advance_along(start, path_of(kind, parts), rows=rows, asperities=[0], **options)
+        assert after.to_bytes() == end.to_bytes()
+        found[parts] = rows
+    assert (found[7].totals[-1] == found[100].totals[-1]).all()
+    for k in (1, 3, 6):
+        at = ensemble.advance_along(start, path_of(kind, 1), until=k / 7, **options)
+        row = found[7].totals[k - 1]
+        assert (row["normal_load"], row["approach"]) == (at.normal_load, at.approach)
+        assert (found[7].vectors["tangential_load"][k - 1] == at.tangential_load).all()
+        assert row["dissipated_energy"] == at.dissipated_energy
+        assert row["saturated"] == (at.tangential_request != at.tangential_load).any()
+    totals = found[100].totals
+    d = np.array([start.approach, *totals["approach"]])
+    n = np.array([start.normal_load, *totals["normal_load"]])
+    by_loads = PATHS_FROM_A_TURN[kind][0] == "N" and PATHS_FROM_A_TURN[kind][2] == "NN"
+    straight = n / LOAD if by_loads else d
+    np.testing.assert_allclose(np.diff(straight), np.diff(straight).mean(), atol=1e-12)
+    load = np.vstack([start.tangential_load, found[100].vectors["tangential_load"]])
+    assert (np.hypot(*load.T) <= 0.3 * n * (1 + 1e-12)).all()
+    move = np.diff(np.vstack([start.tangential_displacement, found[100].vectors["displacement"]]), axis=0)
+    energy = np.array([start.dissipated_energy, *totals["dissipated_energy"]])
+    # what the last step before a total lift-off is within
+    assert (np.diff(energy) > -5e-4 * LIMIT * SLIP).all()
+    work = (0.5 * (load[1:] + load[:-1]) * move).sum() - (end.stored_energy - start.stored_energy)
+    # the trapezoidal rule over 100 rows, and the tolerance of the energy
+    assert energy[-1] - energy[0] == pytest.approx(work, rel=5e-3, abs=2e-3 * LIMIT * SLIP)
+
+
+@pytest.mark.parametrize("turn", [1e-6, 1e-9])
+@pytest.mark.parametrize(
+    "moves",
+    [
+        [{"normal_load": 0.5}],  # the held load is beyond the limit from N = 0.781 on
+        [{"normal_load": 0.5}, {"tangential_load": 0.1}],
+        [{"tangential_load": 2.0}, {"tangential_load": 0.0}],
+        [{"tangential_load": -2.0}, {"normal_load": 1.5}],
+        [{"tangential_load": 2.0}, {"normal_load": 0.3}, {"normal_load": 4.0}],
+        [{"tangential_load": 3.0, "normal_load": 2.0}],
+    ],
+)
+def test_beyond_the_limit_a_tiny_turn_changes_nothing(moves, turn):
+    """T is the projection of the request onto the limit; U goes on in its direction, or stays where N falls."""
+    ensemble = sphere(0.3)
+    line = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    line = ensemble.advance(line, tangential_load=0.781 * LIMIT)
+    plane = ensemble.advance(line, tangential_load=(0.781 * LIMIT, turn * LIMIT))
+    for move in moves:
+        units = {"normal_load": LOAD, "tangential_load": LIMIT}
+        target = {name: value * units[name] for name, value in move.items()}
+        line = ensemble.advance(line, **target, saturate=True)
+        if "tangential_load" in target:
+            target["tangential_load"] = (target["tangential_load"], turn * LIMIT)
+        plane = ensemble.advance(plane, **target, saturate=True)
+        scale = LIMIT * max(1.0, line.normal_load / LOAD)
+        assert plane.tangential_load[0] == pytest.approx(line.tangential_load, abs=1e-4 * scale)
+        assert plane.tangential_displacement[0] == pytest.approx(line.tangential_displacement, abs=1e-3 * SLIP)
+        assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=2e-3)
+        assert abs(plane.tangential_displacement[1]) < 1e-2 * SLIP * (turn / 1e-6)
+    if moves == [{"normal_load": 0.5}]:
+        # everything slides at 0.781^(2/3) of full slip
+        assert plane.tangential_displacement[0] == pytest.approx(0.781 ** (2 / 3) * SLIP, rel=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["T beyond the limit", "N falls under a held T"])
+def test_beyond_the_limit_an_event_in_several_calls_is_one(kind):
+    ensemble = sphere(0.3)
+    start = start_from_a_turn(ensemble)
+    one = ensemble.advance_along(start, path_of(kind, 1), saturate=True)
+    _, level, _, targets = PATHS_FROM_A_TURN[kind]
+    begin = start.tangential_load
+    end = begin if targets[0] is None else np.array(targets) * LIMIT
+    for calls in (2, 7, 100):
+        state = start
+        for k in range(1, calls + 1):
+            load = tuple(float(value) for value in begin + k / calls * (end - begin))
+            normal = LOAD * (1 + k / calls * (level - 1))
+            state = ensemble.advance(state, normal_load=normal, tangential_load=load, saturate=True)
+        np.testing.assert_allclose(state.tangential_load, one.tangential_load, atol=2e-3 * LIMIT)
+        np.testing.assert_allclose(state.tangential_displacement, one.tangential_displacement, atol=5e-3 * SLIP)
+        assert state.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-2)
+
+
+def fall_in_steps(ensemble, state, friction, count, **options):
+    for coefficient in np.linspace(state.friction[0], friction, count + 1)[1:]:
+        state = ensemble.with_friction(state, coefficient, **options)
+    return state
+
+
+@pytest.mark.parametrize("share", [0.8, 0.5, 0.2, 0.0])
+@pytest.mark.parametrize("control", ["displacement", "load", "drive", "one component"])
+def test_a_fall_of_friction_after_turns_is_many_small_falls(control, share):
+    ensemble, options = sphere(0.3), {}
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    path = [(0.6, 0.0), (0.6, 0.5), (0.2, 0.5)]
+    if control == "drive":
+        options["instrument"] = hs.Instrument((LIMIT / SLIP, 3 * LIMIT / SLIP))
+    for x, y in path:
+        if control == "load":
+            state = ensemble.advance(state, tangential_load=(x * LIMIT, y * LIMIT))
+        elif control == "one component":
+            aim = {"tangential_displacement": (x * SLIP, None), "tangential_load": (None, y * LIMIT)}
+            state = ensemble.advance(state, **aim)
+        else:
+            state = ensemble.advance(state, tangential_displacement=(x * SLIP, y * SLIP), **options)
+    once = ensemble.with_friction(state, 0.3 * share, **options)
+    many = fall_in_steps(ensemble, state, 0.3 * share, 50, **options)
+    # a load beyond the new limit keeps its direction within the root of the tolerance
+    np.testing.assert_allclose(once.tangential_load, many.tangential_load, atol=2e-3 * LIMIT)
+    np.testing.assert_allclose(once.tangential_displacement, many.tangential_displacement, atol=5e-3 * SLIP)
+    assert once.dissipated_energy == pytest.approx(many.dissipated_energy, rel=5e-3)
+    if control == "displacement" and share == 0.5:
+        # annuli of an independent discretisation, 256 falls
+        np.testing.assert_allclose(once.tangential_load, np.array([0.1166, 0.4690]) * LIMIT, atol=5e-4 * LIMIT)
+
+
+@pytest.mark.parametrize("parallel", [0.0, 1e5])
+def test_a_stepper_with_a_stiffness_in_x_and_in_y_begins_in_the_plane(parallel):
+    ensemble = sphere(0.3)
+    instrument = hs.Instrument((LIMIT / SLIP, 2 * LIMIT / SLIP), parallel_stiffness=parallel)
+    stepper = ensemble.stepper(instrument=instrument)
+    state = ensemble.enter_plane(ensemble.initial_state())
+    moves = [
+        {"normal_load": LOAD},
+        {"tangential_displacement": (SLIP, 0.0)},
+        {"tangential_load": (0.1 * LIMIT, 0.3 * LIMIT)},
+    ]
+    for move in moves:
+        stepper.step(**move)
+        state = ensemble.advance(state, **move, instrument=instrument)
+        assert stepper.save() == state
+    stepper.restore(ensemble.initial_state())
+    assert stepper.save() == ensemble.enter_plane(ensemble.initial_state())

@@ -86,13 +86,14 @@ class PlanarHalfSpace:
         self.traction, self.displacement, self.approach = q, np.asarray(displacement), approach
         return self
 
-    def to_friction(self, friction):
-        """Change the coefficient immediately, at the displacement that is held: one problem, without a second stage."""
-        before, held = self.moved(self.traction), self.traction
+    def to_friction(self, friction, parts=16):
+        """Change the coefficient in equal parts at the held displacement: one problem each, without a second stage."""
+        for coefficient in np.linspace(self.friction, friction, parts + 1)[1:]:
+            before, held = self.moved(self.traction), self.traction
+            self.traction = self._settled(held, before, coefficient * self.pressure(self.approach))
+            after = self.moved(self.traction)
+            self.dissipated += 0.5 * ((held * before).sum() - (self.traction * after).sum()) * self.cell**2
         self.friction = friction
-        self.traction = self._settled(held, before, friction * self.pressure(self.approach))
-        after = self.moved(self.traction)
-        self.dissipated += 0.5 * ((held * before).sum() - (self.traction * after).sum()) * self.cell**2
         return self
 
 
