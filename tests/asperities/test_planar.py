@@ -621,7 +621,7 @@ PATHS_FROM_A_TURN = {
     "T turns at the limit while N rises": ("N", 1.6, "NN", (-2.0, 1.0)),
     "N falls under a held T": ("N", 0.5, "NN", (None, None)),
     "N falls, one component driven, the other one beyond": ("N", 0.5, "DN", (1.5, 1.5)),
-    "lift-off under T": ("D", -0.3, "NN", (0.1, 0.6)),
+    "lift-off under a held T": ("D", -0.3, "NN", (None, None)),
     "lift-off while U moves": ("N", 0.0, "DD", (0.1, 0.6)),
 }
 
