@@ -259,7 +259,8 @@ static void normal_at(const walk *w, const hs_line *memory, double share, double
     *d = hs_toward(c->d[0], c->d[1], share);
     if (c->normal_by_load) {
         *load = share == 1.0 ? c->load[1] : hs_load_at(hs_all_of(c->first ? c->first : memory->contact), *d).load;
-        if (w->wears) *d = hs_approach_at_load(memory, *load);
+        /* a gap is closed on the straight path, on which nothing wears */
+        if (w->wears && (*load > 0.0 || memory->normal_load > 0.0)) *d = hs_approach_at_load(memory, *load);
     } else {
         *load = hs_load_at(hs_all_of(memory->contact), *d).load;
     }
