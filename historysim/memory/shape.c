@@ -41,13 +41,20 @@ static void exchange_groups(hs_line *memory, int64_t index, int64_t deepest) {
     }
 }
 
-/* Put groups in order whose smallest gaps have changed; what is nearly in order takes little. */
+/* True if the group at `index` precedes the one before it: by smallest gap, then by number of its first asperity, as in a
+ * contact that is made anew. */
+static int is_before_previous(const hs_contact *contact, int64_t index) {
+    int64_t previous = contact->first[index - 1], own = contact->first[index];
+    if (contact->gap[previous] != contact->gap[own]) return contact->gap[own] < contact->gap[previous];
+    return contact->order[own] < contact->order[previous];
+}
+
+/* Sort groups whose smallest gaps have changed by insertion; what is nearly in order takes little. */
 static void put_in_order(hs_line *memory, const int64_t *depth) {
     const hs_contact *contact = memory->contact;
-    const double *gap = contact->gap;
     const int64_t *order = contact->order, *first = contact->first;
     for (int64_t index = 1; index < contact->groups; ++index)
-        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) {
+        for (int64_t k = index; k > 0 && is_before_previous(contact, k); --k) {
             int64_t low = depth[order[first[k - 1]]], high = depth[order[first[k]]];
             exchange_groups(memory, k - 1, low > high ? low : high);
         }
