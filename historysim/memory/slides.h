@@ -18,6 +18,8 @@ static inline void hs_record_slides(const hs_group *group, int64_t depth, const 
     const hs_line *memory = group->memory;
     const hs_contact *contact = memory->contact;
     const int64_t last = group->curve.count - 1;
+    /* without friction, springs are at their limit as soon as they are in contact */
+    if (group->friction == 0.0) label = group->curve.gap[0];
     const double top = hs_most(from->d, to->d), low = to->d < from->d ? hs_least(label, to->d) : label;
     if (!hs_is_timed(memory) || (low >= memory->slid_labels[0] && top <= memory->slid_labels[1])) return;
     if (!contact->query_count && (group->curve.gap[last] < low || (last == 0 && hs_has_slid(memory, contact->order[group->start]))))
