@@ -7,10 +7,13 @@
 #include "contact.h"
 #include "shape.h"
 
-/* approach of one station over that of the next, which are farther apart close to touch: no root of 2, by which chords
- * half as long would have the same; a change of it that needs none; and stations that a chord may have */
-#define GRADE 1.2
+/* Ratio of the approaches of adjacent stations, less 1, over the length of the substep as a fraction of the path: so twice as
+ * many substeps have twice as many stations, and do not agree because both have the same; chosen. The same on a substep from
+ * first contact on, with stations that are farther apart there; and a ratio over a substep that needs none. */
+#define STATION_SPACING 1.6
+#define TOUCH_SPACING 0.2
 #define SLIGHT 1.03
+#define MAX_EVEN_STATIONS 8
 #define MOST_STATIONS 16
 /* crossings of the friction limit on one chord, and steps of the search for one */
 #define MOST_CROSSINGS 4
@@ -69,9 +72,11 @@ int hs_set_stations(walk *w, const hs_line *memory, double d, double load, doubl
             double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
             double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
             int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
-            for (double next = most / GRADE; bends && next > least && between < MOST_STATIONS - 1;) {
+            double spacing = hs_most(STATION_SPACING * w->substep_length, (most - least) / (MAX_EVEN_STATIONS * least));
+            double ratio = 1.0 + (least > 0.0 ? spacing : TOUCH_SPACING);
+            for (double next = most / ratio; bends && next > least && between < MOST_STATIONS - 1;) {
                 at[between++] = next;
-                next /= between < 8 ? GRADE : between < 12 ? 4.0 : 64.0;
+                next /= between < MAX_EVEN_STATIONS ? ratio : between < 12 ? 4.0 : 64.0;
             }
             /* what begins to slide keeps its friction until then */
             double still = ahead && start > 0.0 && end > 0.0 ? 1.0 - ahead[whose] / w->moved : 0.0;
@@ -660,6 +665,7 @@ int hs_chord(walk *w, hs_line *memory, double before, double share) {
     const route *c = &w->course;
     const int crosses = w->drive->saturate && c->tangential_by_load && !c->straight && !c->ends_separated;
     for (int turn = 0; before < share; ++turn) {
+        w->substep_length = share - before;
         double stored = w->wears ? hs_elastic_energy(memory, NULL) : 0.0, stop = share;
         int slides = 0, copies = crosses && w->yields && share > w->yield.onset;
         chord_start at = {memory, copies ? hs_copy_to_change(w, memory) : memory, before,

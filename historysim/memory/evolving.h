@@ -65,6 +65,7 @@ typedef struct walk {
     int parted; /* whether groups may have come to remember the same again */
     int alone;  /* whether asperities yield and nothing else of them is followed */
     double compliance;
+    double substep_length; /* fraction of the path */
     double moved; /* by the chord, as it was last found [m] */
     route course;
     worn_shapes shape;
