@@ -7,6 +7,9 @@
 
 #include "polyline.h"
 
+/* length of the newest of three segments of which two are made, over that of the older two at least; chosen */
+#define MIN_NEW_LENGTH 0.25
+
 /* Start the empty stack of a group that first touches on a straight path; returns its depth. */
 static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
     double h = group->curve.gap[0];
@@ -282,6 +285,61 @@ int hs_is_steep(const hs_vertex *stack, int64_t depth, double friction) {
     for (int64_t j = 1; j < depth; ++j)
         if (fabs(stack[j].slope) > friction) return 1;
     return 0;
+}
+
+/* Replace the two inner ones of four adjacent vertices by one, halfway between them, with which the load of the outermost is the
+ * same; returns 0 if that changes the load by more than the tolerance.
+ *
+ * With deviations e from the chord of the outer two, and quotients q = ΔP/Δa of segments, the load is that of the chord plus the
+ * sum of e (q_below - q_above) over the inner vertices. */
+static int merge_pair(const hs_group *group, hs_vertex *vertex, double tolerance) {
+    const hs_vertex *low = vertex, *high = vertex + 3;
+    const double length = high->label - low->label, chord_slope = (high->anchor - low->anchor) / length;
+    double deviation[2], stiffness[3], variation = 0.0, max_slope = 0.0;
+    /* repeated merges lengthen segments by a factor, so that their errors are a geometric series */
+    if (high->label - vertex[2].label < MIN_NEW_LENGTH * (vertex[2].label - low->label)) return 0;
+    for (int k = 0; k < 3; ++k) {
+        double load = vertex[k + 1].normal - vertex[k].normal;
+        stiffness[k] = load / (vertex[k + 1].label - vertex[k].label);
+        variation += fabs(vertex[k + 1].slope) * load;
+        max_slope = hs_most(max_slope, fabs(vertex[k + 1].slope));
+    }
+    for (int k = 0; k < 2; ++k)
+        deviation[k] = vertex[k + 1].anchor - low->anchor - chord_slope * (vertex[k + 1].label - low->label);
+    const double max_load_error = 0.5 * tolerance * variation, stiffness_rise = stiffness[2] - stiffness[0];
+    if (fabs(deviation[0] - deviation[1]) * stiffness_rise > max_load_error) return 0;
+    hs_vertex merged = vertex[2];
+    merged.label = 0.5 * (vertex[1].label + vertex[2].label);
+    merged.normal = hs_load_at(group->curve, merged.label).load;
+    const double below = merged.label - low->label, above = high->label - merged.label;
+    const double jump = (merged.normal - low->normal) / below - (high->normal - merged.normal) / above;
+    double wanted = deviation[0] * (stiffness[0] - stiffness[1]) + deviation[1] * (stiffness[1] - stiffness[2]);
+    if (!(jump < 0.0)) return 0;
+    const double own = wanted / jump;
+    double difference = fabs(own - 0.5 * (deviation[0] + deviation[1]));
+    difference = hs_most(difference, fabs(own * (vertex[1].label - low->label) / below - deviation[0]));
+    difference = hs_most(difference, fabs(own * (high->label - vertex[2].label) / above - deviation[1]));
+    if (!(difference * stiffness_rise <= max_load_error)) return 0;
+    const double inner_slope = chord_slope + own / below, outer_slope = chord_slope - own / above;
+    if (hs_most(fabs(inner_slope), fabs(outer_slope)) > (1.0 + HS_TIE) * max_slope) return 0;
+    merged.slope = hs_clamp(inner_slope, max_slope);
+    merged.anchor = low->anchor + chord_slope * below + own;
+    merged.tangential = low->tangential + merged.slope * (merged.normal - low->normal);
+    vertex[1] = merged;
+    vertex[2] = *high;
+    vertex[2].slope = hs_clamp(outer_slope, max_slope);
+    return 1;
+}
+
+int64_t hs_merge_vertices(const hs_group *group, int64_t depth, double tolerance) {
+    hs_vertex *stack = group->stack;
+    int64_t count = 0;
+    for (int64_t j = 0; j + 1 < depth; ++j) {
+        stack[count++] = stack[j];
+        while (count > 3 && merge_pair(group, stack + count - 4, tolerance)) --count;
+    }
+    if (depth > 0) stack[count++] = stack[depth - 1];
+    return count;
 }
 
 /* Label where v, straight from v_low to v_high, crosses side·(d - a); `high` where that is not inside. */
