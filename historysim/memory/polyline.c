@@ -288,11 +288,11 @@ int hs_is_steep(const hs_vertex *stack, int64_t depth, double friction) {
 }
 
 /* Replace the two inner ones of four adjacent vertices by one, halfway between them, with which the load of the outermost is the
- * same; returns 0 if that changes the load by more than the tolerance.
+ * same; returns 0 if that changes the load by more than the tolerances.
  *
  * With deviations e from the chord of the outer two, and quotients q = ΔP/Δa of segments, the load is that of the chord plus the
  * sum of e (q_below - q_above) over the inner vertices. */
-static int merge_pair(const hs_group *group, hs_vertex *vertex, double tolerance) {
+static int merge_pair(const hs_group *group, hs_vertex *vertex, double limit_tolerance, double variation_tolerance) {
     const hs_vertex *low = vertex, *high = vertex + 3;
     const double length = high->label - low->label, chord_slope = (high->anchor - low->anchor) / length;
     double deviation[2], stiffness[3], variation = 0.0, max_slope = 0.0;
@@ -306,7 +306,8 @@ static int merge_pair(const hs_group *group, hs_vertex *vertex, double tolerance
     }
     for (int k = 0; k < 2; ++k)
         deviation[k] = vertex[k + 1].anchor - low->anchor - chord_slope * (vertex[k + 1].label - low->label);
-    const double max_load_error = 0.5 * tolerance * variation, stiffness_rise = stiffness[2] - stiffness[0];
+    const double limit = group->friction * (high->normal - low->normal), stiffness_rise = stiffness[2] - stiffness[0];
+    const double max_load_error = 0.5 * hs_least(limit_tolerance * limit, variation_tolerance * variation);
     if (fabs(deviation[0] - deviation[1]) * stiffness_rise > max_load_error) return 0;
     hs_vertex merged = vertex[2];
     merged.label = 0.5 * (vertex[1].label + vertex[2].label);
@@ -321,7 +322,9 @@ static int merge_pair(const hs_group *group, hs_vertex *vertex, double tolerance
     difference = hs_most(difference, fabs(own * (high->label - vertex[2].label) / above - deviation[1]));
     if (!(difference * stiffness_rise <= max_load_error)) return 0;
     const double inner_slope = chord_slope + own / below, outer_slope = chord_slope - own / above;
-    if (hs_most(fabs(inner_slope), fabs(outer_slope)) > (1.0 + HS_TIE) * max_slope) return 0;
+    /* a convex part keeps within its slopes, apart from the rounding of its anchors */
+    const double rounding = HS_TIE * (fabs(low->anchor) + fabs(high->anchor)) / hs_least(below, above);
+    if (hs_most(fabs(inner_slope), fabs(outer_slope)) > max_slope + rounding) return 0;
     merged.slope = hs_clamp(inner_slope, max_slope);
     merged.anchor = low->anchor + chord_slope * below + own;
     merged.tangential = low->tangential + merged.slope * (merged.normal - low->normal);
@@ -331,12 +334,12 @@ static int merge_pair(const hs_group *group, hs_vertex *vertex, double tolerance
     return 1;
 }
 
-int64_t hs_merge_vertices(const hs_group *group, int64_t depth, double tolerance) {
+int64_t hs_merge_vertices(const hs_group *group, int64_t depth, double limit_tolerance, double variation_tolerance) {
     hs_vertex *stack = group->stack;
     int64_t count = 0;
     for (int64_t j = 0; j + 1 < depth; ++j) {
         stack[count++] = stack[j];
-        while (count > 3 && merge_pair(group, stack + count - 4, tolerance)) --count;
+        while (count > 3 && merge_pair(group, stack + count - 4, limit_tolerance, variation_tolerance)) --count;
     }
     if (depth > 0) stack[count++] = stack[depth - 1];
     return count;

@@ -60,8 +60,9 @@ static inline double hs_slip_label(const hs_vertex *stack, int64_t depth, double
 int hs_is_steep(const hs_vertex *stack, int64_t depth, double friction);
 /* Merge vertices of a smooth polyline, as many substeps leave it, and return the depth that is left. Displacement and load of
  * all other vertices stay as they are, and so does the outermost segment. The load of any part of the polyline changes by at
- * most `tolerance` times its total variation there, however often this is called. */
-int64_t hs_merge_vertices(const hs_group *group, int64_t depth, double tolerance);
+ * most some `limit_tolerance` of its friction limit, and some `variation_tolerance` of its total variation, however often this is
+ * called. */
+int64_t hs_merge_vertices(const hs_group *group, int64_t depth, double limit_tolerance, double variation_tolerance);
 /* Vertices that a clipped polyline of a depth may have. */
 static inline int64_t hs_room_to_clip(int64_t depth) { return 3 * depth + 6; }
 /* Cone |v| ≤ μ (d - a) at the end of a straight path, and its change on the path: `moved` is the change of displacement, and

@@ -139,7 +139,7 @@ static double traction_ratio(const hs_group *group, int64_t depth, double place)
     return pressure > 0.0 ? fabs(traction) / (group->friction * pressure) : 0.0;
 }
 
-/* The largest |τ|/(μ p) of a group, found to about 1e-4. */
+/* The largest |τ|/(μ p) of a group where that exceeds 1, found to about 1e-4. */
 static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     const hs_vertex *stack = group->stack;
     if (depth < 2 || group->friction == 0.0) return 0.0;
@@ -147,7 +147,11 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     /* at the edge of a punch, where nothing more comes into contact, all pressures are without end */
     if (place_of(group->curve, stack[depth - 1].label) > place_of(group->curve, stack[depth - 2].label))
         largest = fabs(stack[depth - 1].slope) / group->friction;
-    for (int64_t j = 1; j < depth; ++j) {
+    double steepest = 0.0;
+    for (int64_t j = depth - 1; j > 0; --j) {
+        /* tractions are sums over the segments farther out, so that their largest slope bounds the ratio */
+        steepest = hs_most(steepest, fabs(stack[j].slope));
+        if (steepest <= group->friction * hs_most(largest, 1.0)) continue;
         /* below a vertex tractions change with the root of the distance to it */
         double high = place_of(group->curve, stack[j].label), best = 0.0, at_best = 0.0;
         double width = sqrt(hs_most(high - place_of(group->curve, stack[j - 1].label), 0.0));
