@@ -543,3 +543,106 @@ def of_jkr(load, _total, radius, _slid):
 def test_jkr_friction_near_touch_and_lift_off_agrees_with_springs():
     law = ShearStrength(0.05, area="jkr", work_of_adhesion=1e-5)
     compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, law, follow_sliding=True), of_jkr, LIFTED)
+
+
+DEPTH = 0.1
+FULL_SLIP = 0.3 * DEPTH  # displacement at which all slides, with a coefficient of 0.3 and θ = 1
+RAMPS = {
+    "power": {"friction": PowerLaw(0.3, 0.04, -1 / 3)},
+    "rising": {"friction": PowerLaw(0.3, 0.04, 0.2)},
+    "total": {"friction": PowerLaw(0.3, 0.04, -0.2, load="total")},
+    "strength": {"friction": ShearStrength(0.03)},
+    "slid": {"friction": SlidFriction([0.0, 0.3 * FULL_SLIP, 3 * FULL_SLIP], [0.35, 0.25, 0.2])},
+    "wear": {"friction": 0.3, "wear": ArchardWear(coefficient=1e-2, hardness=0.07)},
+    "blunted": {"friction": 0.3, "wear": ArchardWear(coefficient=1e-2, hardness=0.07, shape="blunted")},
+    "yielding": {"friction": 0.3, "yielding": hs.yielding.Thornton(hardness=0.1, poissons_ratio=0.3)},
+}
+
+
+def hertz_load(depth):
+    return float((4 / 3 * np.sqrt(RADIUS) * np.maximum(depth + HEIGHT, 0.0) ** 1.5).sum())
+
+
+@pytest.mark.parametrize("control", ["normal_displacement", "normal_load"])
+@pytest.mark.parametrize("reach", [0.5, 0.8, 1.2, 2.0])
+def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach):
+    """Bowden and Tabor's law on a sphere: all sticks until T = μN ∝ N^(2/3) meets x y^(3/2), at y = (μ/μ0 x)²."""
+    load, rise = 4 / 3 * DEPTH**1.5, 1.1
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, PowerLaw(0.3 * rise, load, -1 / 3))
+    target = DEPTH if control == "normal_displacement" else load
+    state = ensemble.advance(ensemble.initial_state(), **{control: target}, tangential_displacement=reach * FULL_SLIP)
+    onset, stored = (rise / reach) ** 2, 0.4 * rise**2
+    work = reach * (0.4 * reach * onset**2.5 + 0.5 * rise * (1 - onset**2)) if onset < 1 else 0.4 * reach**2
+    stored = min(stored, 0.4 * reach**2)
+    unit = 0.3 * load * FULL_SLIP
+    assert state.stored_energy / unit == pytest.approx(stored, rel=1e-6)
+    assert state.dissipated_energy / unit == pytest.approx(work - stored, abs=1e-3 * stored)
+
+
+@pytest.mark.parametrize(
+    "wear",
+    [
+        ArchardWear(coefficient=1e-30, hardness=1.0),
+        ArchardWear(coefficient=1e-30, hardness=1.0, shape="blunted"),
+        EnergyWear(volume_per_energy=1e-30),
+    ],
+)
+@pytest.mark.parametrize("control", ["normal_displacement", "normal_load"])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-10])
+def test_a_path_on_which_nothing_slips_is_the_exact_step_across_a_gap(wear, control, tolerance):
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.3, wear=wear, tolerance=tolerance)
+    gap, load = -0.02 * DEPTH, 4 / 3 * DEPTH**1.5
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=gap)
+    target = load if control == "normal_load" else DEPTH
+    state = ensemble.advance(state, **{control: target}, tangential_displacement=0.9 * FULL_SLIP)
+    assert state.tangential_load == pytest.approx(0.9 * FULL_SLIP / (DEPTH - gap) * load, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", RAMPS)
+@pytest.mark.parametrize("seed", range(3))
+def test_one_event_has_the_energy_balance_of_many_small_ones(name, seed):
+    """Work less stored energy is what is dissipated; the work is integrated over small events."""
+    rng, count = np.random.default_rng(seed), 400
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, **RAMPS[name])
+    begin = {
+        "normal_displacement": rng.uniform(0.3, 0.9) * DEPTH,
+        "tangential_displacement": rng.uniform(-1, 1) * FULL_SLIP,
+    }
+    start = ensemble.advance(ensemble.initial_state(), **begin)
+    end = {
+        "normal_displacement": rng.uniform(0.3, 1.2) * DEPTH,
+        "tangential_displacement": rng.uniform(-2, 2) * FULL_SLIP,
+    }
+    once = ensemble.advance(start, **end)
+    share = np.arange(1, count + 1) / count
+    fine, row = ensemble.advance_many(start, **{key: begin[key] + (end[key] - begin[key]) * share for key in begin})
+    load = np.append(start.tangential_load, row.tangential_load)
+    moved = np.append(start.tangential_displacement, row.tangential_displacement)
+    work = float(np.trapezoid(load, moved))
+    erased = [0.0 if s.evolved is None else s.evolved.erased_energy for s in (start, fine)]
+    lost = fine.dissipated_energy - start.dissipated_energy + erased[1] - erased[0]
+    scale = max(lost, fine.stored_energy)
+    assert work - (fine.stored_energy - start.stored_energy) == pytest.approx(lost, abs=1e-3 * scale)
+    assert once.dissipated_energy == pytest.approx(fine.dissipated_energy, abs=1e-3 * scale)
+    limit = 0.3 * max(fine.normal_load, start.normal_load)
+    assert once.tangential_load == pytest.approx(fine.tangential_load, abs=2e-4 * limit)
+
+
+@pytest.mark.parametrize("name", RAMPS)
+def test_small_events_on_a_smooth_path_leave_few_vertices(name):
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, **RAMPS[name])
+    start = ensemble.advance(ensemble.initial_state(), normal_load=hertz_load(0.4 * DEPTH))
+    start = ensemble.advance(start, tangential_displacement=-0.2 * FULL_SLIP)
+    ends = [hertz_load(DEPTH), 0.05 * hertz_load(DEPTH)]
+    states = []
+    for count in (1, 1000):
+        share = np.arange(1, count + 1) / count
+        paths = [
+            at + (end - at) * share for at, end in zip((start.normal_load, start.tangential_load), ends, strict=True)
+        ]
+        states.append(ensemble.advance_many(start, normal_load=paths[0], tangential_load=paths[1])[0])
+    once, many = states
+    assert max(len(many.vertices(group)) for group in set(many.group.tolist())) <= 150
+    assert many.tangential_displacement == pytest.approx(once.tangential_displacement, abs=1e-4 * FULL_SLIP)
+    assert many.stored_energy == pytest.approx(once.stored_energy, rel=1e-3)
+    assert many.dissipated_energy == pytest.approx(once.dissipated_energy, abs=1e-3 * many.stored_energy)

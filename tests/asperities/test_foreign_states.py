@@ -200,3 +200,36 @@ def test_a_batch_is_restored_from_its_own_kind_alone():
     ):
         with pytest.raises(hs.InputError, match="other radii, friction or materials"):
             batch.restore(other.save())
+
+
+OWN_LAWS = {
+    "constant": None,
+    "power": laws.PowerLaw(0.3, 1e-5, -0.2),
+    "total": laws.PowerLaw(0.3, 1e-5, -0.2, load="total"),
+    "slid": laws.SlidFriction([0.0, 1e-8, 1e-7], [0.35, 0.25, 0.2]),
+}
+CHANGES = {
+    "no change": {},
+    "truncated": {"wear": wear.ArchardWear(coefficient=1e-1, hardness=1e10)},
+    "blunted": {"wear": wear.ArchardWear(coefficient=1e-2, hardness=1e10, shape="blunted")},
+    "yielding": {"yielding": hs.yielding.Thornton(hardness=4e9, poissons_ratio=0.3)},
+}
+
+
+@pytest.mark.parametrize("law", OWN_LAWS)
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_state_with_equal_heights_is_read_from_its_own_bytes(law, change, seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 6))
+    height, radius = -rng.choice([0.0, 0.0, 5e-9, 1e-8], count), rng.choice([1e-6, 2e-6], count)
+    friction = rng.choice([0.0, 0.05, 0.2, 0.7], count) if OWN_LAWS[law] is None else OWN_LAWS[law]
+    ensemble = hs.Ensemble(PAIR, height, radius, friction, **CHANGES[change])
+    state = ensemble.initial_state()
+    for displacement in rng.choice([-1, 1], 5) * 10.0 ** rng.uniform(-9, -6.5, 5):
+        approach = float(rng.uniform(2e-9, 3e-8))
+        state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=float(displacement))
+        read = ensemble.state_from_bytes(state.to_bytes())
+        assert read == pickle.loads(pickle.dumps(state)) == state  # noqa: S301
+        onwards = [ensemble.advance(s, normal_displacement=2e-8, tangential_displacement=1e-8) for s in (state, read)]
+        assert onwards[0].to_bytes() == onwards[1].to_bytes()

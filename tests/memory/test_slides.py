@@ -179,3 +179,23 @@ def test_queries_of_results_without_instants_are_refused():
         with pytest.raises(hs.InputError, match="no slide_time"):
             question()
     assert "first to slide" not in dict(history.contact.summary())
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 7])
+@pytest.mark.parametrize("options", [{}, {"wear": hs.wear.ArchardWear(coefficient=1e-4, hardness=5e9)}])
+def test_without_friction_an_asperity_slides_from_contact_on(options, substeps):
+    """The definition is that of rows: all springs are at their friction limit, which is 0."""
+    ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, [0.0, 0.0, 0.25, 0.2, 0.0], **options)
+    events = [
+        hs.NormalDisplacement(0.0, 10e-9),
+        hs.NormalDisplacement(10.0, 30e-9),
+        hs.TangentialDisplacement(11.0, 1e-10),
+    ]
+    history = hs.replay(ensemble, events, substeps=substeps)
+    found = history["slide_time"].values
+    assert found == pytest.approx([0.0, 5.0, np.nan, np.nan, np.nan][: found.size], nan_ok=True, abs=1e-9)
+    rows = first_rows(history)
+    assert rows[0] == 0
+    assert (rows[1] >= 0) and (rows[2:] == -1).all()
+    times = history["time"].values
+    assert times[rows[1] - 1] <= 5.0 <= times[rows[1]]
