@@ -18,9 +18,10 @@
 /* Margin over the mean of ½ φ², the part of the limit by which springs miss it that are deflected at an angle φ to the load. Above
  * 1, so that a load which turns at the limit widens the margin up to the tolerance; chosen. */
 #define MARGIN_OF_SPREAD 4.0
-/* relative difference by which requests and limits are told apart */
+/* relative difference by which requests and limits are told apart; chosen, well above rounding */
 #define LIMIT_TIE 1e-9
-#define DIRECTION_TIE 1e-12
+/* path fraction next to 1 in which no change of side is looked for; chosen, well above rounding */
+#define FRACTION_TIE 1e-12
 
 double hs_body_limit(const hs_body *body, double approach, double fraction) {
     double limit = 0.0;
@@ -144,7 +145,7 @@ static double next_change(const hs_body *body, const hs_plane_path *path, double
             value = sign * overload(body, path, trial);
             hs_narrow(&root, trial, value, value > 0.0);
         }
-        return root.high < 1.0 - DIRECTION_TIE ? root.high : HUGE_VAL;
+        return root.high < 1.0 - FRACTION_TIE ? root.high : HUGE_VAL;
     }
     return HUGE_VAL;
 }
@@ -200,10 +201,10 @@ void hs_begin_segments(const hs_body *body, hs_plane_path *path) {
     path->margin = margin_of(body, path, path->is_beyond);
 }
 
-/* True if a request beyond the limit keeps its direction from a fraction to another one. */
+/* True if a request beyond the limit keeps its direction from a fraction to another one, but for what the least margin hides. */
 static int keeps_direction(const hs_plane_path *path, double begin, double end) {
     hs_vector from = loads_of(path, value_at(path, begin)), to = loads_of(path, value_at(path, end));
-    return hs_dot(from, to) > 0.0 && sine_between(from, to) <= DIRECTION_TIE;
+    return hs_dot(from, to) > 0.0 && sine_between(from, to) <= LEAST_MARGIN;
 }
 
 double hs_next_cut(const hs_body *body, hs_plane_path *path, int *is_straight) {

@@ -138,7 +138,8 @@ def draw_case(name, situation, seed, *, joint=False):
 @pytest.mark.parametrize("situation", SITUATIONS)
 @pytest.mark.parametrize("name", KINDS)
 def test_results_do_not_depend_on_recorded_rows(name, situation, seed):
-    case = draw_case(name, situation, seed)
+    # summits that wear or yield may lose touch at a prescribed approach
+    case = draw_case(name, situation, seed, joint=name in {"wear", "yielding"})
     reference = case.at_events(1)
     for rows in (2, 7, 100) if seed == 0 or name == "line" else (7,):
         deviation = case.deviation(case.at_events(rows), reference)
@@ -163,7 +164,7 @@ def test_a_tiny_turn_leaves_the_results_of_the_line(situation, seed):
 def test_work_is_stored_or_dissipated(name, situation, seed):
     """Work by the trapezoidal rule over rows, with an error estimate from every second row."""
     case = draw_case(name, situation, seed)
-    history = case.replay(400 if name == "line" else 60)
+    history = case.replay(60 if name == "plane" else 400)
     load, displacement = (
         history[quantity].values.reshape(history.sizes["step"], -1)
         for quantity in ("total_tangential_load", "tangential_displacement")
@@ -192,7 +193,8 @@ def test_results_are_continuous_where_a_request_passes_the_limit(name, normal_lo
     state = ensemble.advance(state, tangential_load=0.5 * FRICTION * load)
     limit = FRICTION * load * normal_load
     if name == "law":
-        limit *= float(ensemble.law.coefficients(np.array([load * normal_load]), PAIR)[0]) / FRICTION
+        # the coefficient of the law at this load
+        limit *= normal_load**-0.2 * (load / LARGEST_LOAD) ** -0.2
 
     def reached(request):
         vector = (request, 1e-12) if KINDS[name].angle else request
