@@ -51,7 +51,8 @@ class Ensemble(AsperitySet, IntegratedBody):
     nominal_area : float, optional
         Nominal contact area [m²], > 0; stored, without influence.
     tolerance : float
-        Relative change of displacement and energy below which the refinement of a ramp of both loads has converged.
+        Error that a straight ramp of both loads may have: of displacements relative to full slip; energies may have
+        10 times as much, relative to the ramp.
     wear : WearLaw, optional
         Wear of the asperities as they slide (see `historysim.asperities.wear`).
     follow_sliding : bool

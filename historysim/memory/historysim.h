@@ -253,7 +253,7 @@ typedef struct hs_path {
 
 /* How the contact is driven. */
 typedef struct hs_drive {
-    double tolerance;     /* relative change at which a ramp of both loads that has to be refined is settled, such as 1e-6 */
+    double tolerance;     /* error of a ramp of both loads, over the displacement at which all slides, such as 1e-6; ten times that of energies */
     double compliance[2]; /* of an instrument in series with the contact, in x and y [m/N]; tangential displacements are its drive's */
     int32_t saturate;     /* whether a tangential load beyond the friction limit is held at the limit */
     int32_t threads;      /* that share the work on many asperities, 1 or more; the bits do not depend on it */

@@ -40,8 +40,21 @@ static HS_WIDE hs_load sum_of_loads(hs_curve curve, int64_t touching, double app
     return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
 }
 
+/* The same of few asperities, for which vectors do not pay. */
+static hs_load sum_of_few(hs_curve curve, int64_t touching, double approach) {
+    double loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
+    for (int64_t i = 0; i < touching; ++i) {
+        double depth = approach - curve.gap[i], half_chord = curve.weight[i] * sqrt(depth);
+        loads[i % HS_LANES] += half_chord * depth;
+        slopes[i % HS_LANES] += half_chord;
+    }
+    return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
+}
+
 /* The versions for several processors cannot be hidden from programs that link the library, unless they are static. */
-hs_load hs_sum_of_loads(hs_curve curve, int64_t touching, double approach) { return sum_of_loads(curve, touching, approach); }
+hs_load hs_sum_of_loads(hs_curve curve, int64_t touching, double approach) {
+    return touching <= 2 * HS_LANES && !curve.clusters ? sum_of_few(curve, touching, approach) : sum_of_loads(curve, touching, approach);
+}
 
 /* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */
 hs_load hs_load_between_knots(hs_curve curve, double approach) {

@@ -1,6 +1,6 @@
-/* Ramp: a straight path in (N, T). Of a single group the energy is an integral along the path of its slip front, whose total
- * has a closed form; several groups are moved on as few straight paths in (d, V) as the tolerance allows (README.md,
- * theory 10). */
+/* Ramp: a straight path in (N, T), carried out by straight paths in (d, V), its chords, which end in the same state. Of a single
+ * group the energy is an integral along the path of its slip front, whose total has a closed form; of several groups it differs
+ * from that of the chord by ∮ T dV of ramp and chord, by Gauss's quadrature (README.md, theory 10). */
 
 #include "ramp.h"
 #include "adaptive.h"
@@ -358,204 +358,543 @@ static int exact_ramp(hs_line *memory, double load, double force, double time, c
     return status;
 }
 
-/* ---- several groups: chords --------------------------------------------------------------------------------------------- */
-
-/* of Gauss's quadrature on (0, 1) */
-#define NODES 5
-static const double node[NODES] = {0.04691007703066802, 0.23076534494715845, 0.5, 0.7692346550528415, 0.9530899229693319};
-static const double node_weight[NODES] = {0.11846344252809454, 0.2393143352496832, 0.28444444444444444,
-                                          0.2393143352496832, 0.11846344252809454};
-/* a front that passes a summit bends the way; of one summit it does not, and of many each bends it little */
-#define FEW_SUMMITS 100
-#define FEW_PANELS 6
-
-/* Work that the way of the loads takes beyond that of a chord, to (d1, v1) where they are `load` and `force`.
+/* ---- several groups: straight paths in (d, V) ------------------------------------------------------------------------------
  *
- * The way of the loads is straight in (N, T) and not in (d, V). Both lead from one state to the other, so what it
- * dissipates more is the work of the tangential load that it has more at each displacement. To first order in the change of
- * N that load is the one at its approach. */
-static int extra_work(hs_line *memory, hs_fronts *fronts, double d1, double v1, double load, double force,
-                      double *work) {
-    double rate = (load - memory->normal_load) / (force - memory->tangential_load), more = 0.0;
-    int64_t count = memory->contact->count;
-    int panels = 1 < count && count <= FEW_SUMMITS ? FEW_PANELS : 1;
-    for (int k = 0; k < panels * NODES; ++k) {
-        double share = (k / NODES + node[k % NODES]) / panels, reached, raised;
-        double d = hs_toward(memory->approach, d1, share), v = hs_toward(memory->displacement, v1, share);
-        int status = hs_force_on_path(memory, fronts, d, v, &reached);
-        if (status != HS_OK) return status;
-        hs_load carried = hs_load_at(hs_all_of(memory->contact), d);
-        d += (memory->normal_load + rate * (reached - memory->tangential_load) - carried.load) / carried.slope;
-        status = hs_force_on_path(memory, fronts, d, v, &raised);
-        if (status != HS_OK) return status;
-        more += node_weight[k % NODES] / panels * (raised - reached);
+ * A group reaches the same state on the ramp and on its chord, the straight path in (d, V) between the same ends, if side·V - μ d
+ * is largest at one of the ends, and if no spring that touches on the way sticks at the end. Otherwise its springs are off by
+ * at most the distance of ramp and chord. Steps of the ramp are cut where |dV/dd| = μ of a group, and shortened until that
+ * distance is tolerated.
+ *
+ * Ramp and chord begin and end in the same states, so their energies differ by ∮ T dV of each asperity: Gauss's quadrature,
+ * at points of the ramp, which Newton's method finds across the chord. */
+
+/* Gauss's quadrature on a step */
+#define NODES 3
+/* points of a step at which side·V - μ d is compared with its ends */
+#define SAMPLES 8
+/* tolerances over the caller's: of springs over the displacement at which all slides, of the energy over that of the ramp.
+ * Chosen: at the default tolerance the ends of ramps are within 2e-6 of full slip (tests/memory/test_ramp.py) */
+#define STATE_TOLERANCE 1.0
+#define ENERGY_TOLERANCE 10.0
+/* tolerance above the rounding of energies */
+#define LEAST_TOLERANCE 1e-11
+/* part of the tolerance of a ramp that a short step may use up */
+#define LEAST_PART 0.05
+/* change of the distance of ramp and chord, relative to the largest one, below which Newton's method ends */
+#define DISTANCE_CONVERGED 1e-5
+/* inclination of ramp and chord above which they are not interpolated; length of the next step over the one predicted; error
+ * for which half a step is predicted. Chosen */
+#define STEEP 4.0
+#define SAFETY 0.9
+/* steps up to this multiple of the tolerance, as parts of a ramp, have the energy of their chord if they cannot be interpolated. Chosen */
+#define SHORT 1.0
+#define TO_HALVE (4.0 * SAFETY * SAFETY)
+
+/* End of a straight path of one group: its polyline is kept up to a label; from there on springs have one slope up to the edge. */
+typedef struct group_end {
+    int64_t kept; /* vertices; -1 of a polyline that is steep */
+    double label, inner_slope, slope;
+} group_end;
+
+/* Loads of a group or of all, and their derivatives while the slip of the springs goes on. */
+typedef struct rates {
+    double load, load_slope;         /* P, dP/dd */
+    double force, stiffness, drift;  /* T, ∂T/∂V, ∂T/∂d */
+} rates;
+
+typedef struct ramp {
+    double load[2], force[2];
+    double times[2];
+    double tolerance, reach; /* of the caller; displacement at which all slides */
+    double energy;           /* dissipated by the whole ramp, as its first chord tells; 0 if not known */
+    const hs_drive *drive;
+    int64_t work;
+    hs_line *present, *trial; /* at the start of a step, and at its end */
+    hs_point heading[2];     /* direction of the ramp in (d, V) there */
+    group_end *ends;         /* of all groups: at each node on the ramp and on the chord */
+    rates *rates;            /* of all groups, at one point */
+    hs_vertex *scratch;      /* to clip polylines that are steep */
+    double *part;            /* of one group's asperities */
+} ramp;
+
+/* Rates of a steep group: zones on the cone slip, others stick. */
+static rates rates_of_steep(const hs_group *group, const hs_vertex *stack, int64_t depth, hs_point to, rates found) {
+    double slope_low = 0.0;
+    found.force = stack[depth - 1].tangential;
+    for (int64_t j = 1; j < depth; ++j) {
+        double slope = j + 1 < depth ? hs_load_at(group->curve, stack[j].label).slope : found.load_slope;
+        double side = hs_sliding_side(stack, depth, j, to.v, group->friction);
+        if (side != 0.0)
+            found.drift += side * group->friction * (slope - slope_low);
+        else
+            found.stiffness += slope - slope_low;
+        slope_low = slope;
     }
-    *work = more * (v1 - memory->displacement);
-    return HS_OK;
+    return found;
 }
 
-/* Carry all groups along one chord, and correct its energy for the way of the loads. */
-static int corrected_chord(hs_line *memory, double load, double force) {
-    hs_target target = hs_to_load(force);
-    double d1 = hs_approach_at_load(memory, load), before = memory->dissipated, more = 0.0;
-    int64_t count = memory->contact->count;
-    double *each = (double *)malloc((size_t)count * sizeof *each);
+/* Solve for the end of a straight path of a group from the present state; its rates only if it `has_loads`. */
+static rates solve_end(const ramp *way, int64_t index, hs_point to, int has_loads, group_end *end) {
+    const hs_line *memory = way->present;
+    const hs_group group = hs_group_of(memory, index);
+    const hs_point from = {memory->approach, memory->displacement};
+    const double friction = group.friction, gap = group.curve.gap[0];
+    const int64_t depth = memory->depth[index];
+    const hs_vertex *stack = group.stack, *last = stack + depth - 1;
+    rates found = {0.0, 0.0, 0.0, 0.0, 0.0};
+    *end = HS_MADE(group_end){0, gap, 0.0, 0.0};
+    if (to.d <= gap) return found;
+    hs_load at_edge = {0.0, 0.0};
+    if (has_loads) at_edge = hs_load_at(group.curve, to.d);
+    double load = found.load = at_edge.load, slip_slope = found.load_slope = at_edge.slope;
+    if (depth == 0) {
+        double touch = hs_toward(from.v, to.v, gap > from.d ? (gap - from.d) / (to.d - from.d) : 0.0);
+        double slope = (to.v - touch) / (to.d - gap);
+        end->slope = hs_clamp(slope, friction);
+        found.force = end->slope * load;
+        if (fabs(slope) < friction)
+            found.stiffness = at_edge.slope;
+        else
+            found.drift = end->slope * at_edge.slope;
+        return found;
+    }
+    if (memory->steep[index]) {
+        hs_cone cone = {friction, to.v - from.v, friction * (to.d - from.d), 0.0};
+        int64_t count = hs_move_and_clip(&group, NULL, depth, from, to, load, &cone, way->scratch, NULL);
+        end->kept = -1;
+        return rates_of_steep(&group, way->scratch, count, to, found);
+    }
+    hs_edge edge = hs_edge_at(stack, depth, to.d, load);
+    double change = to.v - edge.anchor, rise = to.d - edge.label, sign = 0.0;
+    if (fabs(change) <= friction * rise) {
+        int is_cut = to.d < last->label;
+        end->kept = edge.segment + !is_cut;
+        end->label = edge.label;
+        end->inner_slope = is_cut ? stack[edge.segment].slope : 0.0;
+        end->slope = rise > 0.0 ? change / rise : 0.0;
+        found.force = edge.tangential + end->slope * (load - edge.normal);
+        if (rise == 0.0 && !is_cut && fabs(last->slope) == friction) {
+            sign = copysign(1.0, last->slope);
+            slip_slope = hs_load_at(group.curve, last[-1].label).slope;
+        }
+    } else {
+        hs_single_path path = hs_single_path_to(to.d, to.v, friction, edge.label, edge.anchor, 0);
+        hs_single at = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
+        hs_load front = {0.0, 0.0};
+        sign = path.sign;
+        end->kept = at.kept;
+        end->slope = sign * friction;
+        if (at.kept > 0) {
+            const hs_vertex *low = stack + at.kept - 1;
+            if (has_loads) front = hs_load_at(group.curve, at.label);
+            end->label = at.label;
+            found.force = low->tangential;
+            if (at.label != low->label) {
+                end->inner_slope = stack[at.kept].slope;
+                found.force += end->inner_slope * (front.load - low->normal);
+            }
+        }
+        found.force += end->slope * (load - front.load);
+        slip_slope = front.slope;
+    }
+    found.stiffness = slip_slope;
+    found.drift = sign * friction * (at_edge.slope - slip_slope);
+    return found;
+}
+
+static rates solve_ends(ramp *way, hs_point to, group_end *ends) {
+    const hs_line *memory = way->present;
+    rates sum = {0.0, 0.0, 0.0, 0.0, 0.0};
+    for (int64_t index = 0; index < memory->contact->groups; ++index) {
+        rates own = way->rates[index] = solve_end(way, index, to, 1, ends + index);
+        sum.load += own.load;
+        sum.load_slope += own.load_slope;
+        sum.force += own.force;
+        sum.stiffness += own.stiffness;
+        sum.drift += own.drift;
+    }
+    return sum;
+}
+
+/* Direction in (d, V) in which a ramp goes on, from rates on which springs go on to slip; a group that would not slip further
+ * sticks. */
+static hs_point heading_of(const ramp *way, rates sum) {
+    const double rise = way->load[1] - way->load[0], change = way->force[1] - way->force[0];
+    const int64_t groups = way->present->contact->groups;
+    const double *friction = way->present->friction;
+    hs_point found = {0.0, 0.0};
+    for (int iteration = 0; iteration < MOST_ITERATIONS; ++iteration) {
+        hs_point before = found;
+        found = HS_MADE(hs_point){sum.stiffness * rise, sum.load_slope * change - sum.drift * rise};
+        if (found.d == before.d && found.v == before.v) break;
+        rates next = {sum.load, sum.load_slope, sum.force, 0.0, 0.0};
+        for (int64_t index = 0; index < groups; ++index) {
+            const rates *own = way->rates + index;
+            int slips = own->drift == 0.0 || copysign(1.0, own->drift) * found.v > friction[index] * found.d;
+            next.stiffness += slips ? own->stiffness : own->load_slope;
+            next.drift += slips ? own->drift : 0.0;
+        }
+        sum = next;
+    }
+    return found;
+}
+
+/* Chord of a step, and the ramp beside it: at fraction u, at a distance w across, over the length of the chord. */
+typedef struct ramp_chord {
+    hs_point from, to;
+    double friction, length;  /* lengths are (μ² Δd² + ΔV²)^½ */
+    double inclination[2];    /* dw/du at both ends */
+} ramp_chord;
+
+static hs_point point_beside(const ramp_chord *chord, double u, double w) {
+    double rise = chord->to.d - chord->from.d, change = chord->to.v - chord->from.v;
+    return HS_MADE(hs_point){chord->from.d + u * rise - w * change / chord->friction,
+                             chord->from.v + u * change + w * chord->friction * rise};
+}
+
+/* Distance of ramp and chord that rounding alone may cause. */
+static double rounding_of(const ramp *way, const ramp_chord *chord) {
+    return HS_TIE * (way->reach + fabs(chord->from.v) + fabs(chord->to.v)) / chord->length;
+}
+
+/* dw/du of a direction; infinite if it goes back. */
+static double inclination_of(const ramp_chord *chord, hs_point heading) {
+    double rise = chord->friction * (chord->to.d - chord->from.d), change = chord->to.v - chord->from.v;
+    double across = rise * heading.v - change * chord->friction * heading.d;
+    double along = rise * chord->friction * heading.d + change * heading.v;
+    return across == 0.0 ? 0.0 : along > 0.0 ? across / along : HUGE_VAL;
+}
+
+/* Cubic Hermite interpolation. */
+static double distance_at(const ramp_chord *chord, double u) {
+    return u * (1.0 - u) * ((1.0 - u) * chord->inclination[0] - u * chord->inclination[1]);
+}
+
+/* Difference of the states at the ends of ramp and chord, over the tolerance; `crossing` is the first fraction at which |dV/dd|
+ * crosses the coefficient of a group that would be too far off, or 1. */
+static double state_error(const ramp *way, const ramp_chord *chord, double *crossing) {
+    const hs_line *memory = way->present;
+    const double tolerated = STATE_TOLERANCE * way->tolerance * way->reach, rise = chord->to.d - chord->from.d;
+    const double change = fabs(chord->to.v - chord->from.v);
+    double most = 0.0, bow = 0.0;
+    hs_point point[SAMPLES + 1];
+    for (int j = 0; j <= SAMPLES; ++j) {
+        double u = (double)j / SAMPLES, w = distance_at(chord, u);
+        point[j] = point_beside(chord, u, w);
+        bow = hs_most(bow, fabs(w) * chord->length);
+    }
+    *crossing = 1.0;
+    if (bow <= tolerated) return bow / tolerated;
+    for (int64_t index = 0; index < memory->contact->groups; ++index) {
+        const double friction = memory->friction[index];
+        if (memory->contact->gap[memory->contact->first[index]] >= hs_most(chord->from.d, chord->to.d)) break;
+        if (rise > 0.0 && change < friction * rise) most = hs_most(most, bow);
+        for (int side = -1; side <= 1; side += 2) {
+            const hs_point *last = point + SAMPLES;
+            double farthest = hs_most(side * point[0].v - friction * point[0].d, side * last->v - friction * last->d);
+            int at = 0;
+            for (int j = 1; j < SAMPLES; ++j) {
+                double reached = side * point[j].v - friction * point[j].d;
+                if (reached > farthest + tolerated) {
+                    farthest = reached;
+                    at = j;
+                }
+            }
+            if (at > 0) *crossing = hs_least(*crossing, (double)at / SAMPLES);
+        }
+    }
+    return most / tolerated;
+}
+
+/* Add factors times P of each asperity at labels. */
+HS_WIDE static void add_loads(const double *restrict gap, const double *restrict weight, int64_t count, int labels,
+                              const double *restrict label, const double *restrict factor, double *restrict part) {
+    for (int k = 0; k < labels; ++k) {
+        const double a = label[k], f = factor[k];
+        for (int64_t i = 0; i < count; ++i) {
+            double depth = hs_most(a - gap[i], 0.0);
+            part[i] += weight[i] * (f * (depth * sqrt(depth)));
+        }
+    }
+}
+
+/* Sum over labels of loads that is added to the asperities of a group. */
+typedef struct load_sum {
+    const hs_group *group;
+    double *part;
+    int count;
+    double label[16], factor[16];
+} load_sum;
+
+static void flush_sum(load_sum *sum) {
+    const hs_curve *curve = &sum->group->curve;
+    add_loads(curve->gap, curve->weight, curve->count, sum->count, sum->label, sum->factor, sum->part);
+    sum->count = 0;
+}
+
+static void add_term(load_sum *sum, double label, double factor) {
+    if (factor == 0.0) return;
+    if (sum->count == 16) flush_sum(sum);
+    sum->label[sum->count] = label;
+    sum->factor[sum->count++] = factor;
+}
+
+/* Add a multiple of the loads T of asperities at the end of a path, less those at a vertex. */
+static void add_forces(const ramp *way, load_sum *sum, int64_t index, hs_point to, const group_end *end, int64_t base,
+                       double factor) {
+    const hs_vertex *stack = sum->group->stack;
+    int64_t kept = end->kept;
+    if (kept < 0) {
+        const hs_point from = {way->present->approach, way->present->displacement};
+        hs_cone cone = {sum->group->friction, 0.0, 0.0, 0.0};
+        kept = hs_move_and_clip(sum->group, NULL, way->present->depth[index], from, to, 0.0, &cone, way->scratch, NULL);
+        stack = way->scratch;
+        base = 0;
+    }
+    for (int64_t j = base + 1; j < kept; ++j) {
+        add_term(sum, stack[j].label, factor * stack[j].slope);
+        add_term(sum, stack[j - 1].label, -factor * stack[j].slope);
+    }
+    if (end->kept < 0) return;
+    add_term(sum, end->label, factor * (end->inner_slope - end->slope));
+    if (kept > 0) add_term(sum, stack[kept - 1].label, -factor * end->inner_slope);
+    add_term(sum, to.d, factor * end->slope);
+}
+
+/* Nodes of a step: ∮ T dV is Σ factor·T over points on the ramp and on the chord. */
+typedef struct quadrature {
+    hs_point point[2 * NODES];
+    double factor[2 * NODES];
+    double error; /* difference of the ramp from its interpolation, over its largest distance from the chord */
+} quadrature;
+
+/* Have ∮ dV and ∮ V dV vanish, so that springs that stick lose nothing. */
+static void close_path(quadrature *nodes, double origin) {
+    double integral = 0.0, mean = 0.0, square = 0.0;
+    for (int k = 0; k < NODES; ++k) mean += front_weight[NODES - 2][k] * nodes->point[k].v;
+    for (int k = 0; k < NODES; ++k) square += front_weight[NODES - 2][k] * (nodes->point[k].v - mean) * (nodes->point[k].v - mean);
+    for (int k = 0; k < 2 * NODES; ++k) integral += nodes->factor[k] * (nodes->point[k].v - origin);
+    for (int k = 0; k < NODES && square > 0.0; ++k)
+        nodes->factor[k] -= integral * front_weight[NODES - 2][k] * (nodes->point[k].v - mean) / square;
+}
+
+static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
+    const hs_line *memory = way->present;
+    const int64_t groups = memory->contact->groups;
+    const double rise = chord->to.d - chord->from.d, change = chord->to.v - chord->from.v;
+    const double load_rise = way->load[1] - way->load[0], load_change = way->force[1] - way->force[0];
+    double w[NODES], inclination[NODES], most = 0.0, missed = 0.0, mean = 0.0;
+    for (int k = 0; k < NODES; ++k) most = hs_most(most, fabs(distance_at(chord, front_node[NODES - 2][k])));
+    for (int k = 0; k < NODES; ++k) {
+        const double u = front_node[NODES - 2][k], guess = w[k] = distance_at(chord, u);
+        rates here;
+        for (int iteration = 0;; ++iteration) {
+            nodes->point[k] = point_beside(chord, u, w[k]);
+            here = solve_ends(way, nodes->point[k], way->ends + k * groups);
+            double over = (here.force - memory->tangential_load) * load_rise - (here.load - memory->normal_load) * load_change;
+            double slope = chord->friction * rise * here.stiffness * load_rise -
+                           change / chord->friction * (here.drift * load_rise - here.load_slope * load_change);
+            double step = slope != 0.0 ? -over / slope : 0.0;
+            if (fabs(step) <= DISTANCE_CONVERGED * most + rounding_of(way, chord)) break;
+            if (iteration == MOST_ITERATIONS || !(fabs(step) < 1.0)) return 0;
+            w[k] += step;
+            most = hs_most(most, fabs(w[k]));
+        }
+        missed = hs_most(missed, fabs(w[k] - guess));
+        inclination[k] = inclination_of(chord, heading_of(way, here));
+        if (!(fabs(inclination[k]) < HUGE_VAL)) return 0;
+        mean += front_weight[NODES - 2][k] * inclination[k];
+        nodes->point[NODES + k] = point_beside(chord, u, 0.0);
+        for (int64_t index = 0; index < groups; ++index)
+            solve_end(way, index, nodes->point[NODES + k], 0, way->ends + (NODES + k) * groups + index);
+    }
+    for (int k = 0; k < NODES; ++k) {
+        const double weight = front_weight[NODES - 2][k];
+        nodes->factor[k] = weight * (change + (inclination[k] - mean) * chord->friction * rise);
+        nodes->factor[NODES + k] = -weight * change;
+    }
+    close_path(nodes, chord->from.v);
+    nodes->error = most > 0.0 ? missed / most : 0.0;
+    return 1;
+}
+
+/* Correct the energies of a step that were those of its chord; returns the sum. No asperity gains energy. */
+static double correct_energies(ramp *way, const quadrature *nodes) {
+    const hs_line *start = way->present;
+    const int64_t groups = start->contact->groups;
+    double total = 0.0;
+    for (int64_t index = 0; index < groups; ++index) {
+        const hs_group group = hs_group_of(start, index);
+        load_sum sum = {&group, way->part, 0, {0.0}, {0.0}};
+        int64_t base = INT64_MAX;
+        for (int k = 0; k < 2 * NODES; ++k) {
+            int64_t kept = way->ends[k * groups + index].kept;
+            base = kept < base ? kept : base;
+        }
+        base = base > 0 ? base - 1 : 0;
+        memset(way->part, 0, (size_t)group.curve.count * sizeof *way->part);
+        for (int k = 0; k < 2 * NODES; ++k)
+            add_forces(way, &sum, index, nodes->point[k], way->ends + k * groups + index, base, nodes->factor[k]);
+        flush_sum(&sum);
+        for (int64_t i = 0; i < group.curve.count; ++i) {
+            double *each = way->trial->dissipated_each + group.start + i;
+            double corrected = hs_most(*each + way->part[i], group.each[i]);
+            total += corrected - *each;
+            *each = corrected;
+        }
+    }
+    return total;
+}
+
+static const hs_adaptive ramp_settings = {
+    0.0,       /* the tolerance is set from the drive's */
+    1.0,       /* accepted at once: the error is compared with points of the ramp itself */
+    1, INT_MAX,
+    0.0,       /* shortened at once: the error predicts a length that fits */
+    1.0,
+    1e-9,      /* well above the rounding of a fraction of the ramp */
+    SAFETY,    /* errors of the next step may be somewhat larger */
+    0.02, 4.0, /* a cut is found within this part of a step; behind it the whole rest is tried */
+    1 << 13,   /* bounds the time of a ramp */
+    4.0, 1e4,  /* the rest of the ramp may be easier or harder than the part that was integrated */
+};
+
+/* Move all groups along the chord of a step, and time what slides on the ramp. */
+static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads, double load, double force, double time) {
+    hs_line *memory = way->trial;
     hs_fronts fronts;
-    if (!each || hs_init_fronts(&fronts, memory->contact->groups) != HS_OK) {
-        free(each);
-        return HS_OUT_OF_MEMORY;
-    }
-    memcpy(each, memory->dissipated_each, (size_t)count * sizeof *each);
-    hs_group_loads loads;
-    double v1 = 0.0;
-    int status = hs_reserve_vertices(memory);
-    if (status == HS_OK) status = hs_loads_of_groups(memory, d1, load, &loads);
-    if (status == HS_OK) {
-        status = hs_solve_displacement_with(memory, &loads, &fronts, d1, target, &v1);
-        hs_point to = {d1, v1};
-        if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, &loads, &fronts);
-        if (status == HS_OK) status = extra_work(memory, &fronts, d1, v1, load, force, &more);
-        if (status == HS_OK) status = hs_move_with_loads(memory, &loads, d1, load, target, hs_to_displacement(v1));
-        hs_free_group_loads(&loads);
-    }
-    double lost = memory->dissipated - before;
-    if (status == HS_OK && lost > 0.0) {
-        double share = hs_most(1.0 + more / lost, 0.0);
-        for (int64_t i = 0; i < count; ++i) memory->dissipated_each[i] = each[i] + share * (memory->dissipated_each[i] - each[i]);
-        memory->dissipated = before + share * lost;
-    }
+    int status = hs_line_assign(memory, way->present);
+    if (status == HS_OK) status = hs_reserve_vertices(memory);
+    if (status != HS_OK) return status;
+    status = hs_init_fronts(&fronts, memory->contact->groups);
+    begin_chord(memory, load, force, time);
+    if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, loads, &fronts);
+    if (status == HS_OK)
+        status = hs_move_with_loads(memory, loads, to.d, load, hs_to_load(force), hs_to_displacement(to.v));
     hs_free_fronts(&fronts);
-    free(each);
     return status;
 }
 
-/* A ramp that is integrated in chords: its ends, and the errors of energy and displacement that are tolerated in all. */
-typedef struct ramp {
-    double load[2], force[2];
-    double energy, displacement;
-    double times[2];
-    const hs_drive *drive;
-    int64_t work;
-    hs_line *present, *coarse, *fine; /* at the start of a step, and at its end by one chord and by two */
-} ramp;
-
-static const hs_adaptive ramp_settings = {
-    0.0,      /* the tolerance is set from the drive's */
-    1.0,      /* accepted at once: the error of two chords is a third of their difference from one where the ramp is smooth */
-    1, INT_MAX,
-    0.0,      /* shortened at once: the error of a method of second order predicts a length that fits */
-    0.125,    /* its error predicts the other steps */
-    1e-12,    /* well above the rounding of a fraction of the ramp */
-    0.9,      /* errors of the next step may be somewhat larger */
-    0.1, 4.0, /* at a corner of the ramp an error predicts little */
-    1 << 13,  /* bounds the time of a ramp */
-    4.0, 1e4, /* the rest of the ramp may be easier or harder than the part that was integrated */
-};
-/* fraction of a ramp at a corner of it, as where a group begins to slide, or at the friction limit: there the error of two chords is
- * their difference from one, and so many steps together may have the whole of the tolerance */
-#define CORNER (1.0 / 64.0)
-/* tolerance of displacements, over the displacement at which all slides, over the tolerance of energies */
-#define TOLERANCE_OF_DISPLACEMENT 0.1
-
-static int chord(hs_line *memory, ramp *way, double fraction) {
-    double load = hs_toward(way->load[0], way->load[1], fraction), force = hs_toward(way->force[0], way->force[1], fraction);
-    begin_chord(memory, load, force, hs_toward(way->times[0], way->times[1], fraction));
-    int status = hs_move(memory, hs_approach_at_load(memory, load), load, hs_to_load(force));
-    return status == HS_OK ? hs_count_work(way->drive, &way->work, 2 + memory->contact->count / 16) : status;
+static int make_room_to_clip(ramp *way) {
+    if (!hs_has_steep(way->present)) return HS_OK;
+    free(way->scratch);
+    way->scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(way->present)) * sizeof *way->scratch);
+    return way->scratch ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
-/* Integrate a step of a ramp in one chord or two; the second result is timed. */
+/* Integrate a step of a ramp along its chord. */
 static int integrate_step(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
     ramp *way = (ramp *)integrand->context;
-    hs_line *memory = chords == 1 ? way->coarse : way->fine;
-    int status = hs_line_assign(memory, way->present);
-    if (chords == 1) memory->clock.end = NAN;
-    if (status == HS_OK && chords > 1) status = chord(memory, way, 0.5 * (step->begin + step->end));
-    if (status == HS_OK) status = chord(memory, way, step->end);
-    integrand->chords_left -= chords;
-    *error = HUGE_VAL;
-    if (chords == 1 || status != HS_OK) return status;
-    double energy = fabs(way->fine->dissipated - way->coarse->dissipated) / way->energy;
-    double difference = hs_most(energy, fabs(way->fine->displacement - way->coarse->displacement) / way->displacement);
-    *error = difference / hs_most(3.0 * (step->end - step->begin), CORNER);
-    return HS_OK;
+    hs_line *start = way->present;
+    double load = hs_toward(way->load[0], way->load[1], step->end);
+    double force = hs_toward(way->force[0], way->force[1], step->end);
+    hs_point to = {hs_approach_at_load(start, load), start->displacement};
+    hs_group_loads loads;
+    (void)chords;
+    --integrand->chords_left;
+    int status = make_room_to_clip(way);
+    if (status == HS_OK) status = hs_count_work(way->drive, &way->work, 2 + start->contact->count / 16);
+    if (status == HS_OK) status = hs_loads_of_groups(start, to.d, load, &loads);
+    if (status != HS_OK) return status;
+    hs_fronts fronts;
+    status = hs_init_fronts(&fronts, loads.count);
+    if (status == HS_OK) status = hs_solve_displacement_with(start, &loads, &fronts, to.d, hs_to_load(force), &to.v);
+    hs_free_fronts(&fronts);
+    const double friction = hs_friction_range(start, HUGE_VAL).most;
+    ramp_chord chord = {{start->approach, start->displacement}, to, friction, 0.0, {0.0, 0.0}};
+    const double across = friction * (to.d - chord.from.d), along = to.v - chord.from.v;
+    chord.length = sqrt(across * across + along * along);
+    double crossing = 1.0, lost = 0.0;
+    quadrature nodes;
+    *error = 0.0;
+    int is_bent = 0;
+    if (status == HS_OK && chord.length > 0.0) {
+        way->heading[1] = heading_of(way, solve_ends(way, to, way->ends));
+        for (int end = 0; end < 2; ++end) chord.inclination[end] = inclination_of(&chord, way->heading[end]);
+        const double inclination = hs_most(fabs(chord.inclination[0]), fabs(chord.inclination[1]));
+        is_bent = inclination > rounding_of(way, &chord);
+        if (inclination < STEEP)
+            *error = state_error(way, &chord, &crossing);
+        else
+            *error = TO_HALVE;
+        if (crossing < 1.0) *error = hs_most(SAFETY * SAFETY / (crossing * crossing), *error);
+        if (is_bent && *error <= 1.0 && !find_nodes(way, &chord, &nodes)) *error = TO_HALVE;
+        if (*error == TO_HALVE && step->end - step->begin <= SHORT * way->tolerance) *error = is_bent = 0;
+    }
+    const int is_last = step->end - step->begin <= ramp_settings.least_length;
+    if (status == HS_OK && (*error <= 1.0 || way->energy == 0.0 || is_last)) {
+        status = move_along_chord(way, to, &loads, load, force, hs_toward(way->times[0], way->times[1], step->end));
+        lost = way->trial->dissipated - start->dissipated;
+        way->energy = hs_most(way->energy, lost);
+    }
+    if (status == HS_OK && is_bent && *error <= 1.0) {
+        double more = correct_energies(way, &nodes), part = hs_most(step->end - step->begin, LEAST_PART);
+        way->trial->dissipated += more;
+        double rounding = HS_TIE * (start->dissipated + way->reach * hs_most(way->load[0], way->load[1]));
+        double tolerated = ENERGY_TOLERANCE * way->tolerance * way->energy * part;
+        /* of fourth order at least */
+        *error = hs_most(*error, sqrt(hs_error(more * nodes.error, rounding, tolerated)));
+    }
+    hs_free_group_loads(&loads);
+    return status;
 }
 
 static int accept_step(hs_integrand *integrand, const hs_interval *step) {
     ramp *way = (ramp *)integrand->context;
-    hs_line *start = way->present, *coarse = way->coarse, *fine = way->fine;
     (void)step;
-    for (int64_t i = 0; i < start->contact->count; ++i)
-        fine->dissipated_each[i] = hs_extrapolate(start->dissipated_each[i], coarse->dissipated_each[i], fine->dissipated_each[i]);
-    fine->dissipated = hs_extrapolate(start->dissipated, coarse->dissipated, fine->dissipated);
-    hs_line_swap(start, fine);
+    hs_line_swap(way->present, way->trial);
+    way->heading[0] = way->heading[1];
     return HS_OK;
 }
 
-/* Integrate a ramp until its energy is known to a tolerance of the energy it dissipates, which is found meanwhile. If that takes
- * too many chords, the tolerance is enlarged. */
-static int integrate_ramp(const hs_line *memory, ramp *way) {
-    const double touch = memory->contact->sorted_gap[0], friction = hs_friction_range(memory, HUGE_VAL).most;
-    double highest = hs_most(memory->approach, hs_approach_at_load(memory, way->load[1]));
-    double reach = friction * (highest - touch), start = memory->dissipated;
-    /* a small energy on top of a large one is resolved to rounding only */
-    double rounding = HS_TIE * (start + friction * hs_most(way->load[0], way->load[1]) * reach);
-    double energy = HUGE_VAL, tolerance = way->drive->tolerance;
+static int integrate_ramp(hs_line *memory, ramp *way) {
     hs_adaptive settings = ramp_settings;
     hs_integrand integrand = {way, &settings, integrate_step, accept_step, NULL, 0, 0.0};
-    settings.tolerance = sqrt(tolerance);
     for (;;) {
-        way->energy = hs_most(settings.tolerance * energy, rounding);
-        way->displacement = hs_most(TOLERANCE_OF_DISPLACEMENT * settings.tolerance, HS_TIE) * reach;
+        way->tolerance = settings.tolerance = hs_most(settings.tolerance, hs_most(way->drive->tolerance, LEAST_TOLERANCE));
         int status = hs_line_assign(way->present, memory);
-        if (status == HS_OK) status = hs_adapt(&integrand, 0.0, 1.0);
-        if (status == HS_TOO_MANY_CHORDS) {
-            hs_coarsen(&settings, integrand.reached);
-            tolerance = settings.tolerance;
-            continue;
-        }
+        const hs_point from = {memory->approach, memory->displacement};
+        if (status == HS_OK) status = make_room_to_clip(way);
         if (status != HS_OK) return status;
-        double lost = way->present->dissipated - start;
-        int known = 2.0 * lost >= energy;
-        if (known && settings.tolerance == tolerance) return status;
-        energy = lost;
-        if (known) settings.tolerance = tolerance;
+        way->heading[0] = heading_of(way, solve_ends(way, from, way->ends));
+        status = hs_adapt(&integrand, 0.0, 1.0);
+        if (status != HS_TOO_MANY_CHORDS) return status;
+        hs_coarsen(&settings, integrand.reached);
     }
 }
 
-/* Move all groups along the straight ramp in (N, T) to (load, force).
- *
- * One straight path in (d, V) is exact where N is constant or nothing slips, and it ends in the exact state of a single group,
- * whose energies follow from the path of its slip front. For several groups the energy of one chord is corrected where N changes
- * little. Otherwise the ramp is integrated in chords whose ends lie on it, until the extrapolated energy and the displacement
- * are known to the tolerance of the drive (relative to the energy that the ramp dissipates, and to the displacement at which
- * the contact slides). */
+/* Move all groups along the straight ramp in (N, T) to (load, force), which ends at a time. */
 int hs_ramp(hs_line *memory, double load, double force, double time, const hs_drive *drive) {
-    const double touch = memory->contact->sorted_gap[0];
+    const hs_contact *contact = memory->contact;
+    const double touch = contact->sorted_gap[0];
     if (memory->approach < touch && load > 0.0) memory->approach = touch;
-    double load0 = memory->normal_load, force0 = memory->tangential_load;
-    double rise = load - load0, part = rise / hs_most(load, load0);
-    ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, NULL, NULL, NULL};
-    if (rise == 0.0) return chord(memory, &way, 1.0);
-    int sticks = fabs(force - force0) <= hs_friction_range(memory, HUGE_VAL).least * rise;
-    if (hs_has_single_group(memory) && !sticks) return exact_ramp(memory, load, force, time, drive);
-    /* the error of a corrected chord is a small multiple of the square of the relative change */
-    int small = part * part <= drive->tolerance;
-    if (small && !sticks && fabs(force - force0) > hs_friction_range(memory, HUGE_VAL).most * fabs(rise)) {
+    const double rise = load - memory->normal_load;
+    const hs_range friction = hs_friction_range(memory, HUGE_VAL);
+    int sticks = fabs(force - memory->tangential_load) <= friction.least * rise;
+    if (hs_has_single_group(memory) && rise != 0.0 && !sticks) return exact_ramp(memory, load, force, time, drive);
+    const double d = hs_approach_at_load(memory, load);
+    /* one straight path is exact where N is constant or nothing slips */
+    if (rise == 0.0 || sticks) {
         begin_chord(memory, load, force, time);
-        return corrected_chord(memory, load, force);
+        return hs_move(memory, d, load, hs_to_load(force));
     }
-    if (small || sticks) return chord(memory, &way, 1.0);
+    ramp way = {{memory->normal_load, load}, {memory->tangential_load, force}, {memory->clock.end, time}, drive->tolerance,
+                friction.most * (hs_most(memory->approach, d) - touch), 0.0, drive, 0, NULL, NULL, {{0.0, 0.0}, {0.0, 0.0}},
+                NULL, NULL, NULL, NULL};
+    const size_t groups = (size_t)contact->groups;
     way.present = hs_line_copy(memory);
-    way.coarse = hs_line_copy(memory);
-    way.fine = hs_line_copy(memory);
-    int status = way.present && way.coarse && way.fine ? integrate_ramp(memory, &way) : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) {
-        hs_line_take(memory, way.present);
-        way.present = NULL;
-    }
+    way.trial = hs_line_copy(memory);
+    way.ends = (group_end *)malloc(2 * NODES * groups * sizeof *way.ends);
+    way.rates = (rates *)malloc(groups * sizeof *way.rates);
+    way.part = (double *)malloc((size_t)contact->count * sizeof *way.part);
+    const int has_room = way.present && way.trial && way.ends && way.rates && way.part;
+    int status = has_room ? integrate_ramp(memory, &way) : (int)HS_OUT_OF_MEMORY;
+    if (status == HS_OK) hs_line_swap(memory, way.present);
     hs_line_free(way.present);
-    hs_line_free(way.coarse);
-    hs_line_free(way.fine);
+    hs_line_free(way.trial);
+    free(way.ends);
+    free(way.rates);
+    free(way.scratch);
+    free(way.part);
     return status;
 }

@@ -37,13 +37,23 @@ def dissipated(ensemble, state):
     return np.array([asperity.dissipated_energy for asperity in ensemble.asperities(state)])
 
 
+#: coefficients of friction, and errors that are tolerated: of displacements over the one at which all slides, of
+#: the energy over that of the ramp, and of energies of asperities over the largest one
+ONE_OR_SEVERAL = [
+    pytest.param([0.5], (1e-10, 1.5e-6, 2e-5), id="one"),
+    pytest.param([0.5, 0.6, 0.7], (2e-6, 1e-5, 4e-5), id="several"),
+]
+
+
+@pytest.mark.parametrize(("frictions", "tolerated"), ONE_OR_SEVERAL)
 @pytest.mark.parametrize("seed", range(12))
-def test_one_ramp_dissipates_what_many_short_ones_do(seed):
-    """One group: each asperity's energy is that of hundreds of short ramps, whose chords need no correction."""
+def test_one_ramp_dissipates_what_many_short_ones_do(seed, frictions, tolerated):
+    """Each asperity's energy is that of hundreds of short ramps, whose chords hardly need a correction."""
     rng = np.random.default_rng(seed)
     count, swing = int(rng.choice([1, 2, 7, 40, 200])), rng.choice([1e-5, 1e-3, 0.03, 0.3, 0.9])
     heights = np.sort(rng.uniform(-0.5, 0.0, count))
-    ensemble = hs.Ensemble(UNIT, heights - heights.max(), rng.uniform(0.5, 1.0, count), 0.5)
+    friction = np.resize(frictions, count)
+    ensemble = hs.Ensemble(UNIT, heights - heights.max(), rng.uniform(0.5, 1.0, count), friction)
     start = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.0)
     for _ in range(rng.integers(0, 6)):
         load = 0.3 * (1.0 + swing * rng.uniform(-1.0, 1.0))
@@ -65,10 +75,12 @@ def test_one_ramp_dissipates_what_many_short_ones_do(seed):
     (_, coarse), (state, fine) = in_parts(200), in_parts(400)
     extrapolated = fine + (fine - coarse) / 3.0
     energies = dissipated(ensemble, whole) - dissipated(ensemble, start)
-    assert whole.tangential_displacement == pytest.approx(state.tangential_displacement, rel=1e-9, abs=1e-12)
+    full_slip = friction.max() * max(start.approach, whole.approach)
+    moved = whole.tangential_displacement - state.tangential_displacement
+    assert abs(moved) <= tolerated[0] * full_slip + 1e-12
     rounding = 1e-15 * (0.3 * 0.3 + whole.dissipated_energy)
-    assert energies.sum() == pytest.approx(extrapolated.sum(), rel=1.5e-6, abs=rounding)
-    np.testing.assert_allclose(energies, extrapolated, rtol=0.0, atol=2e-5 * extrapolated.max() + rounding)
+    assert energies.sum() == pytest.approx(extrapolated.sum(), rel=tolerated[1], abs=rounding)
+    np.testing.assert_allclose(energies, extrapolated, rtol=0.0, atol=tolerated[2] * extrapolated.max() + rounding)
 
 
 @pytest.mark.parametrize(("load", "share"), [(1.1, 0.5), (0.9, 0.5), (0.5, 0.4), (1.5, 0.9), (2.0, 0.7), (0.7, 0.99)])
@@ -104,17 +116,19 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker")
 def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
-    program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, "-Wl,--wrap=hs_move")
+    wrap = "-Wl,--wrap=hs_solve_displacement_with"
+    program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, wrap)
     run = lambda *words: subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout  # noqa: E731
     chords = np.array([int(line.split()[2]) for line in run("0", "8", "10").splitlines()])
     assert chords.size == 80
-    # one in ten took 29,525 while all chords were of one length
-    assert np.median(chords) < 600
-    assert np.quantile(chords, 0.99) < 4_000
-    assert chords.max() < 9_000
+    # the median was 600 while the energy was that of chords
+    assert np.median(chords) < 60
+    assert chords.max() < 400
     distances = np.array([line.split()[3:] for line in run("0", "2", "3", "1000").splitlines()], dtype=float)
-    # one tolerance for the ramp, and one for those that it is compared with
-    assert np.abs(distances).max() < 2e-6
+    displacements, energies = np.abs(distances[:, 0::2]), np.abs(distances[:, 1::2])
+    assert displacements.max() < 2e-6
+    # of the energy of the ramp
+    assert energies.max() < 1e-5
 
 
 @pytest.mark.parametrize("count", [2, 10])

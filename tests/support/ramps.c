@@ -4,7 +4,7 @@
  *
  * walks those of the seeds from FIRST to before LAST, and prints the chords of each. With parts, each ramp is walked once more
  * in so many, and in half as many, and printed is how far both displacements are from that of the whole ramp, over the
- * displacement at which the contact slides, and energies, over that of the ramp. Linked with --wrap=hs_move. */
+ * displacement at which the contact slides, and energies, over that of the ramp. Linked with --wrap=hs_solve_displacement_with. */
 #include "displacement.h"
 
 #include <stdio.h>
@@ -15,11 +15,11 @@
 static uint64_t random_state;
 static long chords;
 
-int __real_hs_move(hs_line *memory, double d, double load, hs_target target);
-int __wrap_hs_move(hs_line *memory, double d, double load, hs_target target);
-int __wrap_hs_move(hs_line *memory, double d, double load, hs_target target) {
+int __real_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
+int __wrap_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
+int __wrap_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
     ++chords;
-    return __real_hs_move(memory, d, load, target);
+    return __real_hs_solve_displacement_with(memory, loads, fronts, d, target, found);
 }
 
 static double between(double low, double high) { /* splitmix64 */
