@@ -381,7 +381,8 @@ static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_plan
         hs_vector uphill = {weight_x * left.x, weight_y * left.y};
         /* where all slide, the load hardly says where to */
         if (!(determinant > 0.0) || !(hs_dot(step, uphill) > 0.0)) step = left;
-        double size = hs_length(step), whole = size > reach ? reach / size : 1.0, share = whole, slope = hs_dot(uphill, step);
+        /* without contact nothing bounds a step: the drive alone moves */
+        double size = hs_length(step), whole = reach > 0.0 && size > reach ? reach / size : 1.0, share = whole, slope = hs_dot(uphill, step);
         hs_vector next = way;
         for (int cut = 0; cut < MOST_CUTS; ++cut) {
             next = hs_plus(way, share, step);
@@ -1024,6 +1025,9 @@ static int begin_path(hs_body *body, const hs_plane_path *path) {
 }
 
 int hs_body_travel(hs_body *body, hs_plane_path *path, hs_stops *stops) {
+    double touch = body->contact->sorted_gap[0];
+    /* loads are 0 in a gap, where the displacement stays: the path begins at the first touch */
+    if (path->by_loads && path->approach[0] < touch && path->approach[1] > touch) body->approach = path->approach[0] = touch;
     body->fraction = 0.0;
     hs_begin_segments(body, path);
     int status = path->saturate ? begin_path(body, path) : HS_OK;
