@@ -194,8 +194,10 @@ def test_work_is_stored_or_dissipated(name, situation, seed):
     imbalance = work(1) - dissipated - (state.stored_energy - initial.stored_energy)
     unit = case.limit * case.full_slip
     accuracy = EVOLVING_AT_LIMIT if name == "law" and "saturated" in situation else KINDS[name].accuracy
+    # rows are closer to the path of a drive than one step that touches on the way, whose load is within the tolerance
+    energy = 3 * accuracy.energy if "instrument" in situation else accuracy.energy
     # kinks of the load make the estimate uneven
-    assert abs(imbalance) / unit <= accuracy.energy + 3 * abs(work(1) - work(4)) / unit
+    assert abs(imbalance) / unit <= energy + 3 * abs(work(1) - work(4)) / unit
 
 
 @pytest.mark.parametrize("normal_load", [1.0, 0.5, 1.5])
