@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clean_records import BODIES, FRICTION, LOAD, SLIPS, loaded
+from clean_records import BODIES, FRICTION, LOAD, PAIR, SLIPS, loaded
 from records import scenario_text, write_columns
 
 import historysim as hs
@@ -58,6 +58,20 @@ def test_a_raw_stage_height_is_not_an_approach(tmp_path):
                 hs.load(path).events()
         else:
             assert hs.load(path).events()
+
+
+@pytest.mark.parametrize("offset", ["0", "0.0", '"0 nm"', '"1e-12 nm"'])
+def test_an_offset_of_zero_is_an_offset(offset, tmp_path):
+    """The contact is pressed at displacement 0, and moves to its first sample along Mindlin's first branch."""
+    radius = (0.75 * 2.5e-3 * LOAD / PAIR.contact_modulus) ** (1 / 3)
+    slip = 3 * FRICTION * LOAD / (16 * radius * PAIR.shear_modulus)
+    moved = slip * np.linspace(0.4, 0.9, TIME.size)
+    right = FRICTION * LOAD * (1 - (1 - moved / slip) ** 1.5)
+    column = f'{{ column = "u", unit = "nm", offset = {offset} }}'
+    scenario = hs.load(write(tmp_path, moved, right, columns={"tangential_displacement": column}))
+    loads = hs.run(scenario).total_tangential_load, hs.compare(scenario).response.tangential_load
+    for load in loads:
+        np.testing.assert_allclose(load, right, rtol=1e-9)
 
 
 def write_mid_stroke(folder, zero=5e-6, phase=0.13, stroke=1.0, column='"u"', **keys):

@@ -237,7 +237,7 @@ class LengthChannel(Channel):
     constant: Length | None = None  #: constant value instead of a column
     #: Added after the scale. By default, unless ``centred``, a tangential displacement starts at 0, since the zero of a
     #: stage is arbitrary; no offset is added if it starts at 0 within its noise. 0 keeps the readings. With
-    #: another offset the contact is pressed at displacement 0 before it is moved to the first sample.
+    #: an offset, 0 included, the contact is pressed at displacement 0 before it is moved to the first sample.
     #: ``displacement_offset`` in ``[fit]`` fits it.
     offset: Length | None = None
     backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: width of the play of the sensor
@@ -416,7 +416,7 @@ class RecordKeys(NumbersFile, Loading):
             problem = "is replayed by columns already; expected another measured channel"
             raise field_error(problem, "response", key)
         for key in LOAD_KINDS:
-            if getattr(self.dead_band, key) and key not in names:
+            if getattr(self.dead_band, key) is not None and key not in names:
                 raise field_error(
                     "has no effect, since neither columns nor response has this channel", "dead_band", key
                 )

@@ -67,7 +67,7 @@ def assemble_measurement(folder: Path, section: RecordKeys) -> Measurement:
         removed=record.removed,
         row=record.row,
         offset=record.offset,
-        starts_displaced=bool(getattr(section.columns.tangential_displacement, "offset", None)),
+        starts_displaced=getattr(section.columns.tangential_displacement, "offset", None) is not None,
     )
     if section.reduce:
         replayed = measurement.replayed_indices().size
