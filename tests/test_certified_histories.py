@@ -118,6 +118,34 @@ def test_an_error_is_found(name):
     assert score.verdict(errors, case["bounds"], tolerance=0.005) == "fails"
 
 
+@pytest.mark.parametrize(
+    ("changes", "words", "status"),
+    [
+        ({}, ["exact"] * 4, 0),
+        ({"T": None, "E": None}, ["exact", "missing", "missing", "incomplete"], 1),
+        ({"E": None}, ["exact", "exact", "missing", "incomplete"], 1),
+        ({"T": 0.01}, ["exact", "fails", "exact", "fails"], 1),
+        ({"T": 0.01, "E": None}, ["exact", "fails", "missing", "fails"], 1),
+    ],
+)
+def test_a_result_passes_only_with_the_whole_answer(changes, words, status, tmp_path):
+    name = "02_nested_reversals"
+    case, columns = score.read_case(name)
+    for column, error in changes.items():
+        if error is None:
+            del columns[column]
+        else:
+            columns[column] = columns[column] + error * case["units"][column]
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / f"{name}.csv", rows, "%.17g", ",", header=",".join(columns), comments="")
+    done = run_score(tmp_path / f"{name}.csv", name)
+    assert [line.split()[-1] for line in done.stdout.splitlines()[1:]] == words
+    assert done.returncode == status
+    table = run_score("--all", tmp_path)
+    assert table.stdout.splitlines()[2].split()[-1] == words[-1]
+    assert table.returncode == status
+
+
 def test_no_number_is_an_error():
     _, columns = score.read_case("02_nested_reversals")
     assert score.compute_errors({"T": columns["T"] * np.nan}, "02_nested_reversals") == {"T": np.inf}

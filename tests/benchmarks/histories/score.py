@@ -3,8 +3,9 @@
     python score.py RESULT.csv CASE [--tolerance 0.01]
     python score.py --all FOLDER [--tolerance 0.01]
 
-RESULT.csv has the rows and column names of CASE.csv; columns of the answer may be left out. A folder holds one result
-for each case, named CASE.csv.
+RESULT.csv has the rows and column names of CASE.csv. Columns of the answer that are left out are not scored, and the
+result is "incomplete". A folder holds one result for each case, named CASE.csv.
+The exit status is 1 if a scored case fails or is incomplete.
 An error is the largest difference of a column over its unit (μN, full slip, μN × full slip), which CASE.yaml states.
 """
 
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 FOLDER = Path(__file__).resolve().parent
+PASSING = ("exact", "passes")
 
 
 class ScoreError(ValueError):
@@ -113,31 +115,44 @@ def compute_errors(result, name):
 def verdict(errors, bounds, tolerance=0.0):
     """Compare errors with the bounds of a case and with a tolerance.
 
-    Returns "exact" within the bounds, where the reference cannot tell a result from the answer, "passes" within bounds
-    plus tolerance, and "fails" otherwise.
+    Returns "fails" beyond bounds plus tolerance; else "incomplete" if columns with a bound are missing; else "exact"
+    within the bounds, where the reference cannot tell a result from the answer, and "passes" otherwise.
     """
     excess = max(errors[column] - bounds[column] for column in errors)
-    return "exact" if excess <= 0 else "passes" if excess <= tolerance else "fails"
+    if excess > tolerance:
+        return "fails"
+    if bounds.keys() - errors.keys():
+        return "incomplete"
+    return "exact" if excess <= 0 else "passes"
 
 
 def format_score(result, name, tolerance):
-    """Lines of a table: error, bound and verdict of each column."""
+    """Lines of a table, with error, bound and verdict of each column and of the case; and whether the case passes."""
     bounds = read_case(name)[0]["bounds"]
     errors = compute_errors(result, name)
     lines = [f"{'column':8}{'error':>10}{'bound':>10}  verdict"]
-    for column, error in errors.items():
-        word = verdict({column: error}, bounds, tolerance)
-        lines.append(f"{column:8}{error:10.1e}{bounds[column]:10.1e}  {word}")
-    return lines
+    for column, bound in bounds.items():
+        if column not in errors:
+            lines.append(f"{column:8}{'–':>10}{bound:10.1e}  missing")
+            continue
+        error = errors[column]
+        lines.append(f"{column:8}{error:10.1e}{bound:10.1e}  {verdict({column: error}, {column: bound}, tolerance)}")
+    overall = verdict(errors, bounds, tolerance)
+    lines.append(f"{'case':28}  {overall}")
+    return lines, overall in PASSING
 
 
 def format_table(folder, tolerance):
-    """Lines of a table: the largest error of loads, displacements and energy in each case of a folder."""
+    """Lines of a table, the largest error of loads, displacements and energy in each case; and whether all pass.
+
+    Cases without a result count neither way.
+    """
     if not folder.is_dir():
         raise ScoreError(f"{folder}: is not a folder; expected one with a result for each case, named CASE.csv")
     found = [name for name in list_cases() if (folder / f"{name}.csv").exists()]
     if not found:
         raise ScoreError(f"{folder}: holds no result; expected files named as the cases, such as {list_cases()[0]}.csv")
+    all_pass = True
     lines = [f"{'case':32}{'T':>10}{'u':>10}{'E':>10}  verdict"]
     for name in list_cases():
         if name not in found:
@@ -149,8 +164,10 @@ def format_table(folder, tolerance):
             for group in "TuE"
         }
         cells = "".join(f"{'–' if error is None else format(error, '.1e'):>10}" for error in largest.values())
-        lines.append(f"{name:32}{cells}  {verdict(errors, bounds, tolerance)}")
-    return lines
+        overall = verdict(errors, bounds, tolerance)
+        all_pass &= overall in PASSING
+        lines.append(f"{name:32}{cells}  {overall}")
+    return lines, all_pass
 
 
 def main():
@@ -165,12 +182,13 @@ def main():
         parser.error("expected RESULT.csv and CASE, or --all FOLDER")
     try:
         if options.all:
-            lines = format_table(options.all, options.tolerance)
+            lines, passed = format_table(options.all, options.tolerance)
         else:
-            lines = format_score(read_csv(options.result), options.case, options.tolerance)
+            lines, passed = format_score(read_csv(options.result), options.case, options.tolerance)
     except ScoreError as problem:
         sys.exit(f"score.py: {problem}")
     print("\n".join(lines))
+    sys.exit(0 if passed else 1)
 
 
 if __name__ == "__main__":
