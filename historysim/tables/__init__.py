@@ -27,6 +27,7 @@ from historysim.tables.readers import LineReader, TableReader, find_reader
 
 if TYPE_CHECKING:
     from historysim.basics.arguments import Integers
+    from historysim.tables.time_bases import JoinedColumns
 
 __all__ = [
     "MOST_ROWS",
@@ -54,13 +55,16 @@ def read_table(
     format: Format | None = None,  # noqa: A002 - the word for it
     *,
     missing: bool = False,
+    by_time: bool = False,
 ) -> Table:
     """Read columns of a file, converted to SI, under the keys of ``columns``.
 
     A key may have several SI units in ``units``: the first compatible one is used. Missing values are NaN if
-    ``missing``, else an error. Raises InputError, with line or row and column: an unreadable or damaged file, a column
-    that does not exist or is ambiguous, an unknown or incompatible unit, no rows or too many, columns of different
-    lengths, a row with surplus values, a value that is missing, infinite or not a number.
+    ``missing``, else an error. Columns that start at different times in the file, or have different intervals, are
+    interpolated onto the times of the first one if ``by_time``, else an error. Raises InputError, with line or row and
+    column: an unreadable or damaged file, a column that does not exist or is ambiguous, an unknown or incompatible
+    unit, no rows or too many, columns of different lengths, a row with surplus values, a value that is missing,
+    infinite or not a number.
     """
     path = Path(path)
     si_units = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
@@ -69,8 +73,13 @@ def read_table(
             with error_path("columns", key, "unit"):
                 fit_unit(column.unit, si_units[key])
     with _named_errors(path):
-        file_columns, lines, notices = _file_columns(path, columns, format or Format(), missing)
+        file_columns, lines, notices, joined = _file_columns(path, columns, format or Format(), missing)
         table = _table_in_si(columns, file_columns, lines, si_units)
+        if joined is not None:
+            if not by_time:
+                raise InputError(f"{joined.notice}; expected columns of the same times")
+            notices.append(joined.notice)
+            table = attrs.evolve(table, time=joined.time, inside=joined.inside)
     for key, column in columns.items():
         notices += _unit_notices(column, file_columns[key], si_units[key])
     return attrs.evolve(table, notices=tuple(notices))
@@ -124,9 +133,13 @@ def join_tables(files: Sequence[str], tables: Sequence[Table]) -> Table:
                 raise InputError(
                     f"{key} is in {units[key]} in {files[0]} and in {unit} in {file}; expected one quantity in all"
                 )
+    inside = [
+        np.ones(sum(table.file_rows), dtype=np.bool_) if table.inside is None else table.inside for table in tables
+    ]
     return Table(
         {key: np.concatenate([table.columns[key] for table in tables]) for key in units},
         units,
+        inside=np.concatenate(inside),
         file_rows=tuple(rows for table in tables for rows in table.file_rows),
         notices=tuple(
             f"{file}: {notice}" for file, table in zip(files, tables, strict=True) for notice in table.notices
@@ -240,8 +253,8 @@ def _text_lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
 
 def _file_columns(
     path: Path, columns: Mapping[str, Column], layout: Format, missing: bool
-) -> "tuple[dict[str, FileColumn], Integers | None, list[str]]":
-    """Return the columns of a file in its units, the line numbers of their rows in a text, and notices."""
+) -> "tuple[dict[str, FileColumn], Integers | None, list[str], JoinedColumns | None]":
+    """Return the columns of a file in its units, line numbers of rows in a text, notices, and a join by time."""
     if (text := _text_lines(path, layout)) is not None:
         from historysim.tables import from_text
 
@@ -249,8 +262,9 @@ def _file_columns(
         file_columns, numbers, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
             notices.append(f"is not UTF-8, read as {from_text.WINDOWS}; if names or units look wrong, set encoding")
-        return file_columns, numbers, notices
+        return file_columns, numbers, notices, None
     from historysim.tables import arrays
 
     with find_reader(path, TableReader).open(path, layout) as contents:
-        return arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS), None, []
+        file_columns, joined = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
+        return file_columns, None, [], joined

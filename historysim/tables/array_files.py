@@ -25,6 +25,7 @@ from historysim.tables.arrays import Array, Contents, Selection, reading_errors
 from historysim.tables.columns import Format
 from historysim.tables.from_text import decode_file
 from historysim.tables.readers import READERS, LineReader, TableReader
+from historysim.tables.time_bases import NAMES, TimeBase
 
 if TYPE_CHECKING:
     import h5py
@@ -61,23 +62,37 @@ def _datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
 
 def _attribute(dataset: "h5py.Dataset", name: str) -> str:
     """Return a string attribute, empty if it does not exist."""
-    value = dataset.attrs.get(name, "")
+    value = _scalar(dataset.attrs.get(name, ""))
+    return value if isinstance(value, str) else ""
+
+
+def _scalar(value: object) -> object:
+    """Return the value of an attribute; empty if it is an array of several."""
     if isinstance(value, np.ndarray):
         value = value.ravel()[0] if value.size == 1 else ""
-    if isinstance(value, bytes):
-        value = value.decode("utf-8", "replace")
-    return value if isinstance(value, str) else ""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
 def _arrays_of_dataset(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
     if dataset.shape is None:
         return
     unit = _attribute(dataset, "units") or _attribute(dataset, "unit")
+    settings = _settings(dataset)
     if dataset.dtype.names is None:
-        yield Array(name, dataset.shape, lambda selection: _read(dataset, selection), unit)
+        yield Array(name, dataset.shape, lambda selection: _read(dataset, selection), unit, settings)
     for field in dataset.dtype.names or ():
         of_field = dataset.fields(field)
-        yield Array(f"{name}/{field}", dataset.shape, of_field.__getitem__)
+        yield Array(f"{name}/{field}", dataset.shape, of_field.__getitem__, "", settings)
+
+
+def _settings(dataset: "h5py.Dataset") -> dict[str, object]:
+    """Return the attributes of a dataset and its group that may state start and interval of its samples."""
+    return {
+        name: _scalar(attributes[name])
+        for attributes in (dataset.parent.attrs, dataset.attrs)
+        for name in attributes
+        if name.lower() in NAMES
+    }
 
 
 def _read(dataset: "h5py.Dataset", selection: Selection) -> Any:
@@ -110,7 +125,9 @@ class Hdf5Reader(TableReader):
 def _variables(group: Any, above: str) -> Iterator[Array]:
     for name, variable in group.variables.items():
         if isinstance(variable.dtype, np.dtype):
-            yield Array(above + name, variable.shape, variable.__getitem__, _unit(getattr(variable, "units", "")))
+            settings = {key: variable.getncattr(key) for key in variable.ncattrs() if key.lower() in NAMES}
+            unit = _unit(getattr(variable, "units", ""))
+            yield Array(above + name, variable.shape, variable.__getitem__, unit, settings)
     for name, inner in group.groups.items():
         yield from _variables(inner, f"{above}{name}/")
 
@@ -302,9 +319,8 @@ def _gather_7(contents: Contents, name: str, item: "h5py.Dataset | h5py.Group", 
             _gather_7(contents, element, item.file[reference], depth + 1)
     elif item.dtype.kind in "fiu" and kind in _NUMERIC_7 and "MATLAB_object_decode" not in item.attrs:
         # HDF5 stores the dimensions in reverse order
-        contents.arrays.append(
-            Array(name, item.shape[::-1], partial(lambda data, selection: data[selection[::-1]], item))
-        )
+        read = partial(lambda data, selection: data[selection[::-1]], item)
+        contents.arrays.append(Array(name, item.shape[::-1], read, "", _settings(item)))
     else:
         shape = " × ".join(map(str, item.shape[::-1]))
         contents.skipped[name] = kind if "MATLAB_object_decode" in item.attrs else f"{shape}, {kind or 'another class'}"
@@ -357,11 +373,16 @@ def _strict() -> Iterator[None]:
         log_manager.console_handler.removeFilter(refuse)
 
 
-def _arrays_of_channel(channel: Any) -> Iterator[Array]:
-    name, length = f"{channel.group_name}/{channel.name}", (len(channel),)
-    yield Array(name, length, lambda selection: channel[selection[0]], str(channel.properties.get("unit_string", "")))
-    if channel.properties.get("wf_increment"):
-        yield Array(f"{name}/time", length, lambda selection: channel.time_track()[selection[0]], "s")
+def _arrays_of_channel(channel: Any, origin: TimeBase | None) -> Iterator[Array]:
+    """Yield a channel, and its times since the date of another one, if they are known."""
+    name, length, settings = f"{channel.group_name}/{channel.name}", (len(channel),), dict(channel.properties)
+    unit = str(settings.get("unit_string", ""))
+    yield Array(name, length, lambda selection: channel[selection[0]], unit, settings)
+    base = TimeBase.from_settings(settings)
+    if base is None:
+        return
+    since = base if origin is None or np.isnan(base.start_after(origin)) else origin
+    yield Array(f"{name}/time", length, lambda selection: base.times(*length, since)[selection[0]], "s", settings)
 
 
 @READERS.register
@@ -377,8 +398,11 @@ class TdmsReader(TableReader):
         with reading_errors("TDMS"), path.open("rb") as stream, _strict(), nptdms.TdmsFile.open(stream) as file:
             if file.file_status.incomplete_final_segment:
                 raise InputError("is cut short: its last segment is not complete; save the file again without it")
-            channels = (channel for group in file.groups() for channel in group.channels())
-            yield Contents([array for channel in channels for array in _arrays_of_channel(channel)])
+            channels = [channel for group in file.groups() for channel in group.channels()]
+            bases = [TimeBase.from_settings(channel.properties) for channel in channels]
+            dated = [base for base in bases if base is not None and base.date is not None]
+            origin = min(dated, key=lambda base: base.start_after(dated[0])) if dated else None
+            yield Contents([array for channel in channels for array in _arrays_of_channel(channel, origin)])
 
 
 # -- JSON ------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from historysim.basics.wording import format_value, list_names, nearest, quote
 from historysim.errors import InputError
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, field_unit
 from historysim.tables.lines import MISSING, find_name
+from historysim.tables.time_bases import NAMES, JoinedColumns, TimeBase, TimedColumn, differing_bases, join_by_time
 
 Selection = tuple[slice | int, ...]
 
@@ -32,6 +33,8 @@ class Array:
     #: Reads a selection (as in NumPy): a NumPy array, masked or not, or a list with None for missing values.
     read: Callable[[Selection], Any]
     unit: str = ""  #: the unit attribute, empty without one
+    #: Attributes by name, in which start and interval of its samples are found (see `historysim.tables.time_bases`).
+    settings: Mapping[str, object] = attrs.Factory(dict)
 
 
 @attrs.frozen
@@ -67,6 +70,32 @@ class Contents:
         units = (array.unit, field_unit(array.name), *(self.texts.get(text) for text in text_names))
         return tuple(unit.strip() for unit in units if unit and unit.strip())
 
+    def time_base(self, array: Array) -> TimeBase | None:
+        """Return start and interval of an array: in its attributes, or in scalars and strings with a related name.
+
+        Such names are ``force_dt``, and ``force.dt`` for an array of the group ``force``. None if they are unknown.
+        """
+        above = array.name[: max(map(array.name.rfind, "./")) + 1]
+        settings: dict[str, object] = {}
+        # those of the group, and then those of the array itself
+        for prefix in (above, f"{array.name}_") if array.name else ("",):
+            settings |= self._scalars(prefix)
+        settings |= {name.lower(): value for name, value in array.settings.items()}
+        return TimeBase.from_settings(settings)
+
+    def _scalars(self, prefix: str) -> dict[str, object]:
+        """Return the scalars and strings with the name of a setting of a time base after a prefix."""
+        scalars: dict[str, object] = {}
+        for name, text in self.texts.items():
+            if name.startswith(prefix) and (key := name[len(prefix) :].lower()) in NAMES:
+                scalars[key] = text
+        for array in self.arrays:
+            key = array.name[len(prefix) :].lower() if array.name.startswith(prefix) else ""
+            if key in NAMES and math.prod(array.shape) == 1:
+                value = array.read((slice(None),) * len(array.shape))
+                scalars[key] = np.ravel(np.asarray(value, dtype=object))[0]
+        return scalars
+
 
 def _long_axes(array: Array) -> list[int]:
     """Return the axes of an array whose size is not 1."""
@@ -91,18 +120,28 @@ def reading_errors(kind: str) -> Iterator[None]:
 
 def read(
     contents: Contents, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
-) -> dict[str, FileColumn]:
-    """Read columns of arrays. Errors as for `historysim.tables.read_table`."""
+) -> tuple[dict[str, FileColumn], JoinedColumns | None]:
+    """Read columns of arrays, joined by time if their time bases differ. Errors as for `historysim.tables.read_table`.
+
+    Joined columns are NaN outside their times.
+    """
     file_columns = {
         key: _read_column(contents, column, layout.transposed, most_rows) for key, column in columns.items()
     }
+    timed = [TimedColumn(column.name, column.values, column.base) for column in file_columns.values()]
+    if differing_bases(timed):
+        for column in file_columns.values():
+            _check(column, missing=missing)
+        joined = join_by_time(timed)
+        pairs = zip(file_columns.items(), joined.values, strict=True)
+        return {key: attrs.evolve(column, values=values) for (key, column), values in pairs}, joined
     lengths = {key: len(column.values) for key, column in file_columns.items()}
     if len(set(lengths.values())) > 1:
         counted = ", ".join(f"{file_columns[key].name} has {length}" for key, length in lengths.items())
         raise InputError(f"columns of different lengths: {counted}; expected one value of each for every sample")
     for column in file_columns.values():
         _check(column, missing=missing)
-    return file_columns
+    return file_columns, None
 
 
 def _check(column: FileColumn, *, missing: bool) -> None:
@@ -125,7 +164,7 @@ def _read_column(contents: Contents, column: Column, transposed: bool | None, mo
     values = _to_floats(array.read(selection), label)
     if len(values) != count:
         raise InputError(f"column {label} has {len(values)} of its {count} values; the file is cut short")
-    return FileColumn(label, values, contents.units(array))
+    return FileColumn(label, values, contents.units(array), contents.time_base(array))
 
 
 def _choose_array(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]:

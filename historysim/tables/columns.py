@@ -13,7 +13,8 @@ from historysim.basics.wording import MOST_QUOTED, format_value, quote
 from historysim.errors import InputError, field_error
 
 if TYPE_CHECKING:
-    from historysim.basics.arguments import Floats, Integers
+    from historysim.basics.arguments import Booleans, Floats, Integers
+    from historysim.tables.time_bases import TimeBase
 
 
 def _is_whole(value: object, minimum: int) -> bool:
@@ -152,6 +153,9 @@ class Table:
     lines: "Integers | None" = None  #: (rows,) The line number of each row in a text, counted from 1
     file_rows: tuple[int, ...] = ()  #: the number of rows of each file
     notices: tuple[str, ...] = ()  #: remarks on the reading of the file, for the user
+    #: (rows,) Times [s] of columns with different time bases, which were joined by time; None for other columns.
+    time: "Floats | None" = None
+    inside: "Booleans | None" = None  #: (rows,) Rows within the times of all joined columns; others have NaN
 
     def place(self, row: int) -> str:
         """Return the location of a row (index from 0) in the file: ``"row 3"`` or ``"line 7"``."""
@@ -175,6 +179,7 @@ class FileColumn:
     name: str  #: label in messages
     values: "Floats"  #: (rows,) Values in the unit of the file, finite, or NaN where missing
     units: tuple[str, ...] = ()  #: units that the file states: none, one, or one in each of several positions
+    base: "TimeBase | None" = None  #: start and interval of its samples, if the file states them
 
 
 # ---- units ----
