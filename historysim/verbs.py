@@ -462,6 +462,7 @@ def _page(content: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
+    from historysim.measured.comparison import Comparison
     from historysim.results.report.page import EXPECTED, paragraph, picture, render_page
     from historysim.results.report.reports import comparison_page, dataset_page
     from historysim.scenario.fit import compare, fit
@@ -481,7 +482,10 @@ def _page(content: object, name: str) -> str:
             _ = content.measured_files
         except InputError as error:
             raise InputError(f"{error}, and then historysim report of its result") from error
-        return comparison_page(compare(content), content.title or content.path.stem, content.text)
+        comparison = compare(content)
+        if not isinstance(comparison, Comparison):
+            return render_page(comparison)
+        return comparison_page(comparison, content.title or content.path.stem, content.text)
     if isinstance(content, EventLog):
         raise InputError(f"{name}: is a log; expected its result; historysim run {shell_word(name)} recomputes it")
     if render_page.dispatch(type(content)) is render_page.dispatch(object):

@@ -1,10 +1,11 @@
 """Files: existence, type by their first bytes, locks, and atomic replacement."""
 
 import errno
+import glob
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -223,6 +224,38 @@ def is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):
         return False
+
+
+def is_file_set(path: Path) -> bool:
+    """Return whether a path is a folder or a pattern with ``*`` or ``?``, and not the name of a file."""
+    return not is_file(path) and (bool(re.search(r"[*?]", str(path))) or path.is_dir())
+
+
+def list_file_set(path: Path, endings: Collection[str]) -> list[Path]:
+    """List the files of a folder with one of the endings, or of a pattern, in natural order: 2 before 10.
+
+    Raises InputError: no file, or a folder with files of different endings.
+    """
+    if path.is_dir():
+        files = [file for file in path.iterdir() if file.suffix.lower() in endings and not file.name.startswith(".")]
+        found = sorted({file.suffix for file in files})
+        if len(found) > 1:
+            expected = f"expected one of them, as in {path.name}/*{found[0]}"
+            raise InputError(f"{path.name}: is a folder of files that end in {', '.join(found)}; {expected}")
+    else:
+        # brackets are part of a name
+        pattern = re.sub(r"\[", "[[]", str(path))
+        files = [Path(name) for name in glob.glob(pattern, recursive=True) if is_file(Path(name))]  # noqa: PTH207 - absolute patterns
+    if not files:
+        problem = "has no file of numbers" if path.is_dir() else "no file has such a name"
+        raise InputError(f"{path.name}: {problem}; expected one or more in {path.absolute().parent}")
+    return sorted(files, key=_natural_order)
+
+
+def _natural_order(path: Path) -> tuple[list[tuple[int, int, str]], str]:
+    """Sort key of a path, in which digits count as a number."""
+    parts = re.findall(r"[0-9]{1,300}|[^0-9]+", str(path))
+    return [(0, int(part), "") if part.isdecimal() else (1, 0, part.casefold()) for part in parts], str(path)
 
 
 def path_state(path: Path) -> str:

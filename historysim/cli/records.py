@@ -8,7 +8,7 @@ import click
 
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, PICTURE, SUGGESTED
-from historysim.basics.wording import shell_word
+from historysim.basics.wording import count_text, shell_word
 from historysim.cli import options
 from historysim.cli.output import (
     TABLES_OF_FRETTING,
@@ -30,10 +30,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.cli.output import Outputs
+    from historysim.measured.comparison import Comparison
+    from historysim.measured.creep import Creep
     from historysim.measured.fretting import Fretting
     from historysim.measured.loops import Loops
     from historysim.scenario.fit import Fit
-    from historysim.scenario.record_search import Run
+    from historysim.scenario.runs import Runs
     from historysim.scenario.scenario import Scenario
 
     Rows = Sequence[tuple[str, ...]]
@@ -45,15 +47,20 @@ skip_option = click.option("--skip", default=0, show_default=True, help="Loops a
 
 
 @click.command()
-@options.common("file")
+@click.argument("sources", metavar="FILE", type=options.path_type, nargs=-1, required=True)
 @options.output_option("Also write a suggested scenario to this file (.toml).")
 @options.common("json", *options.TEXT_FORMAT)
-def columns(file: Path, output: Path | None, **text: Any) -> None:
+def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: Any) -> None:
     """Show the columns of FILE (numbers) and suggest a [loading].
 
-    Lists its blocks, its columns as in a scenario, and a [loading] section, in which "?" marks unknown values.
+    Lists its blocks, its columns as in a scenario, and a [loading] section, in which "?" marks unknown values. Of a
+    folder, a pattern or several files, each a run, the columns of the first one.
     """
-    layout, files = options.text_format(**text), check_outputs([file], (output, SUGGESTED))
+    from historysim.tables.readers import list_files
+
+    paths = [path for source in sources for path in list_files(source)]
+    file, runs = paths[0], [] if paths == [*sources[:1]] else sources
+    layout, files = options.text_format(**layout_options), check_outputs(paths, (output, SUGGESTED))
     from historysim.tables import describe, summarise_text
     from historysim.tables.suggestion import suggest_loading, suggest_scenario
 
@@ -63,6 +70,8 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
         )
     try:
         notes, blocks = summarise_text(file, layout)
+        if runs:
+            notes = [f"{count_text(len(paths), 'file', 'files')}, each a run; columns of {file.name}", *notes]
         listings = describe(file, layout)
     except InputError as error:
         raise InputError(f"{error}; a height map is read by historysim show {shell_word(file)}") from error
@@ -71,11 +80,12 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
 
     def write(output: Path) -> None:
         with replacing(output) as unfinished:
-            unfinished.write_text(suggest_scenario(file, output, listings, layout, blocks), encoding="utf-8")
+            text = suggest_scenario(file, output, listings, layout, blocks, files=runs)
+            unfinished.write_text(text, encoding="utf-8")
 
     outputs = [(path, functools.partial(write, path)) for path in files]
     rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first_value) for c in listings)]
-    suggested = suggest_loading(file, listings, layout, blocks)
+    suggested = suggest_loading(file, listings, layout, blocks, files=runs)
     if options.has_flag("json"):
         write_answer([*(("note", line) for line in notes), ("scenario", suggested)], [rows], outputs=outputs)
         return
@@ -278,16 +288,22 @@ def compare(scenario: Path, skip: int, output: Path | None, size: "Size", values
     output = output or Path(f"{scenario.stem}_comparison.png")
     from historysim.results.plots.record_pictures import ComparisonPicture
     from historysim.scenario.fit import compare as compare_scenario
+    from historysim.scenario.record_search import comparison_rows
     from historysim.scenario.scenario import load
 
-    loaded = load(scenario, values)
+    loaded, picture = load(scenario, values), output
     check_outputs(loaded.files, (output, PICTURE))
-    comparison = compare_scenario(loaded, skip=skip)
 
-    def write() -> None:
-        save(ComparisonPicture(title=loaded.title).figure(comparison, {"size": size}), output)
+    def draw(comparison: "Comparison", path: Path) -> None:
+        save(ComparisonPicture(title=loaded.title).figure(comparison, {"size": size}), path)
 
-    write_answer(comparison.summary(), [comparison.rows()], outputs=[(output, write)])
+    def find(run: "Scenario") -> "Comparison":
+        return compare_scenario(run, skip=skip)
+
+    if not _write_each(loaded, find, comparison_rows, write=lambda runs: _draw_each(loaded, runs, picture, draw)):
+        comparison = find(loaded)
+        outputs = [(picture, functools.partial(draw, comparison, picture))]
+        write_answer(comparison.summary(), [comparison.rows()], outputs=outputs)
 
 
 @click.command()
@@ -302,16 +318,19 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     output = output or Path(f"{scenario.stem}_creep.png")
     from historysim.results.plots.record_pictures import CreepPicture
     from historysim.scenario.fit import creep as separate_creep
+    from historysim.scenario.record_search import creep_rows
     from historysim.scenario.scenario import load
 
-    loaded = load(scenario, values)
+    loaded, picture = load(scenario, values), output
     check_outputs(loaded.files, (output, PICTURE))
-    evaluation = separate_creep(loaded)
 
-    def write() -> None:
-        save(CreepPicture(title=loaded.title).figure(evaluation), output)
+    def draw(evaluation: "Creep", path: Path) -> None:
+        save(CreepPicture(title=loaded.title).figure(evaluation), path)
 
-    write_answer(evaluation.summary(), [evaluation.rows()], outputs=[(output, write)])
+    if not _write_each(loaded, separate_creep, creep_rows, write=lambda runs: _draw_each(loaded, runs, picture, draw)):
+        evaluation = separate_creep(loaded)
+        outputs = [(picture, functools.partial(draw, evaluation, picture))]
+        write_answer(evaluation.summary(), [evaluation.rows()], outputs=outputs)
 
 
 @click.command()
@@ -343,7 +362,7 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
         # the scenario, which is small and holds the result, comes first
         return [(output, lambda: fitted.write(output)), (picture, draw)]
 
-    def write_each(runs: "list[Run[Fit]]") -> "Outputs":
+    def write_each(runs: "Runs[Fit]") -> "Outputs":
         results = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
         for _, paths in results:
             check(*paths)
@@ -371,21 +390,30 @@ def _title(record: "Scenario | Path") -> str:
 def _write_each(
     record: "Scenario | Path",
     find: "Callable[[Scenario], Any]",
-    rows: "Callable[[list[Run[Any]]], Rows]",
+    rows: "Callable[[Runs[Any]], Rows]",
     files: "Sequence[Path]" = (),
-    write: "Callable[[list[Run[Any]]], Outputs]" = lambda _: (),
+    write: "Callable[[Runs[Any]], Outputs]" = lambda _: (),
 ) -> bool:
     """Print a row, or a problem, for each run of a scenario's file; return False unless all runs are requested."""
     if isinstance(record, Path) or record.run != "each":
         return False
     if files:
         raise InputError(f"{files[0]}: can only be written for one run; expected its number, as --set loading.run=1")
-    from historysim.scenario.record_search import each_run
+    from historysim.scenario.runs import each_run
 
     runs = each_run(record, find)
     problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
     write_answer(tables=[rows(runs)], below=problems, outputs=write(runs))
     return True
+
+
+def _draw_each(
+    scenario: "Scenario", runs: "Runs[Any]", picture: Path, draw: "Callable[[Any, Path], None]"
+) -> "Outputs":
+    """Return the picture of each run, with the number of the run in its name."""
+    paths = {number: picture.with_stem(f"{picture.stem}_{number}") for number in runs.results}
+    check_outputs(scenario.files, *((path, PICTURE) for path in paths.values()))
+    return [(path, functools.partial(draw, runs.results[number], path)) for number, path in paths.items()]
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":

@@ -12,11 +12,13 @@ from historysim.cli.output import check_outputs, notice, save, write_answer, wri
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     import xarray as xr
 
+    from historysim.cli.output import Outputs
     from historysim.scenario.grid import Axis
+    from historysim.scenario.run import Source
 
 
 @click.command()
@@ -44,24 +46,40 @@ def run(
     output = output or Path(f"{scenario.stem}.nc")
     pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
     from historysim.log.result import RunOptions
-    from historysim.scenario.run import open_source, write
+    from historysim.scenario.run import open_source, run_each, write
 
     source, quiet = open_source(scenario, values), options.has_flag("quiet")
-    outputs = [Output(path, (PICTURE,)) for path in pictures]
     run_options = RunOptions(progress=not quiet, notify=notice, force=options.has_flag("force"), **choices)
-    write(source, output, run_options, *outputs)
     from historysim.results.result_files import open_file_history, open_result
 
+    def replay(source: "Source", target: Path | None, pictures: "Sequence[Path]") -> "tuple[Path, Outputs]":
+        target = target or output
+        write(source, target, run_options, *(Output(path, (PICTURE,)) for path in pictures))
+        return target, [(path, functools.partial(draw, source, target, path)) for path in pictures]
+
+    def draw(source: "Source", result: Path, path: Path) -> None:
+        with open_result(result, exclusive=True) as history:
+            save(_draw_result(source, history), path)
+
+    def replay_run(source: "Source", target: Path | None) -> "tuple[Path, Outputs]":
+        number = (target or output).stem.rpartition("_")[2]
+        return replay(source, target, [path.with_stem(f"{path.stem}_{number}") for path in pictures])
+
+    if source.each_run is not None:
+        runs = run_each(source, output, replay_run)
+        results = runs.results.values()
+        problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
+        drawn = [picture for _, pictures in results for picture in pictures]
+        write_answer(files=[path for path, _ in results], below=problems, outputs=drawn)
+        return
+    _, outputs = replay(source, output, pictures)
     if not quiet:
         from historysim.results.analysis.history_summary import summary_lines
 
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
         with open_file_history(output, exclusive=True) as view:
             write_answer([*summary_lines(view), *files])
-    if pictures:
-        with open_result(output, exclusive=True) as history:
-            figure = _draw_result(source, history)
-            write_outputs([(path, functools.partial(save, figure, path)) for path in pictures])
+    write_outputs(outputs)
 
 
 def _draw_result(source: Any, history: "xr.Dataset") -> Any:

@@ -4,6 +4,7 @@ import inspect
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from historysim.scenario.loading_kinds import Loading, loading_from_toml
 from historysim.scenario.schema import from_table, kind_from_toml, register_column_hooks, schema_converter, table
 from historysim.scenario.sections import MaterialEntry, Pictures, Sections, course_from_toml, material_from_toml
 from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, SurfaceKind
+from historysim.tables.readers import list_files
 
 DEEPEST = 20  # largest depth of nested sums
 
@@ -221,9 +223,17 @@ def find_named_files(section: Any, folder: Path) -> Iterator[Path]:  # noqa: ANN
     for key, value in within:
         # keys of a sweep contain dots
         if isinstance(key, str) and key.rpartition(".")[2] == "file" and value is not None:
-            yield from (folder / name for name in _names(value))
+            for name in _names(value):
+                yield from named_paths(folder / name)
         elif not isinstance(value, str | int | float):
             yield from find_named_files(value, folder)
+
+
+def named_paths(path: Path) -> list[Path]:
+    """Return the files of a path, or of a folder or pattern; the path itself if it has none."""
+    with suppress(InputError):
+        return list_files(path)
+    return [path]
 
 
 def _names(value: object) -> Iterator[str]:

@@ -22,6 +22,8 @@ from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.measured.search import OFFSET
 from historysim.results.plots.pictures import make_figure
 from historysim.results.report.page import render_page
+from historysim.scenario.loading_kinds import EACH
+from historysim.scenario.runs import each_run
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import FitSection
@@ -109,7 +111,7 @@ class Fit:
             unfinished.write_text(text, encoding="utf-8")
 
 
-def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
+def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison | Any:  # noqa: ANN401 - Runs, for several runs
     """Compare the model of a scenario with its record: the same displacements, and the loads of both.
 
     Parameters
@@ -121,7 +123,8 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
 
     Returns
     -------
-    Comparison
+    Comparison, or Runs
+        Of several runs a sequence, as from `loops`.
         Its loops use the dead band of the tangential displacement in the scenario, or else the default of `loops`.
 
     Raises
@@ -138,6 +141,8 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     171 µN
     """
     scenario = as_scenario(scenario)
+    if scenario.run == EACH:
+        return each_run(scenario, lambda run: compare(run, skip=skip))
     scenario.check_comparable()
     measurement = scenario.measurement()
     with located_errors(scenario.path.name), error_path("loading"):
@@ -146,7 +151,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     return Comparison(observation, response, scenario.instrument)
 
 
-def creep(scenario: Scenario | str | Path) -> Creep:
+def creep(scenario: Scenario | str | Path) -> Creep | Any:  # noqa: ANN401 - Runs, for several runs
     """Evaluate the holds at reversals of a measured record: relaxation over log time in addition to memory.
 
     Parameters
@@ -157,7 +162,8 @@ def creep(scenario: Scenario | str | Path) -> Creep:
 
     Returns
     -------
-    Creep
+    Creep, or Runs
+        Of several runs a sequence, as from `loops`.
         Fraction of the load that relaxes per decade of time, with its interval, or why it is not determined; drift of
         the sensor; contributions to the change in each hold.
 
@@ -169,6 +175,8 @@ def creep(scenario: Scenario | str | Path) -> Creep:
         A normal load that the contact cannot carry.
     """
     scenario = as_scenario(scenario)
+    if scenario.run == EACH:
+        return each_run(scenario, creep)
     scenario.check_comparable()
     measurement, ensemble = scenario.measurement(), scenario.ensemble()
     instrument = scenario.instrument
@@ -177,7 +185,7 @@ def creep(scenario: Scenario | str | Path) -> Creep:
         return separate_creep(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
 
 
-def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
+def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any:  # noqa: ANN401 - Runs, for several runs
     """Fit the parameters in ``[fit]`` of a scenario to its record.
 
     Parameters
@@ -188,12 +196,19 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         Show a progress bar on standard error if that is a terminal and the fit takes long; the number of replays is
         an estimate.
 
+    Returns
+    -------
+    Fit, or Runs
+        Of several runs a sequence, as from `loops`.
+
     Raises
     ------
     InputError, LoadError
         As for `compare`; also a scenario without ``[fit]``.
     """
     scenario = as_scenario(scenario)
+    if scenario.run == EACH:
+        return each_run(scenario, lambda run: fit(run, progress=progress))
     with progress_bar(progress, "record", 1, desc="reading", leave=False) as read:
         observation, model, start = prepare_fit(scenario)
         read()
@@ -252,7 +267,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
         # an existing height_scale is multiplied
         scale = getattr(scenario.sections.surface, "height_scale", None) if key == "height_scale" else None
         _put(document[section], key, parameter, scale or 1.0)
-    if "run" in document["loading"]:
+    if scenario.run is not None:
         document["loading"]["run"] = scenario.run
     old_folder, new_folder = scenario.path.parent.absolute(), output.parent.absolute()
     if old_folder != new_folder:

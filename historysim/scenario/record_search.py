@@ -2,10 +2,10 @@
 
 import functools
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import xarray as xr
@@ -16,12 +16,16 @@ from historysim.basics.wording import brief, shell_word
 from historysim.errors import InputError, error_path
 from historysim.measured import fretting
 from historysim.measured.branches import DEFAULT, Definitions
+from historysim.measured.comparison import Comparison
+from historysim.measured.creep import Creep
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
 from historysim.results.queries import check_one_direction
 from historysim.results.result_files import file_type, open_result
+from historysim.scenario.loading_kinds import EACH
+from historysim.scenario.runs import Result, Runs, each_run
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.schema import explicit_fields, located_errors
 
@@ -39,7 +43,7 @@ def loops(
     skip: int = 0,
     skip_per_level: int = 0,
     definitions: Definitions | None = None,
-) -> Loops:
+) -> Loops | Any:  # noqa: ANN401 - Runs, for several runs
     """Evaluate the friction loops of a record, measured or simulated.
 
     Parameters
@@ -56,6 +60,12 @@ def loops(
     definitions : Definitions, optional
         Definitions of sliding, of the end and of the start of a branch.
 
+    Returns
+    -------
+    Loops, or Runs
+        With ``run = "each"``, or a folder or pattern of files, a sequence of `Run`: the ``number`` of each run and its
+        ``result``, None if it cannot be evaluated.
+
     Raises
     ------
     InputError
@@ -70,6 +80,9 @@ def loops(
     """
     options: dict[str, Any] = {"dead_band": dead_band, "skip": skip, "skip_per_level": skip_per_level}
     options["definitions"] = DEFAULT if definitions is None else definitions
+    record = _load_scenario(record)
+    if isinstance(record, Scenario) and record.run == EACH:
+        return each_run(record, lambda run: loops(run, **options))
     with _open_record(record) as (channels, scenario):
         check_one_direction(channels, "a query for loops")
         if isinstance(channels, xr.Dataset):
@@ -80,7 +93,7 @@ def loops(
         return evaluation if scenario is None else attrs.evolve(evaluation, columns=_columns_question(scenario))
 
 
-def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> Sliding:
+def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> Sliding | Any:  # noqa: ANN401 - Runs, for several runs
     """Evaluate friction over time or distance of a unidirectional record, measured or simulated.
 
     Parameters
@@ -94,14 +107,17 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
 
     Returns
     -------
-    Sliding
-        Means per window, static peak, and steady value.
+    Sliding, or Runs
+        Means per window, static peak, and steady value; of several runs as for `loops`.
 
     Raises
     ------
     InputError
         An unsupported object, a file that cannot be used, or a record that reverses or is never pressed.
     """
+    record = _load_scenario(record)
+    if isinstance(record, Scenario) and record.run == EACH:
+        return each_run(record, lambda run: sliding(run, over=over, windows=windows))
     with _open_record(record) as (channels, scenario):
         check_one_direction(channels, "a query for friction over time")
         if isinstance(channels, xr.Dataset):
@@ -109,6 +125,12 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
         instrument = RIGID if scenario is None else scenario.instrument
         contact = channels.without_spring(instrument.parallel_stiffness)
         return sliding_of_measurement(contact, over=over, windows=windows)
+
+
+def _load_scenario(record: Record) -> Record:
+    """Load the scenario of a path; return other records and paths unchanged."""
+    is_path = isinstance(record, str | Path)
+    return load(record) if is_path and file_type(Path(record)) == "scenario" else record  # type: ignore[arg-type]
 
 
 @contextmanager
@@ -126,7 +148,6 @@ def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Sce
             raise InputError(
                 f"{record}: is neither a scenario (.toml) nor a result of historysim run; expected one of them; {mend}"
             )
-        record = load(record)
     if isinstance(record, Scenario):
         measurement = record.measurement()
         with located_errors(record.path.name), error_path("loading"):
@@ -167,40 +188,10 @@ def _deprecated_alias(name: str, function: Callable[..., Any]) -> Callable[..., 
 
 find_loops, find_sliding = _deprecated_alias("find_loops", loops), _deprecated_alias("find_sliding", sliding)
 
-Result = TypeVar("Result")
 Rows = list[tuple[str, ...]]
 
 
-@attrs.frozen
-class Run(Generic[Result]):
-    """One run; its result is None if it cannot be evaluated, for the reason ``problem``."""
-
-    number: int  #: from 1, or the value of its column
-    scenario: Scenario  #: scenario of this run
-    result: Result | None
-    problem: str = ""
-
-
-def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> "list[Run[Result]]":
-    """Evaluate each run of a scenario's file with ``find``.
-
-    Raises InputError: the file, or all of its runs, cannot be used.
-    """
-    runs: list[Run[Result]] = []
-    for scenario_of_run in scenario.runs():
-        number = scenario_of_run.run
-        if not isinstance(number, int):
-            raise InputError(f'{scenario.path.name}: loading.run: {number!r}; expected "each", for a row of each run')
-        try:
-            runs.append(Run(number, scenario_of_run, find(scenario_of_run)))
-        except InputError as error:
-            runs.append(Run(number, scenario_of_run, None, str(error)))
-    if all(run.result is None for run in runs):
-        raise InputError(f"none of {len(runs)} runs can be used; {runs[0].problem}")
-    return runs
-
-
-def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
+def loop_rows(runs: Runs[Loops]) -> Rows:
     """Return a table of the loops of each run; the first row has the headings."""
     every = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
     labels = {name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))}
@@ -211,21 +202,17 @@ def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
     )
 
 
-def fretting_rows(runs: "Sequence[Run[Loops]]") -> Rows:
+def fretting_rows(runs: Runs[Loops]) -> Rows:
     """Return a table of the fretting quantities of each run, and their means; the first row has the headings."""
-    return fretting.run_rows(_results_by_run(runs))
+    return fretting.run_rows(runs.results)
 
 
-def fretting_of_runs(runs: "Sequence[Run[Loops]]") -> fretting.Fretting:
+def fretting_of_runs(runs: Runs[Loops]) -> fretting.Fretting:
     """Return the fretting report over the runs of a record, such as the stored cycles of a fretting log."""
-    return fretting.Fretting.from_runs(_results_by_run(runs))
+    return fretting.Fretting.from_runs(runs.results)
 
 
-def _results_by_run(runs: "Sequence[Run[Loops]]") -> dict[int, Loops]:
-    return {run.number: run.result for run in runs if run.result is not None}
-
-
-def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
+def sliding_rows(runs: Runs[Sliding]) -> Rows:
     """Return a table of the friction of each run; the first row has the headings."""
     labels = ("slides", "friction coefficient", "static peak", "steady value")
 
@@ -236,7 +223,7 @@ def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
     return _rows(labels, runs, row)
 
 
-def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
+def fit_rows(runs: "Runs[Fit]") -> Rows:
     """Return a table of the estimates of each run; the first row has the headings."""
     names = next(list(run.result.values) for run in runs if run.result is not None)
 
@@ -247,7 +234,29 @@ def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
     return _rows((*names, "misfit over noise", "rms difference"), runs, row)
 
 
-def _rows(heading: tuple[str, ...], runs: "Sequence[Run[Result]]", row: Callable[[Result], tuple[str, ...]]) -> Rows:
+def comparison_rows(runs: Runs[Comparison]) -> Rows:
+    """Return a table of the comparison of each run; the first row has the headings."""
+    return _summary_rows(("samples compared", "loops", "rms difference"), runs)
+
+
+def creep_rows(runs: Runs[Creep]) -> Rows:
+    """Return a table of the creep of each run; the first row has the headings."""
+    first = next(iter(runs.results.values()))
+    labels = tuple(label for label, _ in first.summary() if label not in {"note", "warning"})
+    return _summary_rows(tuple(dict.fromkeys(labels)), runs)
+
+
+def _summary_rows(labels: tuple[str, ...], runs: Runs[Any]) -> Rows:
+    """Return a table of some lines of the summary of each run."""
+
+    def row(result: Any) -> tuple[str, ...]:  # noqa: ANN401 - a class with a summary
+        lines = dict(result.summary())
+        return tuple(str(lines.get(label, "–")) for label in labels)
+
+    return _rows(labels, runs, row)
+
+
+def _rows(heading: tuple[str, ...], runs: Runs[Result], row: Callable[[Result], tuple[str, ...]]) -> Rows:
     missing = ("–",) * len(heading)
     cells = [(str(run.number), *(missing if run.result is None else row(run.result))) for run in runs]
     return [("run", *heading), *cells]

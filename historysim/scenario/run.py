@@ -1,7 +1,7 @@
 """Run a scenario, or the log or the result of an earlier run: in memory, or into a result file and its log."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -18,10 +18,13 @@ from historysim.log.file import LogFile, chain_links
 from historysim.log.header import LogHeader
 from historysim.log.result import RunOptions, digest_attribute, log_path_for, write_result
 from historysim.recording import surface_group
+from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.scenario import Scenario, load
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from historysim.scenario.runs import Runs
 
 
 def run(  # noqa: PLR0913 - the options of the command
@@ -37,7 +40,7 @@ def run(  # noqa: PLR0913 - the options of the command
     record: str | None = None,
     cluster: str | None = None,
     notify: Notify | None = None,
-) -> "xr.Dataset":
+) -> "xr.Dataset | Any":  # noqa: ANN401 - Runs, for several runs
     """Run a scenario, a log or a result.
 
     Parameters
@@ -75,8 +78,10 @@ def run(  # noqa: PLR0913 - the options of the command
 
     Returns
     -------
-    xarray.Dataset
-        The history; read lazily from ``output`` if given.
+    xarray.Dataset, or Runs
+        The history; read lazily from ``output`` if given. Of a record with ``run = "each"``, or of a folder or pattern
+        of files, a sequence with the ``number`` of each run and its history as ``result``; each has an output with its
+        number, as ``NAME_1.nc``.
 
     Raises
     ------
@@ -99,12 +104,43 @@ def run(  # noqa: PLR0913 - the options of the command
         progress, resume, snapshot_every, compression, threads, force, notify, record=record, cluster=cluster
     )
     source = open_source(path)
+    if source.each_run is not None:
+        return run_each(source, output, lambda one, target: _run(one, target, options))
+    return _run(source, output, options)
+
+
+def run_each(
+    source: "Source", output: str | Path | None, replay: "Callable[[Source, Path | None], Any]"
+) -> "Runs[Any]":
+    """Replay each run of a scenario, to an output with the number of the run in its name if an output is given.
+
+    Raises InputError: a file, or all of its runs, cannot be used.
+    """
+    from historysim.scenario.runs import each_run
+
+    def find(scenario: Scenario) -> Any:  # noqa: ANN401 - the result of `replay`
+        scenario = scenario.with_run_in_text()
+        target = None if output is None else numbered_path(Path(output), scenario.run)
+        return replay(_ScenarioSource(scenario.path, scenario), target)
+
+    scenario = source.each_run
+    if scenario is None:
+        raise InputError(f"{source.path}: is a single record; expected a scenario of several runs")
+    return each_run(scenario, find)
+
+
+def numbered_path(path: Path, run: int | str | None) -> Path:
+    """Return the path of an output of one of several runs, as NAME_1.nc."""
+    return path.with_stem(f"{path.stem}_{run}")
+
+
+def _run(source: "Source", output: str | Path | None, options: RunOptions) -> "xr.Dataset":
     if output is None:
-        header, events, link = source.content(notify)
+        header, events, link = source.content(options.notify)
         attributes = header.attributes | digest_attribute(link)
         job = options.apply_record(header.replay(events, options.threads))
         with source.locate_errors():
-            return job.dataset(attributes=attributes, progress=progress)
+            return job.dataset(attributes=attributes, progress=options.progress)
     write(source, Path(output), options)
     import xarray as xr
 
@@ -150,6 +186,11 @@ class Source:
         """Files that are read."""
         return (self.path,)
 
+    @property
+    def each_run(self) -> Scenario | None:
+        """Scenario of several runs that are replayed one by one; None for a single record."""
+        return None
+
     def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - of a scenario
         """Return the header and the events of the log of a run, and the last link of its chain."""
         with LogFile(self.path) as file:
@@ -175,6 +216,10 @@ class _ScenarioSource(Source):
     @property
     def files(self) -> tuple[Path, ...]:
         return self.scenario.files
+
+    @property
+    def each_run(self) -> Scenario | None:
+        return self.scenario if self.scenario.run == EACH else None
 
     def locate_errors(self) -> AbstractContextManager[None]:
         return self.scenario.locate_errors()

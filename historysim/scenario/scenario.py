@@ -18,7 +18,8 @@ from historysim.errors import InputError, LoadError, error_path, field_error
 from historysim.loads.events import Event
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.document import find_named_files, parse_toml, read_sections, structure_sections
-from historysim.scenario.grid import with_values
+from historysim.scenario.grid import text_with_values, with_values
+from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import Sections, SweepSection
 from historysim.scenario.surface_kinds import BuiltSurface
@@ -201,7 +202,9 @@ class Scenario:
     @property
     def measured_files(self) -> tuple[Path, ...]:
         """Files of the replayed record; InputError if the loading is not measured."""
-        return tuple(self.path.parent / file for file in self.measured_loading().files)
+        loading = self.measured_loading()
+        with located_errors(self.path.name), error_path("loading"):
+            return tuple(loading.paths(self.path.parent))
 
     def picture_data(self, kind: str) -> object:
         """Return the data of a picture of the scenario, by the name of the picture."""
@@ -220,27 +223,32 @@ class Scenario:
 
     @property
     def run(self) -> int | str | None:
-        """Number of the run that is read, or ``"each"``; None if not stated."""
-        run: int | str | None = getattr(self.sections.loading, "run", None)
+        """Number of the run that is read, or ``"each"``; None for a single record."""
+        chosen_run = getattr(self.sections.loading, "chosen_run", None)
+        run: int | str | None = chosen_run(self.path.parent) if chosen_run else None
         return run
 
     def runs(self) -> "list[Scenario]":
-        """Return a scenario for each run of its file; only itself unless ``loading.run`` is ``"each"``.
+        """Return a scenario for each run of its files, which are read once; only itself unless `run` is ``"each"``.
 
         Raises InputError: as for `measurement`.
         """
-        from historysim.scenario.loading_kinds.channels import EACH
-        from historysim.scenario.loading_kinds.record_assembly import count_run_samples
+        return [*self.numbered_runs().values()] if self.run == EACH else [self]
 
-        loading = self.measured_loading()
-        if loading.run != EACH:
-            return [self]
-        with located_errors(self.path.name), error_path("loading"):
-            loadings = [attrs.evolve(loading, run=number) for number in count_run_samples(self.path.parent, loading)]
-        return [
-            attrs.evolve(self, sections=attrs.evolve(self.sections, loading=loading_of_run))
-            for loading_of_run in loadings
-        ]
+    def numbered_runs(self) -> "dict[int, Scenario]":
+        """Return a scenario for each run of its files, by number of the run; errors as for `measurement`."""
+        from historysim.scenario.loading_kinds.measured_loading import RunLoading
+
+        with located_errors(self.path.name):
+            loadings = RunLoading.read_all(self.path.parent, self.measured_loading())
+        return {
+            number: attrs.evolve(self, sections=attrs.evolve(self.sections, loading=loading))
+            for number, loading in loadings.items()
+        }
+
+    def with_run_in_text(self) -> "Scenario":
+        """Return the scenario of a run with the number of the run in its text."""
+        return attrs.evolve(self, text=text_with_values(self.text, {"loading.run": self.run}))
 
     def check_comparable(self) -> None:
         """Check that a record can be compared; InputError for a course of friction or blocks before the record."""

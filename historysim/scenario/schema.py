@@ -28,6 +28,7 @@ from historysim.basics.units import describe_expected
 from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError, error_path, field_error, path_text
 from historysim.tables import Column, Format, Table, join_tables, read_table
+from historysim.tables.readers import list_files
 
 T = TypeVar("T")
 Place = tuple[str | int, ...]
@@ -401,7 +402,8 @@ def _line(path: Place, problem: str) -> str:
 class NumbersFile(Format):
     """One or several consecutive files of numbers, and their text format."""
 
-    #: Path, relative to the scenario; an array of paths is one record in several files, in this order.
+    #: Path, relative to the scenario; an array of paths is one record in several files, in this order. A folder, or a
+    #: pattern such as ``"cycles/*.csv"``, is all its files in natural order; of a record each of them is a run.
     file: str | tuple[str, ...] = attrs.field(
         validator=Key(lambda files: files != (), "the path of a file, or of several consecutive files")
     )
@@ -410,6 +412,11 @@ class NumbersFile(Format):
     def files(self) -> tuple[str, ...]:
         """The paths in the scenario."""
         return self.file if isinstance(self.file, tuple) else (self.file,)
+
+    def paths(self, folder: Path) -> list[Path]:
+        """Return the paths of its files, with those of folders and patterns; its paths are relative to the folder."""
+        with error_path("file"):
+            return [path for file in self.files for path in list_files(folder / file)]
 
     @property
     def name(self) -> str:
@@ -423,17 +430,19 @@ class NumbersFile(Format):
         units: Mapping[str, str | tuple[str, ...]],
         *,
         missing: bool = False,
+        by_time: bool = False,
     ) -> Table:
-        """Read its columns in the given units; its path is relative to the folder."""
+        """Read its columns in the given units; its path is relative to the folder; options as of `read_table`."""
         tables = []
-        for path in (folder / file for file in self.files):
+        paths = self.paths(folder)
+        for path in paths:
             if not is_file(path):
                 problem = f"{path_state(path)} in {path.absolute().parent}; expected a path relative to the scenario"
                 if re.search(r"[\\\x00-\x1f]", str(path)):
                     problem += ", with / between folders"
                 raise field_error(f"{path.name}: {problem}", "file")
             try:
-                tables.append(read_table(path, columns, units, self, missing=missing))
+                tables.append(read_table(path, columns, units, self, missing=missing, by_time=by_time))
             except InputError as error:
                 # errors without a key concern the file
                 error.place = error.place or ("file",)
@@ -441,7 +450,7 @@ class NumbersFile(Format):
         if len(tables) == 1:
             return tables[0]
         with error_path("file"):
-            return join_tables([Path(file).name for file in self.files], tables)
+            return join_tables([path.name for path in paths], tables)
 
     def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], build: Callable[..., T]) -> T:
         """Pass its columns to a function by key and return the result; errors of the function name the file."""

@@ -1,6 +1,6 @@
 """A scenario checked without recording it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -13,6 +13,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import Lines
 from historysim.errors import InputError, LoadError
 from historysim.measured.reduction import check_moves
+from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.record_search import loops
 from historysim.scenario.scenario import Scenario, load, summary
 from historysim.scenario.schema import explicit_fields
@@ -63,13 +64,14 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
         from historysim.studies.design import read_problem
 
         read_problem(loaded)
-    runs = loaded.runs() if loaded.run is not None else [loaded]
-    if loaded.sections.fit is not None:
+    if loaded.sections.fit is not None and loaded.run != EACH:
         from historysim.scenario.fit import prepare_fit
 
-        for run in runs:
-            prepare_fit(run)
-    lines = _summary_of_record(runs, seconds) if _is_measured(loaded) else summary(loaded, walk=seconds)
+        prepare_fit(loaded)
+    if loaded.run == EACH:
+        lines = _summarise_runs(loaded, start_time + seconds)
+    else:
+        lines = _summarise_record(loaded, seconds) if _is_measured(loaded) else summary(loaded, walk=seconds)
     for number, point in ends.items():
         # a cell that takes long is left to the sweep
         if (remaining := start_time + seconds - monotonic()) <= 0:
@@ -88,20 +90,36 @@ def _is_measured(scenario: Scenario) -> bool:
     return getattr(scenario.sections.loading, "kind", "") == "file"
 
 
-def _summary_of_record(runs: Sequence[Scenario], seconds: float) -> list[tuple[str, str]]:
-    """Check a scenario with a measured record, of several runs the first, and state which commands need more."""
-    lines, notes = [], []
-    run = runs[0]
-    if len(runs) > 1:
-        lines.append(("runs", f"{len(runs):,}, of which run {run.run} is checked below"))
-    if run.sections.friction is None and run.surface().friction is None:
+def _summarise_runs(scenario: Scenario, end_time: float) -> list[tuple[str, str]]:
+    """Summarise the first run that can be replayed, and state the problems and the remarks of all runs once each."""
+    from historysim.scenario.fit import prepare_fit
+    from historysim.scenario.runs import each_run
+
+    def find(run: Scenario) -> list[tuple[str, str]]:
+        if run.sections.fit is not None:
+            prepare_fit(run)
+        return _summarise_record(run, max(end_time - monotonic(), 0.0))
+
+    runs = each_run(scenario, find)
+    results = [*runs.results.values()]
+    lines = [*results[0]]
+    lines[1:1] = [("runs", f"{len(runs):,}; below is the first one, and the remarks on all")]
+    for result in results[1:]:
+        lines += [line for line in result if line[0] in {"note", "warning"} and line not in lines]
+    return lines + [("warning", f"run {run.number} cannot be replayed: {run.problem}") for run in runs if run.problem]
+
+
+def _summarise_record(scenario: Scenario, seconds: float) -> list[tuple[str, str]]:
+    """Check a scenario with a measured record, and state which commands need more."""
+    notes = []
+    if scenario.sections.friction is None and scenario.surface().friction is None:
         # the record itself needs no coefficient
-        with_friction = attrs.evolve(run.sections, friction=Coefficients(0.0))
-        lines += summary(attrs.evolve(run, sections=with_friction))
+        with_friction = attrs.evolve(scenario.sections, friction=Coefficients(0.0))
+        lines = summary(attrs.evolve(scenario, sections=with_friction))
         notes.append("no [friction]: loops and sliding need none; run, compare and fit need a coefficient")
     else:
-        lines += summary(run, walk=seconds)
-    notes += _record_notes(run)
+        lines = summary(scenario, walk=seconds)
+    notes += _record_notes(scenario)
     return [*lines, *(("note", note) for note in notes)]
 
 

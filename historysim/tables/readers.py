@@ -5,6 +5,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from historysim.basics.files import is_file_set, list_file_set
 from historysim.basics.registry import Registry
 
 if TYPE_CHECKING:
@@ -52,6 +53,20 @@ class LineReader(Reader):
 READERS: Registry[type[Reader]] = Registry(
     "historysim.readers", "historysim.tables.readers:Reader", "reader", "historysim.tables"
 )
+
+
+def file_endings() -> set[str]:
+    """Return the endings of text files, and of all files that a reader of numbers opens."""
+    kinds = [kind for kind in READERS.values() if issubclass(kind, TableReader | LineReader)]
+    return {*TEXT_ENDINGS, *(ending for kind in kinds for ending in kind.endings)}
+
+
+def list_files(path: Path) -> list[Path]:
+    """List the files of numbers of a path: the file, or those of a folder or a pattern in natural order.
+
+    Raises InputError: a folder or pattern without such files.
+    """
+    return list_file_set(path, file_endings()) if is_file_set(path) else [path]
 
 
 def find_reader(path: Path, *among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class

@@ -79,12 +79,16 @@ _UNIT = r"(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)"
 _UNIT_IN_NAME = re.compile(rf".+?(?:_|\s+in\s+|[,;:/]\s*|\s+|-){_UNIT}")
 
 
-def suggest_loading(path: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
+def suggest_loading(
+    path: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1, *, files: Sequence[Path] = ()
+) -> str:
     """Suggest a section ``[loading]`` in TOML for a file with these columns, with ``"?"`` for unknown values.
 
-    The path is relative to the scenario; ``blocks`` is the number of tables in the file.
+    The path is relative to the scenario; ``blocks`` is the number of tables in the file. With ``files``, a folder, a
+    pattern or several files of these columns, each file is a run.
     """
-    lines = ["[loading]", f"file = {_quote(path.as_posix())}"]
+    lines = ["[loading]", f"file = {_quote_files(files or [path])}"]
+    lines += ['run = "each"  # each file is a run'] if files else []
     if blocks > 1:
         layout = attrs.evolve(layout, block=layout.block or 1)
         lines.append(f"block = {layout.block}  # of {blocks}")
@@ -110,7 +114,8 @@ def suggest_loading(path: Path, listings: Sequence[Listing], layout: Format, blo
     if (both := _trace_and_retrace(remaining)) is not None:
         friction, stroke = both[0], stroke or _find_column(remaining, "m", ("dist|scan|length",))
     coefficient = None if friction else _coefficient(remaining) or (ratios[0] if len(ratios) == 1 else None)
-    lines += [*_run_lines(path, raw, time, layout), *_time_lines(raw, time, interval)]
+    lines += [] if files else _run_lines(path, raw, time, layout)
+    lines += _time_lines(raw, time, interval)
     lines += [
         f"# {_reference(item)} is constant, or the amplitude of a faster motion: no displacement"
         for item in still
@@ -160,9 +165,9 @@ def _read_with_decimal(path: Path, listings: Sequence[Listing], layout: Format) 
 def _run_lines(path: Path, raw: "_Raw", time: Listing | None, layout: Format) -> list[str]:
     """Return the keys that select one of several runs; empty for a single run."""
     if time and (count := 1 + int((np.diff(_values(raw, time, "s")) < 0).sum())) > 1:
-        return [f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit']
+        return [f'run = 1  # of {count:,}, the clock starts again; run = "each" evaluates all']
     if runs := find_run_column(path, layout):
-        each = f'run = {runs.numbers[0]}  # of {runs.runs_text}; run = "each" is for loops, sliding and fit'
+        each = f'run = {runs.numbers[0]}  # of {runs.runs_text}; run = "each" evaluates all'
         return [f"runs_by = {_quote(runs.name)}", each]
     return []
 
@@ -176,14 +181,21 @@ def _time_lines(raw: "_Raw", time: Listing | None, interval: tuple[float, str] |
     return ["", "[loading.columns]", "# no column looks like time: without it, the row is the clock"]
 
 
-def suggest_scenario(path: Path, output: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
+def suggest_scenario(
+    path: Path,
+    output: Path,
+    listings: Sequence[Listing],
+    layout: Format,
+    blocks: int = 1,
+    *,
+    files: Sequence[Path] = (),
+) -> str:
     """Suggest a scenario in TOML for the file ``output``; keys that do not follow from columns are comments."""
+    named = relative = [*(files or [path])]
     if output.parent.absolute() != Path.cwd():
-        relative = Path(os.path.relpath(path.absolute(), output.parent.absolute())).as_posix()
-    else:
-        relative = path.as_posix()
-    loading = suggest_loading(path, listings, layout, blocks)
-    loading = loading.replace(f"file = {_quote(path.as_posix())}", f"file = {_quote(relative)}", 1)
+        relative = [Path(os.path.relpath(file.absolute(), output.parent.absolute())) for file in named]
+    loading = suggest_loading(path, listings, layout, blocks, files=files)
+    loading = loading.replace(f"file = {_quote_files(named)}", f"file = {_quote_files(relative)}", 1)
     fit = "" if "[loading.response]" not in loading else _FIT
     return f"title = {_quote(path.stem)}\n{_HEAD}\n{loading}\n{fit}"
 
@@ -514,6 +526,12 @@ def _along_y(listings: Sequence[Listing]) -> dict[Listing | None, Listing]:
         for name, listing in names.items()
         if (stem := name.removesuffix(" x")) != name and f"{stem} y" in names
     }
+
+
+def _quote_files(files: Sequence[Path]) -> str:
+    """Return a path, or an array of paths, in TOML."""
+    names = [_quote(file.as_posix()) for file in files]
+    return names[0] if len(names) == 1 else f"[{', '.join(names)}]"
 
 
 def _reference(listing: Listing) -> str:

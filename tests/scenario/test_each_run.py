@@ -9,7 +9,10 @@ from records import write_columns
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
+from historysim.measured.loops import Loops
+from historysim.scenario import schema
 from historysim.scenario.record_search import each_run
+from historysim.tables import read_table
 
 SCENARIO = """
 [materials]
@@ -105,6 +108,124 @@ def test_commands_have_a_row_for_each_run(folder, monkeypatch):
     assert done.exit_code == 2
     assert "none of 3 runs can be used" in done.output
     assert call("loops", "e.toml", "--set", "loading.run=2").exit_code == 0
+
+
+# -- one file for each run ---------------------------------------------------------------------------
+
+CYCLES = {"c10.csv": 40.0, "c2.csv": 30.0, "c1.csv": 1.0}  # amplitudes [µm]; 3 µm is full slip
+
+
+def cycle(amplitude, count=200):
+    """Displacement [µm] and load [N] of Mindlin's closed cycle from its upper end, with a limit of 14 N."""
+    phase = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    moved = amplitude * np.cos(phase)
+    top = 14 * (1 - (1 - min(amplitude / 3, 1)) ** 1.5)
+    falls = phase < np.pi
+    way = np.where(falls, amplitude - moved, moved + amplitude)
+    load = top - 28 * (1 - np.clip(1 - way / 6, 0, 1) ** 1.5)
+    return moved, np.clip(np.where(falls, load, -load), -14, 14)
+
+
+@pytest.fixture(scope="module")
+def cycles(tmp_path_factory):
+    """Write a file for each cycle, with a clock that continues, and a picture; return the folder and the areas [J]."""
+    folder, areas = tmp_path_factory.mktemp("cycles"), {}
+    (folder / "c").mkdir()
+    (folder / "c" / "notes.md").write_text("not a record", encoding="utf-8")
+    for start, (name, amplitude) in enumerate(CYCLES.items()):
+        moved, load = cycle(amplitude)
+        time = start + np.arange(moved.size) / moved.size
+        write_columns(folder / "c" / name, t=time, N=20e3 + 0 * time, u=1e3 * moved, T=1e3 * load)
+        u, t = np.append(moved, moved[0]), np.append(load, load[0])
+        areas[name] = 0.5e-6 * abs(np.sum(np.diff(u) * (t[1:] + t[:-1])))
+    return folder, areas
+
+
+LISTED = '["c/c10.csv", "c/c2.csv", "c/c1.csv"]\nrun = "each"'
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (LISTED, [*CYCLES]),
+        ('"c/*.csv"', ["c1.csv", "c2.csv", "c10.csv"]),
+        ('"c"', ["c1.csv", "c2.csv", "c10.csv"]),
+        ('"c/c?.csv"', ["c1.csv", "c2.csv"]),
+        ('"c/c10.csv"\nrun = "each"', ["c10.csv"]),
+        ('"c/*.csv"\nrun = 3', ["c10.csv"]),
+    ],
+)
+def test_each_file_is_a_run(files, names, cycles):
+    folder, areas = cycles
+    scenario = hs.load(write_files_scenario(folder, files))
+    found = hs.loops(scenario)
+    loops = [found] if isinstance(found, Loops) else [run.result for run in found]
+    energy = [float(evaluated.dissipated_energy.sum()) for evaluated in loops]
+    assert energy == pytest.approx([areas[name] for name in names], rel=1e-9)
+    assert all(len(evaluated) == 1 for evaluated in loops)
+
+
+def write_files_scenario(folder, files, name="s.toml"):
+    text = SCENARIO.replace('"m.csv"\nRUN', files).replace("0.26", "0.7").replace("334 mN/µm", "1 GN/m")
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+@pytest.mark.filterwarnings("ignore:.*is its zero")
+def test_all_verbs_accept_several_files(cycles, monkeypatch, tmp_path):
+    folder, _ = cycles
+    path = write_files_scenario(folder, '"c/*.csv"')
+    monkeypatch.chdir(tmp_path)
+    assert dict(hs.validate(path))["runs"].startswith("3;")
+    for function in (hs.run, hs.compare, hs.fit):
+        assert [run.number for run in function(path)] == [1, 2, 3]
+    assert [run.result.sizes["step"] for run in hs.run(path)] == [200] * 3
+    assert hs.report(path).count("<h2>Run ") == 3
+    for command, files in (
+        (("validate",), ()),
+        (("run",), ("s_1.nc", "s_1.history", "s_3.nc")),
+        (("loops", "--fretting"), ()),
+        (("compare",), ("s_comparison_1.png", "s_comparison_3.png")),
+        (("fit", "-q"), ("s_fitted_2.toml",)),
+        (("report",), ("s_report.html",)),
+    ):
+        done = call(command[0], str(path), *command[1:])
+        assert done.exit_code == 0, done.output
+        assert all((tmp_path / name).is_file() for name in files)
+    again = hs.compare("s_fitted_2.toml")
+    assert again.residuals.rms == pytest.approx(hs.fit(path)[1].result.comparison.residuals.rms)
+
+
+def test_a_set_of_files_is_checked(cycles, monkeypatch):
+    folder, _ = cycles
+    monkeypatch.chdir(folder)
+    for files, problem in (
+        ('"c/*.txt"', "no file has such a name"),
+        ('"c/*.csv"\nrun = 4', "there is no run 4; expected one of 1, 2, 3"),
+    ):
+        with pytest.raises(InputError, match=rf"s.toml: loading\..*{problem}"):
+            hs.loops(write_files_scenario(folder, files))
+    scenario = hs.load(write_files_scenario(folder, '"c/*.csv"'))
+    with pytest.raises(InputError, match='"each"; expected one of the runs 1, 2, 3'):
+        scenario.measurement()
+    assert set(scenario.files) == {folder / "s.toml", *(folder / "c" / name for name in CYCLES)}
+    for arguments, written in ((["c/*.csv"], '"c/*.csv"'), (["c"], '"c"'), (["c/c1.csv", "c/c2.csv"], '["c/c1.csv", ')):
+        done = call("columns", *arguments)
+        assert f"file = {written}" in done.output
+        assert 'run = "each"' in done.output
+
+
+def test_files_are_read_once(cycles, monkeypatch):
+    folder, _ = cycles
+    read = []
+
+    def read_counted(path, *rest, **keys):
+        read.append(path)
+        return read_table(path, *rest, **keys)
+
+    monkeypatch.setattr(schema, "read_table", read_counted)
+    hs.fit(write_files_scenario(folder, LISTED))
+    assert sorted(path.name for path in read) == sorted(CYCLES)
 
 
 def test_columns_show_the_runs(folder, monkeypatch):

@@ -15,6 +15,7 @@ from historysim.errors import InputError, field_error
 from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
+EACH = "each"  # run = "each": all runs of a record, evaluated separately
 NAMED_BY_A_KEY = ("waypoints", "blocks", "file")  # kinds identified by a key of the same name, without ``kind``
 
 # Kinds of ``[loading]`` by name.

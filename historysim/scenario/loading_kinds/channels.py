@@ -5,6 +5,7 @@ import operator
 import re
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 import attrs
@@ -23,12 +24,13 @@ from historysim.basics.fields import (
     Quantity,
     Time,
 )
+from historysim.basics.files import is_file_set
 from historysim.basics.units import is_number, quantity, quantity_text
 from historysim.basics.wording import format_value
 from historysim.errors import InputError, error_path, field_error
 from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.measured import correction
-from historysim.scenario.loading_kinds import Loading
+from historysim.scenario.loading_kinds import EACH, Loading
 from historysim.scenario.loading_kinds.inline import WaypointBlock
 from historysim.scenario.schema import NumbersFile, explicit_fields, from_table
 from historysim.tables import REFUSE_OR_DROP, Column
@@ -37,7 +39,6 @@ from historysim.tables.columns import fit_unit
 # Larger swings are reversals of a channel, not hum: fraction of the range of a displacement, or of the largest load.
 HUM_DEAD_BAND = 0.2
 
-EACH = "each"  # run = "each": all runs of a file, evaluated separately
 COMBINED = ("sum", "mean", "difference")  # keys that combine several columns into one channel
 
 Area = Annotated[float, Quantity("m2")]
@@ -372,8 +373,9 @@ class RecordKeys(NumbersFile, Loading):
     #: Waypoints before the record, such as conditioning loops; the record starts one sample after them.
     blocks: tuple[WaypointBlock, ...] = ()
     response: Channels = attrs.Factory(Channels)  #: measured response, to compare with; the same keys
-    #: Of a file with several runs: the number of the run, from 1, counted at restarts of the clock; or its value in
-    #: ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
+    #: Of several runs: the number of the run, from 1, counted at restarts of the clock and, without ``runs_by``, at
+    #: each of several files; or its value in ``runs_by``; or ``"each"``, by default for a folder or a pattern: each run
+    #: is evaluated by itself.
     run: int | str | None = None
     runs_by: Column | None = None  #: column with the number of the run
     #: Constant sampling rate, instead of a column for time: rows are 1/rate apart.
@@ -440,6 +442,12 @@ class RecordKeys(NumbersFile, Loading):
                     raise field_error(problem, *path, needs)
         if self.columns.time is None and not any(channel.sources for channel in self.channels.values()):
             raise field_error("only constants, and no time; expected a column", "columns")
+
+    def chosen_run(self, folder: Path) -> int | str | None:
+        """Return the run to read, with the default of a folder or a pattern; paths are relative to the folder."""
+        if self.run is None and any(is_file_set(folder / file) for file in self.files):
+            return EACH
+        return self.run
 
     @property
     def channels(self) -> dict[tuple[str, str], Channel]:

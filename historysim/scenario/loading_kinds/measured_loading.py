@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import attrs
 import numpy as np
@@ -16,7 +16,14 @@ from historysim.measured.reduction import Measurement
 from historysim.scenario.loading_kinds import LOADINGS
 from historysim.scenario.loading_kinds.channels import RecordKeys
 from historysim.scenario.loading_kinds.inline import build_timeline
-from historysim.scenario.loading_kinds.record_assembly import FILE_REMARK, HUM_REMARK, assemble_measurement
+from historysim.scenario.loading_kinds.record_assembly import (
+    FILE_REMARK,
+    HUM_REMARK,
+    RawRecord,
+    assemble_measurement,
+    condition_record,
+    read_runs,
+)
 
 
 @LOADINGS.register
@@ -86,6 +93,32 @@ class MeasuredLoading(RecordKeys):
         interval = float(np.median(steps)) if steps.size else 0.0
         offset = float(time[0]) - (interval or 1.0) - line.now
         return Events([attrs.evolve(cast("Any", event), time=event.time + offset) for event in line.events])
+
+
+@attrs.frozen(kw_only=True)
+class RunLoading(MeasuredLoading):
+    """One of several runs, whose record has been read."""
+
+    record: RawRecord = attrs.field(eq=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """The names of the files of the run, for messages."""
+        return self.record.section.name
+
+    @classmethod
+    def read_all(cls, folder: Path, loading: MeasuredLoading) -> dict[int, Self]:
+        """Read all runs of a loading, by number; errors as for `MeasuredLoading.measurement`."""
+        keys = attrs.asdict(loading, recurse=False)
+        with error_path("loading"):
+            runs = read_runs(folder, loading)
+        return {number: cls(**{**keys, "run": number}, record=record) for number, record in runs.items()}
+
+    def measurement(self, folder: Path) -> Measurement:  # noqa: ARG002 - the record has been read
+        """Condition the record; InputError if that is not possible."""
+        section = attrs.evolve(self, file=self.record.section.file)
+        with error_path("loading"):
+            return condition_record(attrs.evolve(self.record, section=section))
 
 
 def _events_of_start(measurement: Measurement) -> Events:

@@ -15,8 +15,8 @@ from historysim.basics.wording import count_text
 from historysim.errors import InputError, error_path, field_error
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
+from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.loading_kinds.channels import (
-    EACH,
     Channel,
     ForceChannel,
     LengthChannel,
@@ -41,8 +41,13 @@ _RUN, RETRACE = " run", " retrace"
 
 def assemble_measurement(folder: Path, section: RecordKeys) -> Measurement:
     """Read and condition the measurement of a file by the keys of ``[loading]``."""
-    record = _align_clocks(folder, section)
-    record.take_run()
+    return condition_record(_read_record(folder, section))
+
+
+def condition_record(record: "RawRecord") -> Measurement:
+    """Condition a record by the keys of its ``[loading]``; the record is not changed."""
+    section = record.section
+    record = attrs.evolve(record, remarks=[*record.remarks], removed={}, offset={})
     record.append_retrace()
     with error_path("file"), _file_named(section.name):
         record.take_window()
@@ -75,7 +80,58 @@ def assemble_measurement(folder: Path, section: RecordKeys) -> Measurement:
     return attrs.evolve(measurement, remarks=tuple(record.remarks))
 
 
-def _align_clocks(folder: Path, section: RecordKeys) -> "_Record":
+def _read_record(folder: Path, section: RecordKeys) -> "RawRecord":
+    """Read the record of a file, or its run; InputError if there is no such run, or all runs are selected."""
+    run = section.chosen_run(folder)
+    if run is None:
+        return _align_clocks(folder, section)
+    runs = read_runs(folder, section)
+    if run in runs:
+        return runs[int(run)]
+    numbers = [*runs]
+    listed_runs = ", ".join(map(str, numbers[:MOST_LISTED]))
+    if len(numbers) > MOST_LISTED:
+        listed_runs += f", … {numbers[-1]}"
+    if run == EACH:
+        expected = f"expected one of the runs {listed_runs}: these are separate records, not a single one"
+        raise field_error(f'"each"; {expected}', "run")
+    raise field_error(f"there is no run {run}; expected one of {listed_runs}", "run")
+
+
+def read_runs(folder: Path, section: RecordKeys) -> "dict[int, RawRecord]":
+    """Read the runs of a record, by number in their order; every file is read once.
+
+    Without ``runs_by`` each of several files is a run, or several runs if its clock starts again.
+    """
+    paths = section.paths(folder)
+    one_file_per_run = section.runs_by is None and len(paths) > 1
+    if one_file_per_run:
+        records = [_align_clocks(folder, attrs.evolve(section, file=str(path.absolute()))) for path in paths]
+    else:
+        records = [_align_clocks(folder, section)]
+    runs: dict[int, RawRecord] = {}
+    for record in records:
+        counted = len(runs)
+        for number, rows in _find_run_rows(record.run):
+            if len(paths) > 1 and not one_file_per_run and (np.diff(rows) > 1).any():
+                problem = f"run {number} is in separate parts of {len(paths)} files"
+                raise field_error(f"{problem}; expected one part: leave runs_by out, and each file is a run", "runs_by")
+            runs[number + (counted if one_file_per_run else 0)] = record.take(rows)
+    for number, run in runs.items():
+        named = f"{number} ({run.section.name})" if one_file_per_run else f"{number}"
+        run.remark("run", f"{named}, one of {len(runs):,} runs, {_samples(run.time.size)}")
+    return runs
+
+
+def _find_run_rows(run: Floats) -> list[tuple[int, Integers]]:
+    """Return the number and the rows of each run, in the order of their first rows."""
+    numbered = np.flatnonzero(~np.isnan(run))
+    order = numbered[np.argsort(run[numbered], kind="stable")]
+    parts = np.split(order, np.flatnonzero(np.diff(run[order])) + 1) if order.size else []
+    return [(int(run[rows[0]]), rows) for rows in sorted(parts, key=lambda rows: int(rows[0]))]
+
+
+def _align_clocks(folder: Path, section: RecordKeys) -> "RawRecord":
     """Read the columns of a file, grouped by clock, because clocks may have different numbers of samples."""
     measured = {path: channel for path, channel in section.channels.items() if channel.sources}
     tables: dict[Column | None, Table] = {}
@@ -85,7 +141,8 @@ def _align_clocks(folder: Path, section: RecordKeys) -> "_Record":
     notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
     main = tables[None]
     time = main.columns["time"]
-    values, first_readings, inside = {}, {}, np.ones(time.size, dtype=np.bool_)
+    inside = np.ones(time.size, dtype=np.bool_) if main.inside is None else main.inside.copy()
+    values, first_readings = {}, {}
     for (group, key), channel in measured.items():
         on_clock = tables[channel.time]
         raw = [on_clock.columns[name] for name in column_names(key, channel)]
@@ -100,12 +157,13 @@ def _align_clocks(folder: Path, section: RecordKeys) -> "_Record":
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
     remarks = [(FILE_REMARK, notice) for notice in notices]
-    record = _Record(section, time, values, first_readings, main.lines, inside, _number_runs(main), remarks)
-    if section.runs_by is None and len(section.files) == 1:
-        record.remark_runs(folder)
+    record = RawRecord(section, time, values, first_readings, main.lines, inside, _number_runs(main), remarks)
+    paths = section.paths(folder)
+    if section.runs_by is None and len(paths) == 1:
+        record.remark_runs(paths[0])
     if section.rate is not None:
         record.remark("clock", f"{quantity_text(section.rate, 'Hz')}, from 0 s")
-    elif section.columns.time is None:
+    elif section.columns.time is None and main.time is None:
         record.remark("clock", "no column for time: the row number, from 0 s")
     return record
 
@@ -125,16 +183,18 @@ def _read(folder: Path, section: RecordKeys, clock: Column | None, channels: Map
         for name, source, unit in zip(column_names(key, channel), channel.sources, channel.units_in_si, strict=True):
             columns[name], units[name] = source, unit
     try:
-        table = section.table(folder, columns, units, missing=section.missing == "drop")
+        table = section.table(folder, columns, units, missing=section.missing == "drop", by_time=True)
     except MissingValueError as error:
         try:
-            read = section.table(folder, columns, units, missing=True)
+            read = section.table(folder, columns, units, missing=True, by_time=True)
             count = int(np.count_nonzero(~reduction.whole_samples(*read.columns.values())))
             left_out = f"{count:,} of {_samples(sum(read.file_rows))}"
         except InputError:
             # another value is not a number
             left_out = "such samples"
         raise field_error(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
+    if clock is None and table.time is not None and section.rate is None:
+        return attrs.evolve(table, columns={**table.columns, "time": table.time})
     if clock is None:
         time = np.arange(sum(table.file_rows), dtype=np.float64) / (section.rate or 1.0)
         return attrs.evolve(table, columns={**table.columns, "time": time})
@@ -192,14 +252,6 @@ def _number_runs(table: Table) -> Floats:
     return number
 
 
-def count_run_samples(folder: Path, section: RecordKeys) -> dict[int, int]:
-    """Return the number of samples of each run of a file, in their order."""
-    run = _align_clocks(folder, section).run
-    runs = run[~np.isnan(run)]
-    numbers, first_rows, count = np.unique(runs, return_index=True, return_counts=True)
-    return {int(numbers[index]): int(count[index]) for index in np.argsort(first_rows)}
-
-
 @contextmanager
 def _file_named(name: str) -> Iterator[None]:
     try:
@@ -213,7 +265,7 @@ def _samples(count: int) -> str:
 
 
 @attrs.define(eq=False)
-class _Record:
+class RawRecord:
     """Columns of a file on one clock, during their conversion to a measurement."""
 
     section: RecordKeys
@@ -228,11 +280,12 @@ class _Record:
     offset: dict[str, float] = attrs.Factory(dict)  #: offset added to the readings of each displacement [m]
 
     def remark(self, label: str, text: str) -> None:
+        """Add a line of (label, text)."""
         self.remarks.append((label, text))
 
-    def remark_runs(self, folder: Path) -> None:
+    def remark_runs(self, path: Path) -> None:
         """Remark on a column that numbers runs, which are joined unless ``runs_by`` names it."""
-        runs = find_run_column(folder / self.section.files[0], self.section)
+        runs = find_run_column(path, self.section)
         if runs is not None:
             text = (
                 f"column {runs.name!r} has the numbers {runs.runs_text}, and these runs are joined; if they are "
@@ -240,15 +293,25 @@ class _Record:
             )
             self.remark(FILE_REMARK, text)
 
-    def keep(self, mask: Booleans) -> None:
+    def take(self, rows: Integers) -> "RawRecord":
+        """Return the record of some rows."""
+        part = attrs.evolve(self, remarks=[*self.remarks])
+        part.keep(rows)
+        part.first_readings = {path: _first_reading(column) for path, column in part.values.items()}
+        return part
+
+    def keep(self, mask: Booleans | Integers) -> None:
+        """Leave out all other samples."""
         self.values = {key: array[mask] for key, array in self.values.items()}
         self.row = None if self.row is None else self.row[mask]
         self.time, self.inside, self.run = self.time[mask], self.inside[mask], self.run[mask]
 
     def place(self, index: int) -> str:
+        """Return the location of a sample in its file."""
         return Measurement(self.time, {}, row=self.row).place(index)
 
     def check_order(self, *, rising: bool = False) -> None:
+        """Check that times do not decrease, or that they rise."""
         check_order(self.time, self.place)
         if not rising:
             return
@@ -259,26 +322,10 @@ class _Record:
             raise InputError(f"{error}; if the clock was rounded, {remedy}") from error
 
     def check_sizes(self, values: Floats) -> None:
+        """Check that the values are workable in SI."""
         beyond = np.flatnonzero(np.abs(values) > LARGEST)
         if beyond.size:
             raise InputError(f"{self.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI")
-
-    def take_run(self) -> None:
-        """Select the run of the scenario."""
-        run = self.section.run
-        if run is None:
-            return
-        runs = sorted({int(number) for number in self.run[~np.isnan(self.run)]})
-        listed_runs = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
-        if run == EACH:
-            expected = f'expected one of the runs {listed_runs}: "each" is for loops, sliding and fit'
-            raise field_error(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
-        in_run = self.run == run
-        if not in_run.any():
-            raise field_error(f"there is no run {run}; expected one of {listed_runs}", "run")
-        self.first_readings = {path: _first_reading(column[in_run]) for path, column in self.values.items()}
-        self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(in_run.sum()))}")
-        self.keep(in_run)
 
     def append_retrace(self) -> None:
         """Append the retrace in reverse order; channels without a retrace repeat their trace backwards."""
@@ -336,7 +383,7 @@ class _Record:
             starts = int((np.diff(self.time) < 0).sum())
             raise InputError(
                 f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one of them, "
-                'and run = "each" all, for loops, sliding and fit'
+                'and run = "each" all'
             ) from error
         self.check_sizes(self.time)
         self.remark_repeated_times()
