@@ -24,6 +24,7 @@ from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, 
 from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import (
     FEWEST_SPIKES,
+    REVERSAL,
     USUAL_STEPS,
     Measurement,
     check_moves,
@@ -38,6 +39,7 @@ from historysim.replaying import Replay
 
 # Change of the normal load between successive samples, over its largest value, up to which it is not a step.
 LEAST_STEP = 5e-3
+LONGEST_STEP = 6  # samples of a step of the normal load; a longer change is gradual
 MOST_BACK = 64  # preceding samples searched for the largest stiffness within the noise of the displacement
 POSITION_BINS = 40  # position bins of a branch
 SLIDES = 0.95  # load of the model over its friction limit above which the contact counts as sliding
@@ -168,7 +170,7 @@ def observe(
         # one closed period: the cycles before it were not stored, so the model follows the record from a reversal on
         start = max(start, 1)
     noise = estimate_white_noise(displacement) if displacement_noise is None else displacement_noise
-    nodes = np.union1d(turns, find_load_steps(normal))
+    nodes, follows = _find_nodes(displacement, normal, turns, noise)
     # half the distance from each sample to the farther one of its neighbours
     steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
     half_step, offset = np.maximum(steps[:-1], steps[1:]) / 2, np.zeros(displacement.size)
@@ -190,8 +192,39 @@ def observe(
         skip=skip,
         starts_displaced=measurement.starts_displaced,
         start_sample=int(turns[start]),
-        remarks=(*measurement.remarks, *spikes),
+        remarks=(*measurement.remarks, *spikes, *follows),
     )
+
+
+def _find_nodes(
+    displacement: Floats, normal: Floats, turns: Integers, noise: float
+) -> tuple[Integers, list[tuple[str, str]]]:
+    """Find the samples between which the displacement is monotone, but for noise; return a remark as well.
+
+    Reversals within the dead band are nodes if the path without them is farther from the record than the noise.
+    """
+    nodes = np.union1d(turns, find_load_steps(normal))
+    distance = displacement - _sort_between(displacement, nodes)[0]
+    farthest = float(np.abs(distance).max())
+    if farthest <= REVERSAL * noise:
+        return nodes, []
+    smaller = turning_points(displacement, REVERSAL * noise)
+    text = (
+        f"reversals down to {quantity_text(REVERSAL * noise, 'm', 3)} are replayed: the path without those within the "
+        f"dead band is up to {quantity_text(farthest, 'm', 3)} from the record, more than its noise"
+    )
+    return np.union1d(nodes, smaller), [("path", text)]
+
+
+def _sort_between(displacement: Floats, nodes: Integers) -> tuple[Floats, Integers]:
+    """Return displacements that are monotone between nodes, and the sample that each of them is from."""
+    target, order = displacement.copy(), np.arange(displacement.size)
+    for start, stop in itertools.pairwise(nodes):
+        between = np.clip(target[start + 1 : stop], *sorted((target[start], target[stop])))
+        ranks = np.argsort(between if target[stop] >= target[start] else -between, kind="stable")
+        target[start + 1 : stop] = between[ranks]
+        order[start + 1 : stop] = start + 1 + ranks
+    return target, order
 
 
 def _without_spikes(displacement: Floats) -> tuple[Floats, list[tuple[str, str]]]:
@@ -247,12 +280,7 @@ def compute_response(
     node_shifts = np.asarray(shifts, dtype=np.float64)
     target = observation.displacement + offset
     target[observation.nodes[1 : 1 + node_shifts.size]] += node_shifts
-    order = np.arange(target.size)
-    for start, stop in itertools.pairwise(observation.nodes):
-        between = np.clip(target[start + 1 : stop], *sorted((target[start], target[stop])))
-        ranks = np.argsort(between if target[stop] >= target[start] else -between, kind="stable")
-        target[start + 1 : stop] = between[ranks]
-        order[start + 1 : stop] = start + 1 + ranks
+    target, order = _sort_between(target, observation.nodes)
     # A start that is not compared represents an unknown history, and one with a known zero was reached from there: the
     # contact is pressed before it moves to the first displacement. Moved during pressing, more of it would stick.
     preloaded = int((observation.start_sample > 0 or observation.starts_displaced) and target[0] != 0)
@@ -282,6 +310,21 @@ def compute_response(
     )
 
 
+def compute_displacement(ensemble: Body, instrument: Instrument, measurement: Measurement) -> Floats | None:
+    """Replay the tangential load of a measurement; return the displacement of the drive (sample) [m].
+
+    A load beyond the friction limit is held there. None if the tangential load is not replayed.
+    """
+    if "tangential_load" not in measurement.channels or measurement.get("tangential_displacement") is None:
+        return None
+    events = attrs.evolve(measurement, reduced=False).events()
+    history = Replay(ensemble, events, record="totals", saturate=True, instrument=instrument).dataset()
+    moved, load = history.tangential_displacement.values, history.total_tangential_load.values
+    # samples of one time are one step
+    step = np.searchsorted(history.time.values, measurement.time, side="right") - 1
+    return np.asarray(instrument.drive_displacement(moved, load))[step]
+
+
 def _max_recent_stiffness(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
     """Return the greatest stiffness of each sample, the one before it, and earlier ones within reach."""
     greatest = stiffness.copy()
@@ -302,7 +345,10 @@ def find_load_steps(normal_load: Floats) -> Integers:
     )
     step_samples = np.flatnonzero(change > threshold)
     steps: Integers = np.union1d(step_samples, step_samples + 1)
-    return steps
+    # a load that varies over many samples is followed sample by sample, and only its course begins and ends
+    parts = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
+    ends = [part if part.size <= LONGEST_STEP else part[[0, -1]] for part in parts]
+    return np.concatenate(ends) if ends else steps
 
 
 # -- residuals -------------------------------------------------------------------------------------
@@ -394,9 +440,8 @@ class Comparison:
     observation: Observation  #: the measurement
     response: ModelResponse  #: response of the model along the measurement
     instrument: Instrument = RIGID  #: instrument in series with the contact
-    #: Response between the measured turning points, if `response` is between fitted ones: those absorb errors of the
-    #: model.
-    between_turns: ModelResponse | None = None
+    #: (sample) Displacement of the drive of the model with the measured tangential load [m], if the load is replayed.
+    model_displacement: Floats | None = None
     model: Loops | None = attrs.field(init=False)  #: loops of the model, None without a whole one
 
     @model.default
@@ -433,9 +478,29 @@ class Comparison:
         residual: Floats = self.observation.tangential_load - self.response.tangential_load
         return residual[self.observation.start_sample :]
 
+    @property
+    def displacement_difference(self) -> Floats | None:
+        """Measured less model displacement (sample) [m], from the first sample compared; None unless T is replayed."""
+        if self.model_displacement is None:
+            return None
+        residual: Floats = self.observation.displacement - self.model_displacement
+        return residual[self.observation.start_sample :]
+
+    def _rms_lines(self) -> list[tuple[str, str]]:
+        """Return lines on the rms difference: of the displacement if the load is replayed, and of the load."""
+        residuals, moved = self.residuals, self.displacement_difference
+        share = f"{100 * residuals.rms / residuals.largest:.3g} % of the largest tangential load"
+        text = f"{quantity_text(residuals.rms, 'N')}, {share}"
+        if moved is None:
+            return [("rms difference", text)]
+        rms = float(np.sqrt(np.mean(moved**2)))
+        stroke = float(np.ptp(self.observation.displacement[self.observation.start_sample :])) or 1.0
+        of_displacement = f"{quantity_text(rms, 'm')}, {100 * rms / stroke:.3g} % of the range of the displacement"
+        return [("rms difference", of_displacement), ("of the load, displacement replayed", text)]
+
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text) on the difference of model and measurement."""
-        residuals, loads = self.residuals, [] if self.measured is None else self.measured.by_load().value.tolist()
+        loads = [] if self.measured is None else self.measured.by_load().value.tolist()
         lines = [
             *self.observation.remarks,
             ("samples compared", f"{self.difference.size:,}"),
@@ -446,9 +511,7 @@ class Comparison:
             load_list = ", ".join(quantity_text(load, "N", 3) for load in loads)
             over = "means below are over all loads; historysim loops has means at each load"
             lines.append(("normal loads", f"{load_list}; {over}"))
-        share = f"{100 * residuals.rms / residuals.largest:.3g} % of the largest tangential load"
-        lines.append(("rms difference", f"{quantity_text(residuals.rms, 'N')}, {share}"))
-        return [*lines, *(("note", text) for text in self.notes)]
+        return [*lines, *self._rms_lines(), *(("note", text) for text in self.notes)]
 
     @property
     def residuals(self) -> Residuals:
@@ -469,7 +532,7 @@ class Comparison:
 
     def _branches(self) -> Iterator[BranchSamples]:
         """Yield the whole branches at one load that are compared, except the first and the last."""
-        observation, response = self.observation, self.between_turns or self.response
+        observation, response = self.observation, self.response
         channels = (
             observation.time,
             response.displacement,

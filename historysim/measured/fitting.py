@@ -192,8 +192,8 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
     by_noise = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
     wanders = _measure_wander(search, result, covariance, misfit)
     reach = by_noise if wanders is None else np.array([variation.reach for variation in wanders])
-    # pieces have no information on a parameter without effect
-    reach = np.where(np.any(result.slopes, axis=0), reach, by_noise)
+    # residuals of few pieces may be alike by chance, and pieces have no information on a parameter without effect
+    reach = np.where(np.any(result.slopes, axis=0), np.maximum(reach, by_noise), by_noise)
     # other minima that are as deep but for chance are as likely
     reach, by_noise = np.maximum(reach, result.spread), np.maximum(by_noise, result.spread)
     # an offset of the whole displacement range or more is unknown
@@ -299,6 +299,11 @@ def _measure_wander(
     if count < intervals.FEWEST_LOOPS:
         return None
     moves, shares = _compute_influence(search, result, covariance, bounds)
+    few = count <= intervals.FEW_PIECES
+    least = [
+        intervals.compute_student_half_width(move, share, CONFIDENCE) if few else 0.0
+        for move, share in zip(moves.T, shares.T, strict=True)
+    ]
     by_loop = [intervals.compute_wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
     # the branches of few loops are twice as many pieces
     branches = count <= intervals.MOST_PIECES // 2
@@ -317,8 +322,11 @@ def _measure_wander(
         for variation, move, share, error in zip(by_loop, moves.T, shares.T, noise.tolist(), strict=True)
     ]
     return [
-        attrs.evolve(variation, reach=math.hypot(reach, second_order * (name != OFFSET)))
-        for name, variation, reach in zip(search.names, by_loop, reaches, strict=True)
+        attrs.evolve(
+            variation,
+            reach=math.hypot(reach if variation.drifts else max(reach, student), second_order * (name != OFFSET)),
+        )
+        for name, variation, reach, student in zip(search.names, by_loop, reaches, least, strict=True)
     ]
 
 

@@ -12,6 +12,7 @@ from historysim.basics.arguments import Floats, Integers
 
 FEWEST_LOOPS = 3  # fewest loops whose scatter is used
 FEWEST_FOR_DRIFT = 6  # fewest loops that distinguish drift from scatter
+FEW_PIECES = 10  # pieces up to which their scatter is so uncertain that Student's interval is the least
 MOST_PIECES = 48  # largest number of pieces of a record; more pieces change nothing
 SURE = 0.99  # confidence above which a record drifts
 _MOST_CORRELATED = 0.97
@@ -111,6 +112,15 @@ def compute_half_width(
     while inside(upper) < 0:
         upper *= 2
     return float(optimize.brentq(inside, 0.0, upper, rtol=1e-6))
+
+
+def compute_student_half_width(moves: Floats, share: Floats, confidence: float) -> float:
+    """Compute the half width of Student's interval of an estimate from its influence values, for independent pieces."""
+    from scipy import stats
+
+    # a piece is part of the mean that it is compared with
+    variance = float(np.sum(moves**2 / np.maximum(1 - share, 1 / (2 * share.size))))
+    return float(stats.t.ppf((1 + confidence) / 2, share.size - 1)) * math.sqrt(variance)
 
 
 def compute_mean_wander(values: Floats, confidence: float) -> Wander | None:

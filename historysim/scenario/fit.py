@@ -15,7 +15,7 @@ from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
 from historysim.errors import InputError, error_path
 from historysim.measured import fit_model
-from historysim.measured.comparison import Comparison, Observation, compute_response, observe
+from historysim.measured.comparison import Comparison, Observation, compute_displacement, compute_response, observe
 from historysim.measured.creep import Creep, separate_creep
 from historysim.measured.fit_model import Model, starting_value
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
@@ -147,8 +147,11 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison | A
     measurement = scenario.measurement()
     with located_errors(scenario.path.name), error_path("loading"):
         observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
-    response = compute_response(scenario.ensemble(), scenario.instrument, observation)
-    return Comparison(observation, response, scenario.instrument)
+    ensemble, instrument = scenario.ensemble(), scenario.instrument
+    response = compute_response(ensemble, instrument, observation)
+    with located_errors(scenario.path.name), error_path("loading"):
+        moved = compute_displacement(ensemble, instrument, measurement)
+    return Comparison(observation, response, instrument, moved)
 
 
 def creep(scenario: Scenario | str | Path) -> Creep | Any:  # noqa: ANN401 - Runs, for several runs
@@ -217,11 +220,12 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
-    if offset or instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
-        # measured loops refer to the contact: with the fitted zero and without the fitted spring
-        observation = _observe_record(scenario, instrument, offset)
-    between = compute_response(ensemble, instrument, observation)
-    return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, between))
+    # as `compare` of the fitted scenario: all samples, with the fitted zero and, for loops, without the fitted spring
+    observation = _observe_record(scenario, instrument, offset, average=False)
+    response = compute_response(ensemble, instrument, observation)
+    measurement = scenario.measurement().add_displacement_offset(offset)
+    moved = compute_displacement(ensemble, instrument, measurement)
+    return Fit(scenario, estimates, Comparison(observation, response, instrument, moved))
 
 
 def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
@@ -231,7 +235,9 @@ def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, floa
     return _observe_record(scenario, scenario.instrument), model, start
 
 
-def _observe_record(scenario: Scenario, instrument: Instrument, offset: float = 0.0) -> Observation:
+def _observe_record(
+    scenario: Scenario, instrument: Instrument, offset: float = 0.0, *, average: bool = True
+) -> Observation:
     """Observe the record of a fit, with an offset added to its displacement [m]; its loops refer to the contact."""
     measurement, section = scenario.measurement().add_displacement_offset(offset), scenario.sections.fit
     if section is not None and OFFSET in section.parameters:
@@ -241,7 +247,7 @@ def _observe_record(scenario: Scenario, instrument: Instrument, offset: float = 
         noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
     with located_errors(scenario.path.name), error_path("loading"):
         seen = observe(measurement, parallel_stiffness=instrument.parallel_stiffness, **noise)
-    return seen if seen.time.size <= MANY_SAMPLES else seen.average(AVERAGED_SAMPLES)
+    return seen.average(AVERAGED_SAMPLES) if average and seen.time.size > MANY_SAMPLES else seen
 
 
 # Section and key of each fitted parameter.

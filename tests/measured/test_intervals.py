@@ -9,6 +9,7 @@ from historysim.measured.intervals import (
     TrendLine,
     compute_half_width,
     compute_mean_wander,
+    compute_student_half_width,
     compute_wander,
     split_into_pieces,
 )
@@ -135,3 +136,21 @@ def test_the_reach_of_independent_pieces_equals_students():
         expected.append(stats.t.ppf(0.975, 47) * np.sqrt(48 / 47 * moves @ moves))
     assert 0.95 < np.mean(found) / np.mean(expected) < 1.4
     assert compute_half_width(np.zeros(48), share, 1.0, 0.95) == 0
+
+
+@pytest.mark.parametrize(
+    ("records", "pieces"),
+    [(1_000, 3), (1_000, 10), *(pytest.param(20_000, n, marks=pytest.mark.slow) for n in (3, 4, 5, 10))],
+)
+@pytest.mark.parametrize("even", [True, False])
+def test_few_independent_pieces_hold_the_truth(records, pieces, even):
+    """The estimate is the mean of pieces weighted by their information, and pieces scatter in proportion to it."""
+    random = np.random.default_rng(pieces)
+    share = np.full(pieces, 1 / pieces) if even else (1 + np.arange(pieces)) / (1 + np.arange(pieces)).sum()
+    values = random.normal(size=(records, pieces)) / np.sqrt(share)
+    estimates = values @ share
+    moves = share * (values - estimates[:, None])
+    reaches = np.array([compute_student_half_width(move, share, 0.95) for move in moves])
+    held = np.mean(np.abs(estimates) <= reaches)
+    # with even pieces the interval is Student's; five standard errors of the count
+    assert held == pytest.approx(0.95, abs=5 * np.sqrt(0.05 * 0.95 / records) + (0.0 if even else 0.015))

@@ -1,5 +1,7 @@
 """Files of records: a stage with a separate zero, in parallel with a flexure, a damper, spoilt channels."""
 
+import itertools
+
 import numpy as np
 import pytest
 from clean_records import BODIES, FRICTION, LOAD, PAIR, SLIPS, loaded
@@ -169,3 +171,62 @@ def test_energy_proportional_to_the_squared_amplitude_is_not_friction():
 
 
 # -- spoilt channels ----------------------------------------------------------------------------------
+
+
+# -- the load replayed, or the load and the normal load together --------------------------------------------------
+
+
+def mindlin_displacement(load, turns):
+    """Displacement along a load between turning points, by Mindlin's first branch and Masing's rule [m]."""
+    radius = (0.75 * 2.5e-3 * LOAD / PAIR.contact_modulus) ** (1 / 3)
+    slip = 3 * FRICTION * LOAD / (16 * radius * PAIR.shear_modulus)
+
+    def first(change):
+        return np.sign(change) * slip * (1 - (1 - np.abs(change) / (FRICTION * LOAD)) ** (2 / 3))
+
+    moved = first(load)
+    for start, stop in itertools.pairwise([*turns, load.size - 1]):
+        part = slice(start, stop + 1)
+        moved[part] = moved[start] + 2 * first((load[part] - load[start]) / 2)
+    return moved
+
+
+@pytest.mark.parametrize("stiffness", [np.inf, 5e5])
+def test_with_the_load_replayed_residuals_are_displacements(stiffness, tmp_path):
+    load = 0.9 * FRICTION * LOAD * np.interp(np.arange(601), [0, 60, 180, 300, 420, 540, 600], [0, 1, -1, 1, -1, 1, 0])
+    moved = mindlin_displacement(load, [60, 180, 300, 420, 540]) + load / stiffness
+    error = 2e-10 * np.where(np.arange(601) % 2, 1, -1)
+    error[0] = 0
+    columns = {"tangential_displacement": None, "tangential_load": '"T"'}
+    response = {"tangential_displacement": '{ column = "u", unit = "nm" }'}
+    more = "" if np.isinf(stiffness) else f"[instrument]\nlateral_stiffness = {stiffness}\n"
+    compared = hs.compare(write(tmp_path, moved + error, load, columns=columns, response=response, more=more))
+    np.testing.assert_allclose(compared.displacement_difference, error, rtol=0, atol=1e-13)
+    text = dict(compared.summary())["rms difference"]
+    assert text.startswith("199.8 pm, ")
+    assert "% of the range of the displacement" in text
+
+
+def test_a_fit_and_the_comparison_of_its_scenario_print_one_number(tmp_path):
+    """N and U vary together, each over many samples: the fit follows the record."""
+    index = np.arange(TIME.size)
+    normal, moved = LOAD * (1 + 0.3 * np.sin(np.pi * index / 20)), 60e-9 * np.sin(np.pi * index / 15)
+    noise = np.random.default_rng(1).normal(0, 2e-5, index.size)
+    events = [
+        (hs.NormalLoad(t, n), hs.TangentialDisplacement(t, u)) for t, n, u in zip(TIME, normal, moved, strict=True)
+    ]
+    history = hs.replay(BODIES["sphere"], [event for pair in events for event in pair], hold=False)
+    load = history.total_tangential_load.values + noise
+    path = write(
+        tmp_path, moved, load, normal, base=BALL.replace("0.2", "0.3"), more='[fit]\nparameters = ["friction"]\n'
+    )
+    found = hs.fit(path)
+    found.write(tmp_path / "f.toml")
+    rms = float(np.sqrt(np.mean(noise**2)))
+    assert found.comparison.residuals.rms == pytest.approx(rms, rel=0.02)
+    lines = dict(found.summary())["rms difference"], dict(hs.compare(tmp_path / "f.toml").summary())["rms difference"]
+    assert lines[0] == lines[1]
+    (friction,) = found.parameters
+    assert friction.low <= FRICTION <= friction.high
+    assert friction.low <= friction.noise_low
+    assert friction.high >= friction.noise_high

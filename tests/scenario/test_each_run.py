@@ -187,7 +187,7 @@ def test_all_verbs_accept_several_files(cycles, monkeypatch, tmp_path):
         (("loops", "--fretting"), ()),
         (("compare",), ("s_comparison_1.png", "s_comparison_3.png")),
         (("fit", "-q"), ("s_fitted_2.toml",)),
-        (("report",), ("s_report.html",)),
+        (("report", "-o", "s_report.html"), ("s_report.html",)),
     ):
         done = call(command[0], str(path), *command[1:])
         assert done.exit_code == 0, done.output
