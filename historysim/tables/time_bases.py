@@ -52,14 +52,18 @@ class TimeBase:
 
     def times(self, count: int, origin: "TimeBase") -> Floats:
         """Return the times of samples [s] since the date of another time base."""
-        return self.start_after(origin) + origin.start + self.interval * np.arange(count)
+        times: Floats = self.start_after(origin) + origin.start + self.interval * np.arange(count)
+        return times
 
     def start_after(self, other: "TimeBase") -> float:
         """Return the start relative to that of another time base [s]; NaN if only one of them has a date."""
         if (self.date is None) != (other.date is None):
             return float("nan")
-        days = 0.0 if self.date is None else float((self.date - other.date) / np.timedelta64(1, "ns")) * 1e-9
-        return days + self.start - other.start
+        dates = 0.0
+        if self.date is not None and other.date is not None:
+            # both in ns
+            dates = 1e-9 * float((self.date - other.date).astype(np.int64))
+        return dates + self.start - other.start
 
     def is_same(self, other: "TimeBase", count: int) -> bool:
         """Return whether both have the same times at so many samples, within a small fraction of the interval."""
