@@ -39,7 +39,6 @@ from historysim.replaying import Replay
 
 # Change of the normal load between successive samples, over its largest value, up to which it is not a step.
 LEAST_STEP = 5e-3
-LONGEST_STEP = 6  # samples of a step of the normal load; a longer change is gradual
 MOST_BACK = 64  # preceding samples searched for the largest stiffness within the noise of the displacement
 POSITION_BINS = 40  # position bins of a branch
 SLIDES = 0.95  # load of the model over its friction limit above which the contact counts as sliding
@@ -337,18 +336,18 @@ def _max_recent_stiffness(displacement: Floats, stiffness: Floats, reach: float)
 
 
 def find_load_steps(normal_load: Floats) -> Integers:
-    """Return the samples between which the normal load changes by much more than its noise."""
+    """Return the ends of each step or ramp on which the normal load changes from sample to sample by more than noise.
+
+    The samples inside a ramp are none: noise of the displacement would make each of them a reversal.
+    """
     change = np.abs(np.diff(normal_load))
     # the last digit is not a step, although a load that rests on it seems free of noise
     threshold = max(
         10 * estimate_white_noise(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max())
     )
-    step_samples = np.flatnonzero(change > threshold)
-    steps: Integers = np.union1d(step_samples, step_samples + 1)
-    # a load that varies over many samples is followed sample by sample, and only its course begins and ends
-    parts = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
-    ends = [part if part.size <= LONGEST_STEP else part[[0, -1]] for part in parts]
-    return np.concatenate(ends) if ends else steps
+    is_step = np.concatenate([[False], change > threshold, [False]])
+    ends: Integers = np.flatnonzero(is_step[1:] != is_step[:-1])
+    return ends
 
 
 # -- residuals -------------------------------------------------------------------------------------

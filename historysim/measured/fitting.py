@@ -25,6 +25,7 @@ LEAST_NOISE = 0.9  # least fraction of the estimated noise that is used, however
 # Contribution of scatter from branch to branch to the half width of an interval, over the square of its fraction of the
 # load: a single coefficient for all branches is off by some 1.1 to 1.5 of these squares (tests/README.md).
 SECOND_ORDER = 1.8
+SAME_START = 0.05  # distance of start and end of a search, as a logarithm, below which a restart changes nothing
 # Distance of the first load from the middle of the loops, over half their height, up to which a record begins unloaded;
 # and of the middle of the strokes from zero, over half the stroke, up to which they are centred.
 AT_REST, CENTRED = 0.1, 0.05
@@ -143,7 +144,7 @@ class ParameterFit:
 
     def _basis(self) -> str:
         if math.isnan(self.parameters[0].low):
-            return "none: the search did not end at a minimum; start it again from these values"
+            return "none: the search did not end at a minimum"
         if self.loops_compared is None:
             basis = "noise" if self.misfit <= 1 else "the residuals"
             return f"{basis}, as if independent: there are too few loops to show how they scatter and drift"
@@ -240,7 +241,14 @@ def _notes_on_search(search: Search, result: SearchResult, misfit: float, *, min
             "another start" + _MEANING * minimum
         )
     if not result.converged:
-        notes.append("the search did not converge; start it again from these values")
+        moved = np.abs(result.unknowns[: search.start.size] - search.start)
+        remedy = "start it again from these values"
+        if (moved < SAME_START).all():
+            remedy = (
+                "a start from these values does not help, as noise folds the sum of squares: low_pass or median at the "
+                "channels makes it smoother, and fewer parameters are easier to find"
+            )
+        notes.append(f"the search did not converge; {remedy}")
     if result.at_bounds:
         nodes = count_text(search.free, "turning point or step of load", "turning points and steps of load")
         notes.append(

@@ -60,7 +60,7 @@ _STATIONARY = 0.1  # gradient, in standard errors of an estimate, up to which a 
 # The pattern search: steps in standard errors of estimates and nodes; decrease of the objective, over the number of
 # samples, that is negligible; largest number of restarts from a lower point; and singular values of the slopes, over
 # the largest, that are rounding.
-_PATTERN, _LEAST_DROP, _MOST_DESCENTS, _NO_EFFECT = (1.0, 0.3, 0.1, 0.03), 1e-4, 4, 1e-9
+_PATTERN, _LEAST_DROP, _MOST_DESCENTS, _NO_EFFECT = (1.0, 0.3, 0.1, 0.03), 1e-4, 12, 1e-9
 
 
 @attrs.frozen(eq=False)
@@ -200,7 +200,7 @@ class Search:
         """Return a result with its convergence verified, or a lower one nearby.
 
         Where the gradient is not zero, the objective has a kink, and slopes do not show whether it is a minimum. A
-        pattern search does.
+        pattern search does. Nodes may continue to move at estimates that do not.
         """
         for _ in range(_MOST_DESCENTS):
             if bool(result.at_limit(self.start).any()) or (result.converged and result.is_stationary):
@@ -208,7 +208,10 @@ class Search:
             lower, drop = self._pattern_search(result)
             if drop <= _LEAST_DROP * self.compared.size:
                 return attrs.evolve(result, converged=True)
-            result = self.minimise_reweighted(lower)
+            before, result = result.unknowns[: len(self.names)], self.minimise_reweighted(lower)
+            moved = np.abs(result.unknowns[: len(self.names)] - before) * np.linalg.norm(result.slopes, axis=0)
+            if (moved <= _STATIONARY).all():
+                return attrs.evolve(result, converged=True)
         return attrs.evolve(result, converged=result.converged and result.is_stationary)
 
     def _pattern_search(self, result: SearchResult) -> tuple[Floats, float]:
