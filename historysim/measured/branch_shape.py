@@ -12,6 +12,7 @@ import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.measured.branches import Trace
+from historysim.measured.reduction import estimate_white_noise
 
 BINS = 20  # places of a branch, evenly over its displacement
 MOST_LOOPS = 48  # loops that are looked at, evenly along the record
@@ -27,6 +28,9 @@ ELLIPSE, STRAIGHT = (
 )  # deviation of half height and middle from ellipse and line, over the largest half height
 # Exponents of energy and load over amplitude that are those of a spring with a damper, and how far apart they may be.
 SQUARE, PROPORTIONAL, AS_POWER = 2.0, 1.0, 0.1
+# Of branches that rise again: least rise at their end over the load of the level part, and in a record with such
+# branches that of others; largest tilt of the level part over its load; and its fewest bins.
+HOOK, OTHER_HOOK, TILT, FEWEST_LEVEL = 0.1, 0.02, 0.03, 3
 
 
 @attrs.frozen(eq=False)
@@ -78,24 +82,22 @@ def average_branches(trace: Trace, ends: Integers) -> tuple[BranchShape, BranchS
 
 def _branches(trace: Trace, ends: Integers) -> Iterator[tuple[bool, Floats, Floats]]:
     """Yield direction (True for backward), displacements and loads (bin) of each branch."""
-    middles = (np.arange(BINS) + 0.5) / BINS
     for start, stop in itertools.chain.from_iterable(map(itertools.pairwise, ends.tolist())):
-        samples = slice(start, stop + 1)
         stroke = trace.displacement[stop] - trace.displacement[start]
-        fraction, load = (
-            (trace.displacement[samples] - trace.displacement[start]) / stroke,
-            trace.tangential_load[samples],
-        )
-        branch_load = -load if stroke < 0 else load
-        bins = np.clip((fraction * BINS).astype(np.int64), 0, BINS - 1)
-        count = np.bincount(bins, minlength=BINS)
-        if fraction.size < FEWEST_OF_BRANCH:
-            continue
-        filled = count > 0
-        positions, loads = (
-            np.bincount(bins, values, BINS)[filled] / count[filled] for values in (fraction, branch_load)
-        )
-        yield bool(stroke < 0), middles * abs(stroke), np.interp(middles, positions, loads)
+        samples = slice(start, stop + 1)
+        if stop - start + 1 >= FEWEST_OF_BRANCH:
+            load = math.copysign(1.0, stroke) * trace.tangential_load[samples]
+            fraction = (trace.displacement[samples] - trace.displacement[start]) / stroke
+            yield bool(stroke < 0), (np.arange(BINS) + 0.5) / BINS * abs(stroke), _bin_means(fraction, load, BINS)
+
+
+def _bin_means(fraction: Floats, values: Floats, size: int) -> Floats:
+    """Return the mean of values in each bin of the displacement (bin), straight between bins with samples."""
+    bins = np.clip((fraction * size).astype(np.int64), 0, size - 1)
+    count = np.bincount(bins, minlength=size)
+    filled = count > 0
+    positions, means = (np.bincount(bins, channel, size)[filled] / count[filled] for channel in (fraction, values))
+    return np.interp((np.arange(size) + 0.5) / size, positions, means)
 
 
 def are_level(trace: Trace, ends: Integers) -> bool:
@@ -130,6 +132,62 @@ def find_parallel_stiffness(trace: Trace, ends: Integers) -> float:
         if steepest < STEEPER * middle:
             return math.nan
     return middle
+
+
+def find_level_parts(trace: Trace, ends: Integers) -> Floats:
+    """Return where branches are level before their load rises again at a stop (loop, branch, 2).
+
+    Begin and end are fractions of the displacement; NaN for branches that do not rise again, which are all where a
+    single one of many does.
+    """
+    parts = np.full((len(ends), 2, 2), math.nan)
+    chosen = np.unique(np.linspace(0, len(ends) - 1, min(len(ends), MOST_LOOPS)).astype(np.int64))
+    rises = np.zeros((len(ends), 2))
+    for loops in (chosen, np.setdiff1d(np.arange(len(ends)), chosen)):
+        for loop, branch in itertools.product(loops.tolist(), (0, 1)):
+            *part, rises[loop, branch] = _level_part(trace, *ends[loop, branch : branch + 2].tolist())
+            parts[loop, branch] = part
+        if (rises > HOOK).sum() < min(len(ends), 2):
+            return np.full_like(parts, math.nan)
+    parts[rises <= OTHER_HOOK] = math.nan
+    return parts
+
+
+def _level_part(trace: Trace, start: int, stop: int) -> tuple[float, float, float]:
+    """Return begin and end of the widest level part of a branch, and the rise behind it over its load; 0 if unclear."""
+    nothing = math.nan, math.nan, 0.0
+    samples, stroke = slice(start, stop + 1), trace.displacement[stop] - trace.displacement[start]
+    if stop - start + 1 < FEWEST_OF_BRANCH:
+        return nothing
+    fraction = (trace.displacement[samples] - trace.displacement[start]) / stroke
+    load = math.copysign(1.0, stroke) * trace.tangential_load[samples]
+    bins = BINS if fraction.size < 4 * BINS else 2 * BINS
+    relative = np.ones(bins)
+    if trace.normal_load is not None and (trace.normal_load[samples] > 0).all():
+        # friction that follows the normal load is no stop
+        relative = _bin_means(fraction, trace.normal_load[samples], bins)
+        relative /= relative.mean()
+    loads = _bin_means(fraction, load, bins) / relative
+    last = np.sort(load[fraction >= 1 - 1 / BINS])
+    # without its greatest sample, which may be a spike
+    end = float((last[:-1] if last.size > 2 else last).mean()) / relative[-1]
+    noise = estimate_white_noise(loads)
+    for width in range(bins - 2, FEWEST_LEVEL - 1, -1):
+        windows = np.lib.stride_tricks.sliding_window_view(loads[1:-1], width)
+        position = np.arange(width) - (width - 1) / 2
+        means, slopes = windows.mean(axis=1), windows @ position / (position @ position)
+        level = (means > 0) & (np.abs(slopes) * (width - 1) < TILT * means)
+        if not level.any():
+            continue
+        first = int(np.argmin(np.where(level, np.abs(slopes), math.inf)))
+        mean, slope = float(means[first]), float(slopes[first])
+        residuals = windows[first] - mean - slope * position
+        scatter = max(math.sqrt(float(residuals @ residuals) / (width - 2)), noise)
+        distance = bins - 2 - first - (width - 1) / 2
+        rise = end - mean - max(slope, 0.0) * distance
+        error = scatter * math.sqrt(1 + 1 / width + distance**2 / float(position @ position))
+        return (first + 1) / bins, (first + 1 + width) / bins, rise / mean if rise > CLEAR * error else 0.0
+    return nothing
 
 
 def is_ellipse(trace: Trace, ends: Integers) -> bool:

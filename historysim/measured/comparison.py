@@ -522,7 +522,7 @@ class Comparison:
         """Findings of the comparison: faults, drift, a compliance in series, or the form of the residuals."""
         findings = (*(self.measured.faults if self.measured else ()), *self._compliance())
         # these change the load along a branch, so they are corrected first
-        if any(word in note for note in findings for word in ("look", "drift")):
+        if any(word in note for note in findings for word in ("look", "drift", "rises again")):
             return findings
         return (
             *findings,

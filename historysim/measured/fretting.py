@@ -29,6 +29,7 @@ TRANSITION_B = TRANSITION_A / TRANSITION_D
 STICK = 0.01  # energy ratio A below which a loop counts as closed; a sphere has it at T* = 0.16 μP
 MEDIAN_OF_LOAD = 5  # samples of the running median that keeps noise out of the extremes of a measured load
 REGIMES = ("stick", "partial slip", "gross slip")
+GROSS_SLIP = REGIMES.index("gross slip")
 UNKNOWN = -1  # regime of a loop without energy or without load
 CONTENT_OF_FRETTING = "fretting report"  # value of the attribute ``content`` of a file of a fretting report
 
@@ -66,7 +67,8 @@ class Cycles:
         for loop, (start, turn, end) in enumerate(loops.ends.tolist()):
             for start_sample, end_sample in ((start, turn), (turn, end)):
                 side = int(trace.displacement[end_sample] < trace.displacement[start_sample])
-                if complete[loop] and not loops.rising_branches[loop, side]:
+                at_stop = loops.hooked_branches[loop, 1 - side]
+                if complete[loop] and not (loops.rising_branches[loop, side] or at_stop):
                     force = float(loops.friction_force[loop, side])
                     compliances[loop, side] = split_compliance(
                         trace, start_sample, end_sample, force, loops.definitions.reached
@@ -161,14 +163,18 @@ class Fretting:
         with np.errstate(divide="ignore", invalid="ignore"):
             values = {name: quantity.compute(cycles) for name, quantity in QUANTITIES.items()}
         one_load = np.unique(loops.load_level[loops.large]).size == 1
-        return cls(values, _classify(values), loops.number, large=loops.large, one_load=one_load)
+        # what is level before a stop slides; the ratios hold the load of the stop
+        regime = np.where(loops.hooked_branches.any(axis=1), GROSS_SLIP, _classify(values))
+        return cls(values, regime, loops.number, large=loops.large, one_load=one_load)
 
     @classmethod
     def from_runs(cls, runs: Mapping[int, LoopValues]) -> Self:
         """Evaluate runs, such as stored cycles of a fretting log, each by the means of its loops."""
         reports = [cls.from_loops(loops) for loops in runs.values()]
         values = {name: np.array([report.statistics(name).mean for report in reports]) for name in QUANTITIES}
-        return cls(values, _classify(values), np.array(list(runs), dtype=np.int64), "run")
+        hooked = np.array([loops.hooked_branches.any() for loops in runs.values()], dtype=np.bool_)
+        regime = np.where(hooked, GROSS_SLIP, _classify(values))
+        return cls(values, regime, np.array(list(runs), dtype=np.int64), "run")
 
     def __len__(self) -> int:
         """Return the number of loops, or runs."""

@@ -104,6 +104,9 @@ class LoopValues:
     #: Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
     #: their displacements are lower bounds, and stay out of means.
     rising_branches: Booleans
+    #: (loop, direction) Displacement from which on the load of a branch rises again, as at a stop; its friction is that
+    #: of the level part before. NaN for other branches [m].
+    level_end: Floats
     exclusions: tuple[str, ...] = ()  #: what was left out, and why
     #: Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact.
     lateral_stiffness: float = math.inf
@@ -126,6 +129,11 @@ class LoopValues:
         return large
 
     @property
+    def hooked_branches(self) -> Booleans:
+        """Branches whose load rises again at their end (loop, direction)."""
+        return np.asarray(np.isfinite(self.level_end))
+
+    @property
     def load_level(self) -> Integers:
         """Which normal load each loop is at (loop): a number from 0 that rises with it, or -1 where it is not known."""
         with np.errstate(invalid="ignore"):
@@ -144,7 +152,8 @@ class LoopValues:
                 f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
                 "one with more: lower skip_per_level"
             )
-        names = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
+        branches = "left_out_branches", "stepped_branches", "rising_branches", "level_end"
+        names = "number", "ends", "amplitude", *branches
         note = (
             f"the first {count_text(count, 'loop is', 'loops are')} left out at each load, {(~selected).sum():,} in all"
         )
@@ -190,10 +199,14 @@ class LoopValues:
 
         Forward, the load is clearly above that backward; the load comes back; and the loops take energy.
         """
+        forces = self.friction_force[members]
+        if self.hooked_branches.any():
+            # a bound that holds the load of a stop
+            forces = np.where(self.rising_branches[members], math.nan, forces)
         height, gap, energy = (
             values[np.isfinite(values)]
             for values in (
-                self.friction_force[members].mean(axis=1),
+                forces.mean(axis=1),
                 self.tangential_load_gap[members],
                 self.dissipated_energy[members],
             )

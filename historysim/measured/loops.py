@@ -39,7 +39,7 @@ from historysim.measured.loop_values import (
     LoopValues,
     NoLoopError,
 )
-from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
+from historysim.measured.notes import drift_notes, hook_notes, instrument_faults, loop_notes
 from historysim.measured.reduction import (
     check_moves,
     check_order,
@@ -78,8 +78,8 @@ class Loops(LoopValues):
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Faults of the instrument, and a drift of friction, with the remedy."""
-        return (*instrument_faults(self), *drift_notes(self))
+        """Stops, faults of the instrument, and a drift of friction, with the remedy."""
+        return (*hook_notes(self), *instrument_faults(self), *drift_notes(self))
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): remarks, dead band, basis of means, laws over the load, notes."""
@@ -201,6 +201,11 @@ class Loops(LoopValues):
                     self.rising_branches.astype(np.int8),
                     {"long_name": "1 where the branch did not come to slide, and friction is a lower bound"},
                 ),
+                "hooked": (
+                    ("loop", "direction"),
+                    self.hooked_branches.astype(np.int8),
+                    {"long_name": "1 where the load rises again at the end, and friction is that of the level part"},
+                ),
             },
             attrs={
                 "title": count_text(len(self), "friction loop", "friction loops"),
@@ -319,6 +324,23 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         rising[:] = False
         for name in OF_SLIP:
             branch_values[name][:] = math.nan
+    level_end = np.full(rising.shape, math.nan)
+    parts = np.full((len(ends), 2, 2), math.nan) if spring > 0 else branch_shape.find_level_parts(trace, ends)
+    for loop, branch in np.argwhere(np.isfinite(parts[..., 0])).tolist():
+        start, stop = ends[loop, branch : branch + 2].tolist()
+        side, (begin, end) = int(moved[stop] < moved[start]), parts[loop, branch].tolist()
+        if not left_out[loop, side]:
+            level = attrs.evolve(definitions, sliding_part=1 - begin, sliding_end=end)
+            numbers, _ = read_branch(
+                trace, start, stop, definitions=level, lateral_stiffness=lateral_stiffness, noisy=noise > 0
+            )
+            for name, number in zip(BRANCH_QUANTITIES, numbers, strict=True):
+                if np.isfinite(branch_values[name][loop, side]):
+                    branch_values[name][loop, side] = number
+            rising[loop, side], level_end[loop, side] = False, moved[start] + end * (moved[stop] - moved[start])
+    for name in set(OF_SLIP) - OF_SLIDING:
+        # the load at the reversal is that of the stop
+        branch_values[name][np.isfinite(level_end[:, ::-1])] = math.nan
     loops = Loops(
         trace,
         definitions,
@@ -334,6 +356,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         left_out_branches=left_out,
         stepped_branches=stepped,
         rising_branches=rising & ~left_out,
+        level_end=level_end,
         exclusions=(*whole_period, *steady.notes),
         lateral_stiffness=lateral_stiffness,
         displacement_noise=noise,

@@ -53,6 +53,7 @@ def loop_notes(loops: LoopValues) -> tuple[str, ...]:
         *_noise(loops),
         *_no_friction(loops),
         *_parallel_spring(loops),
+        *hook_notes(loops),
         *instrument_faults(loops),
         *drift_notes(loops),
         *loops.exclusions,
@@ -100,6 +101,35 @@ def _parallel_spring(loops: LoopValues) -> Iterator[str]:
         f"the load rises by {text} along each stroke behind its beginning, forward and backward alike: a spring in "
         f"parallel with the contact, such as a flexure or a guide; friction without it is "
         f'{quantity_text(force, "N", 4)}{coefficient}; parallel_stiffness = "{text}" in [instrument] takes it off'
+    )
+
+
+def hook_notes(loops: LoopValues) -> Iterator[str]:
+    """Yield a note on loads that rise again at the ends of the stroke, and on strokes without."""
+    hooked = loops.hooked_branches & loops.large[:, None]
+    if not hooked.any():
+        return
+    trace, large = loops.trace, loops.ends[loops.large]
+    forces = loops.friction_force[loops.large].mean(axis=1)
+    rise = max(
+        float(np.abs(trace.tangential_load[start : stop + 1]).max() - force)
+        for (start, _, stop), force in zip(large.tolist(), forces, strict=True)
+    )
+    within = []
+    for side, extreme in enumerate((np.max, np.min)):
+        ends = loops.level_end[hooked[:, side], side]
+        within.append(float(np.median(ends if ends.size else extreme(trace.displacement[large], axis=1))))
+    high, low = (quantity_text(end, "m", 3) for end in within)
+    count = int((np.isfinite(loops.friction_force) & loops.large[:, None]).sum())
+    forward, backward = hooked.any(axis=0)
+    where = "" if forward and backward else ", forward alone" if forward else ", backward alone"
+    energy = float(np.nanmean(loops.dissipated_energy[loops.large]))
+    yield (
+        f"the load rises again at the ends of the stroke: a stop or interlocking{where}, on {int(hooked.sum()):,} of "
+        f"{count_text(count, 'branch', 'branches')}, by up to {quantity_text(rise, 'N', 3)}. Friction is that of the "
+        f"level part before it; the energy of {quantity_text(energy, 'J', 4)} per loop is that of the whole loop, and "
+        f"the stiffness at a reversal that of contact and stop. The model has no stop: strokes within {low} to {high} "
+        "do not reach it"
     )
 
 
@@ -159,10 +189,11 @@ def _still_rising(loops: LoopValues) -> Iterator[str]:
         else f"forces, {quantity_text(float(loops.friction_force[rising].min()), 'N')} and more"
     )
     share = 100 * loops.definitions.still_rising
+    longer = "" if loops.hooked_branches.any() else "; use longer strokes"
     yield (
         f"{int(rising.sum()):,} of {count_text(many, 'branch', 'branches')} do not reach sliding: the load still rises "
         f"by more than {share:.3g} % where it should be level. Their {bound}, are lower bounds and are left out of the "
-        "means; use longer strokes"
+        "means{longer}"
     )
 
 
@@ -211,7 +242,7 @@ def instrument_faults(loops: LoopValues) -> list[str]:
     return [
         *_clipping(trace.tangential_load),
         *_spikes(trace),
-        *(_zero_error(loops.friction_force[slid]) if slides else ()),
+        *(_zero_error(loops.friction_force[slid]) if slides or loops.hooked_branches[slid].any() else ()),
         *(_lost_motion(trace, loops.ends[slid], noise) if slides else ()),
         *_stick_slip(trace, loops.ends[complete]),
     ]

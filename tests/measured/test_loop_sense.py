@@ -85,6 +85,68 @@ def short(noise=1.0, **shape):
     return synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.05,), loops=4, noise=noise, **shape)
 
 
+def slider(*, gap=40.0, stop=(2.0, 2.0), stiffness=5.0, samples=200, noise=0.0, rounded=1, **others):
+    """Give the loops of sliders of 10 N in all, in µm and N/µm, with stops behind a gap in strokes of ±50 µm."""
+    phase = np.arange(int(5.25 * samples)) / samples
+    wave, grow, tilt, position = (others.get(name, 0) for name in ("wave", "grow", "tilt", "position"))
+    moved = 50 * (np.sin(2 * np.pi * phase) if wave else 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase)))
+    limit = np.arange(1.0, rounded + 1)
+    limit *= 10 / limit.sum()
+    held, load = np.zeros(rounded), np.zeros(moved.size)
+    for index, step in enumerate(np.diff(moved), 1):
+        most = limit * (1 + position * (moved[index] / 50) ** 2)
+        held = np.clip(held + stiffness / rounded * step, -most, most)
+        load[index] = held.sum()
+    ends = stop[0] * np.clip(moved - gap, 0, None) - stop[1] * np.clip(-moved - gap, 0, None)
+    load += ends * (phase / 5.25 if grow else 1) + tilt * moved + others.get("offset", 0)
+    random = np.random.default_rng(0)
+    load += noise * random.normal(size=load.size)
+    return loops_of_channels(phase, 1e-6 * moved, load, 50 * (1 + 1e-3 * noise * random.normal(size=load.size)))
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {},
+        {"stop": (2.0, 0.0)},
+        {"stop": (0.3, 0.3)},
+        {"stop": (50.0, 20.0), "wave": True},
+        {"rounded": 30},
+        {"noise": 0.3, "wave": True},
+        {"samples": 24},
+        {"offset": 3.0},
+        {"grow": True},
+        {"gap": 8.0, "stop": (1.0, 1.0)},
+    ],
+)
+def test_a_stop_leaves_the_friction_of_the_level_part(shape):
+    loops = slider(**shape)
+    assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
+    assert sum("the load rises again at the ends of the stroke: a stop or interlocking" in n for n in loops.notes) == 1
+    assert not any("longer strokes" in note for note in loops.notes)
+    # an elastic stop takes nothing
+    if not (shape.get("grow") or shape.get("rounded")):
+        assert loops.statistics("dissipated_energy").mean == pytest.approx(4 * 10 * (50e-6 - 2e-6), rel=0.03)
+    assert loops.fretting.regime_text().startswith("gross slip")
+    assert not slider(**{**shape, "stop": (0.0, 0.0)}).hooked_branches.any()
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"rounded": 30, "stiffness": 0.4},
+        {"rounded": 30, "stiffness": 0.4, "noise": 0.3},
+        {"tilt": 0.05},
+        {"tilt": 0.02, "noise": 0.3},
+        {"position": 0.08, "noise": 0.2},
+    ],
+)
+def test_rounded_tilted_and_uneven_branches_have_no_stop(shape):
+    loops = slider(stop=(0.0, 0.0), **shape)
+    assert not loops.hooked_branches.any()
+    assert not any("rises again" in note for note in loops.notes)
+
+
 def test_branches_without_sliding_give_a_lower_bound():
     found = loops_of_measurement(short())
     assert found.rising_branches.all()

@@ -341,6 +341,16 @@ FINDINGS = (
         without_spring,
     ),
     Finding(
+        "stop",
+        "the load rises again at the ends of the stroke",
+        "the load at the end is a tenth or more above the level part before it, and above the line through it by three "
+        "standard errors",
+        "a part of three bins of 20 or 40 that rises by less than 3 %; two branches",
+        "shorter strokes",
+        lambda: changed(FORCE + 4e5 * (MOVED - np.clip(MOVED, -150e-9, 150e-9))),
+        lambda *_: SOUND,
+    ),
+    Finding(
         "ellipse",
         "no branch is level, as those of a spring with a damper",
         "half the height follows √(1 − x²) within 4 %, the middle a line within 5 %",
