@@ -79,6 +79,11 @@ class Definitions:
             )
 
     @property
+    def is_default_sliding(self) -> bool:
+        """True if no other part was chosen over which friction is averaged."""
+        return (self.sliding_part, self.sliding_end) == (DEFAULT.sliding_part, DEFAULT.sliding_end)
+
+    @property
     def sliding_text(self) -> str:
         """The sliding part in words."""
         if self.sliding_end < 1:

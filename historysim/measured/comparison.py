@@ -7,7 +7,7 @@ time: from one turning point to the next it takes the measured displacements in 
 import functools
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import attrs
@@ -47,6 +47,8 @@ FEWEST_MEANS = 16  # least number of means on a branch: they show its curvature
 # A compliance in series is reported if the measured stiffness at reversals is below this fraction of the model's, by
 # this number of standard errors.
 SOFTER, CLEARLY = 0.5, 3.0
+# Rms difference with it, over that without, up to which it is advised; and the range of it that is searched.
+MOST_LEFT, SERIES_RANGE = 0.5, 10.0
 
 
 @attrs.frozen(eq=False)
@@ -441,6 +443,7 @@ class Comparison:
     instrument: Instrument = RIGID  #: instrument in series with the contact
     #: (sample) Displacement of the drive of the model with the measured tangential load [m], if the load is replayed.
     model_displacement: Floats | None = None
+    respond: Callable[[Instrument], ModelResponse] | None = None  #: response of the contact behind another instrument
     model: Loops | None = attrs.field(init=False)  #: loops of the model, None without a whole one
 
     @model.default
@@ -559,16 +562,39 @@ class Comparison:
         error = CLEARLY * scatter / math.sqrt(of_measured.count or 1)
         if not 0 < measured_stiffness + error < SOFTER * model_stiffness:
             return []
-        series = quantity_text(
-            1 / (1 / measured_stiffness - 1 / model_stiffness + 1 / self.instrument.stiffness), "N/m", 3
-        )
-        start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
-        note = (
+        softer = (
             f"the record is softer at reversals than the model, {quantity_text(measured_stiffness, 'N/m', 3)} against "
-            f"{quantity_text(model_stiffness, 'N/m', 3)}: looks like a compliance in series of {series}; "
-            "fit lateral_stiffness"
+            f"{quantity_text(model_stiffness, 'N/m', 3)}"
         )
-        return [note + start]
+        stiffness = 1 / (1 / measured_stiffness - 1 / model_stiffness + 1 / self.instrument.stiffness)
+        if self.respond is not None:
+            stiffness, left = self._best_in_series(stiffness)
+            before = self.residuals.rms
+            if left > MOST_LEFT * before:
+                before_text, left_text = (quantity_text(rms, "N", 3) for rms in (before, left))
+                note = (
+                    f"{softer}: a compliance in series alone does not explain it, as the rms difference of "
+                    f"{before_text} stays above {left_text} with any; friction, surface or materials differ as well"
+                )
+                return [note]
+        series = quantity_text(stiffness, "N/m", 3)
+        start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
+        return [f"{softer}: looks like a compliance in series of {series}; fit lateral_stiffness{start}"]
+
+    def _best_in_series(self, start: float) -> tuple[float, float]:
+        """Return the stiffness in series that leaves the least rms difference [N/m], and that difference [N]."""
+        from scipy.optimize import minimize_scalar
+
+        assert self.respond is not None  # noqa: S101 - its caller has looked
+        respond, observation = self.respond, self.observation
+
+        def difference(logarithm: float) -> float:
+            instrument = attrs.evolve(self.instrument, lateral_stiffness=math.exp(logarithm))
+            return compute_residuals(observation, respond(instrument)).rms
+
+        bounds = [math.log(start * factor) for factor in (1 / SERIES_RANGE, SERIES_RANGE)]
+        best = minimize_scalar(difference, bounds=bounds, method="bounded", options={"xatol": 0.02, "maxiter": 16})
+        return math.exp(float(best.x)), float(best.fun)
 
     def rows(self) -> list[tuple[str, str, str]]:
         """Return a table of strings: quantity, measured, model; means over the loops ± their standard deviations."""

@@ -12,7 +12,8 @@ from historysim.basics.arguments import Floats, Integers
 
 FEWEST_LOOPS = 3  # fewest loops whose scatter is used
 FEWEST_FOR_DRIFT = 6  # fewest loops that distinguish drift from scatter
-FEW_PIECES = 10  # pieces up to which their scatter is so uncertain that Student's interval is the least
+# Pieces up to which their scatter is so uncertain that Student's interval is the least; the mean of fewer loops has it.
+FEW_PIECES = 10
 MOST_PIECES = 48  # largest number of pieces of a record; more pieces change nothing
 SURE = 0.99  # confidence above which a record drifts
 _MOST_CORRELATED = 0.97
@@ -131,7 +132,17 @@ def compute_mean_wander(values: Floats, confidence: float) -> Wander | None:
     piece_size = -(-values.size // MOST_PIECES)
     values = values[: values.size // piece_size * piece_size].reshape(-1, piece_size).mean(axis=1)
     count = values.size
-    return compute_wander((values - values.mean()) / count, np.full(count, 1 / count), confidence)
+    wander = compute_wander((values - values.mean()) / count, np.full(count, 1 / count), confidence)
+    if count >= FEW_PIECES:
+        return wander
+    from scipy import stats
+
+    # so few do not show a correlation: Student's interval, of the mean or of the middle of the line
+    place = np.arange(count) if wander.drifts else np.zeros(count)
+    residuals = values - np.polyval(np.polyfit(place, values, int(wander.drifts)), place)
+    freedom = count - 1 - int(wander.drifts)
+    error = math.sqrt(float(residuals @ residuals) / freedom / count)
+    return attrs.evolve(wander, reach=float(stats.t.ppf((1 + confidence) / 2, freedom)) * error)
 
 
 def split_into_pieces(turns: Integers, size: int) -> Integers:

@@ -2,12 +2,13 @@
 
 import functools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
@@ -301,14 +302,13 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     left_out, stepped = (
         np.where(backward[:, None], branches[:, ::-1], branches) for branches in (steady.left_out, steady.stepped)
     )
+    read = functools.partial(read_branch, lateral_stiffness=lateral_stiffness, noisy=noise > 0)
     values = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
     rising = np.zeros((len(ends), 2), dtype=np.bool_)
     for loop, turns in enumerate(ends):
         for start, stop in (turns[:2], turns[1:]):
             side = int(moved[stop] < moved[start])
-            values[loop, side], rising[loop, side] = read_branch(
-                trace, start, stop, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noise > 0
-            )
+            values[loop, side], rising[loop, side] = read(trace, start, stop, definitions=definitions)
     values[left_out] = math.nan
     branch_values: dict[str, Any] = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
     for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
@@ -325,22 +325,9 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         for name in OF_SLIP:
             branch_values[name][:] = math.nan
     level_end = np.full(rising.shape, math.nan)
-    parts = np.full((len(ends), 2, 2), math.nan) if spring > 0 else branch_shape.find_level_parts(trace, ends)
-    for loop, branch in np.argwhere(np.isfinite(parts[..., 0])).tolist():
-        start, stop = ends[loop, branch : branch + 2].tolist()
-        side, (begin, end) = int(moved[stop] < moved[start]), parts[loop, branch].tolist()
-        if not left_out[loop, side]:
-            level = attrs.evolve(definitions, sliding_part=1 - begin, sliding_end=end)
-            numbers, _ = read_branch(
-                trace, start, stop, definitions=level, lateral_stiffness=lateral_stiffness, noisy=noise > 0
-            )
-            for name, number in zip(BRANCH_QUANTITIES, numbers, strict=True):
-                if np.isfinite(branch_values[name][loop, side]):
-                    branch_values[name][loop, side] = number
-            rising[loop, side], level_end[loop, side] = False, moved[start] + end * (moved[stop] - moved[start])
-    for name in set(OF_SLIP) - OF_SLIDING:
-        # the load at the reversal is that of the stop
-        branch_values[name][np.isfinite(level_end[:, ::-1])] = math.nan
+    if not spring > 0 and definitions.is_default_sliding:
+        level_end = _read_level_parts(trace, ends, branch_values, left_out, definitions=definitions, read=read)
+    rising[np.isfinite(level_end)] = False
     loops = Loops(
         trace,
         definitions,
@@ -363,6 +350,35 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         parallel_stiffness=spring,
     )
     return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
+
+
+def _read_level_parts(
+    trace: Trace,
+    ends: Integers,
+    values: dict[str, Floats],
+    left_out: Booleans,
+    *,
+    definitions: Definitions,
+    read: Callable[..., tuple[tuple[float, ...], bool]],
+) -> Floats:
+    """Read branches that end at a stop over their level part; return the displacement at its end (loop, direction)."""
+    moved, level_end = trace.displacement, np.full(left_out.shape, math.nan)
+    parts = branch_shape.find_level_parts(trace, ends)
+    for loop, branch in np.argwhere(np.isfinite(parts[..., 0])).tolist():
+        start, stop = ends[loop, branch : branch + 2].tolist()
+        side, (begin, end) = int(moved[stop] < moved[start]), parts[loop, branch].tolist()
+        if left_out[loop, side]:
+            continue
+        level = attrs.evolve(definitions, sliding_part=1 - begin, sliding_end=end)
+        numbers, _ = read(trace, start, stop, definitions=level)
+        for name, number in zip(BRANCH_QUANTITIES, numbers, strict=True):
+            if np.isfinite(values[name][loop, side]):
+                values[name][loop, side] = number
+        level_end[loop, side] = moved[start] + end * (moved[stop] - moved[start])
+    for name in set(OF_SLIP) - OF_SLIDING:
+        # the load at the reversal is that of the stop
+        values[name][np.isfinite(level_end[:, ::-1])] = math.nan
+    return level_end
 
 
 def check_skip(skip: float, name: str = "skip") -> int:

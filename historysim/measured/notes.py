@@ -193,7 +193,7 @@ def _still_rising(loops: LoopValues) -> Iterator[str]:
     yield (
         f"{int(rising.sum()):,} of {count_text(many, 'branch', 'branches')} do not reach sliding: the load still rises "
         f"by more than {share:.3g} % where it should be level. Their {bound}, are lower bounds and are left out of the "
-        "means{longer}"
+        f"means{longer}"
     )
 
 

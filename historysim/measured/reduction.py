@@ -393,19 +393,32 @@ class Measurement:
         )
 
     def false_reversals(self) -> str | None:
-        """Return a note that noise makes reversals which are replayed; None where it does not."""
+        """Return a note that noise makes reversals which are replayed, with the dead bands; None where it does not."""
         name = next((name for name in TANGENTIAL if name in self.channels), None)
-        if name is None or self.reduced or self.planar:
+        if name is None or self.planar:
             return None
-        values = self.channels[name]
-        dead_band = loop_dead_band(values, self.dead_band.get(name))
-        true, all_of_them = (reversals(values, band).size for band in (dead_band, 0.0))
+        # a dead band below six deviations of the noise leaves reversals of noise
+        bands = {
+            channel: max(loop_dead_band(values, self.dead_band.get(channel)), REVERSAL * estimated_noise(values))
+            for channel, values in self.channels.items()
+        }
+        values, replayed = self.channels[name], self.replayed_indices()
+        true, all_of_them = reversals(values, bands[name]).size, reversals(values[replayed]).size
         if all_of_them < MANY_MORE * (true + 1):
             return None
+        units = {channel: LOAD_KINDS[channel].unit for channel in bands}
+        keys = ", ".join(
+            f'{channel} = "{quantity_text(band, units[channel], 3)}"'
+            for channel, band in bands.items()
+            if estimated_noise(self.channels[channel]) > 0
+        )
+        within = f"those within the dead band of each channel, [loading.dead_band] {keys}"
+        remedy = f"reduce = true leaves out {within}"
+        if self.reduced:
+            remedy = f"reduce = true still replays {replayed.size:,} of {values.size:,} samples; it leaves out {within}"
         return (
-            f"the {name.replace('_', ' ')} turns {all_of_them:,} times, by {dead_band:.3g} {LOAD_KINDS[name].unit} or "
-            f"more {true:,} times; all of them are replayed, those of noise too, so that slip states flicker: reduce "
-            "= true leaves out those within the dead band"
+            f"the {name.replace('_', ' ')} turns {all_of_them:,} times, by {bands[name]:.3g} {units[name]} or "
+            f"more {true:,} times; all of them are replayed, those of noise too, so that slip states flicker: {remedy}"
         )
 
     def events(self) -> Sequence[Event]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, get_args
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
@@ -20,6 +20,7 @@ from historysim.measured.reduction import (
     FEWEST_SPIKES,
     MEDIAN_OF_NORMAL,
     REVERSAL,
+    SPIKE,
     channel,
     check_order,
     count_of_spikes,
@@ -46,6 +47,8 @@ FIRST_PART = 0.1  # share of the record, by time or distance, in which the stati
 SLIDES = 0.95  # share of the friction of the second window from which on a record without a peak is taken to slide
 RESTS = 0.05  # share of the friction of the second half of a record below which the rig rests before it starts
 BACKWARDS = 0.9  # share of windows of negative friction from which on a channel is the wrong way round
+# Outliers: samples of the running median that they are far from, how far over most coefficients, and largest share.
+WIDTH_OF_OUTLIERS, FAR, MOST_COEFFICIENTS, MOST_OUTLIERS = 9, 5.0, 0.9, 0.01
 WIDTH_OF_SPIKES = 5  # samples of the running median that takes spikes off, and rest before the start
 USUAL_STEPS = 0.9  # share of the steps from sample to sample that are no spikes'
 CONTENT_OF_COURSE = "friction over time or distance"  # value of the attribute ``content`` of a file of such a course
@@ -272,6 +275,11 @@ def sliding_of_channels(
     along, friction = along[pressed], sense * load[pressed] / normal[pressed]
     name: Over = over or ("time" if moved is None else "distance")
     remarks = []
+    outliers = _find_outliers(friction)
+    if outliers.any():
+        remarks.append(("outliers", _outlier_text(times[pressed], friction, outliers)))
+        known = np.flatnonzero(~outliers)
+        friction = np.interp(np.arange(friction.size), known, friction[known])
     if name == "time":
         begins = _begins(along, friction, None if rests or moved is None else moved[pressed], int(count))
         if begins:
@@ -303,6 +311,28 @@ def sliding_of_channels(
     approach, reason = (None, tried) if isinstance(tried, str) else (tried, "")
     middle = (edges[1:] + edges[:-1]) / 2
     return Sliding(name, along, friction, middle, *means, peak, approach, reason, strength, tuple(remarks))
+
+
+def _find_outliers(friction: Floats) -> Booleans:
+    """Return the few samples that are far from friction before and behind them, as a broken row is (sample)."""
+    deviation = np.abs(friction - _running_median(friction, WIDTH_OF_OUTLIERS))
+    usual = float(np.median(np.abs(friction - np.median(friction)))) / MEDIAN_OF_NORMAL
+    largest = float(np.quantile(np.abs(friction), MOST_COEFFICIENTS))
+    limit = max(FAR * largest, SPIKE * usual, SPIKE * estimate_white_noise(friction))
+    outliers: Booleans = deviation > limit
+    return outliers if outliers.sum() <= max(MOST_OUTLIERS * friction.size, 1) else np.zeros_like(outliers)
+
+
+def _outlier_text(time: Floats, friction: Floats, outliers: Booleans) -> str:
+    """Return which samples are left out as outliers, the farthest with its time, and the median of the record."""
+    middle = float(np.median(friction))
+    farthest = int(np.argmax(np.where(outliers, np.abs(friction - middle), -1.0)))
+    is_far = "is" if outliers.sum() == 1 else "are"
+    return (
+        f"{count_text(int(outliers.sum()), 'sample', 'samples')} of {friction.size:,} {is_far} far from the others, "
+        f"whose median is {middle:.4g}: T/N = {friction[farthest]:.4g} at t = {duration_text(float(time[farthest]))}; "
+        "left out here, mend the file"
+    )
 
 
 def _begins(along: Floats, friction: Floats, moved: Floats | None, windows: int) -> int:

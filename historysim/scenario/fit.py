@@ -1,5 +1,6 @@
 """Comparison of the model of a scenario with its record, and ``[fit]``: parameters fitted to the record."""
 
+import functools
 import os
 from collections.abc import Iterable, MutableMapping
 from pathlib import Path
@@ -9,13 +10,21 @@ import attrs
 import tomlkit
 from tomlkit.items import InlineTable
 
+from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
 from historysim.errors import InputError, error_path
 from historysim.measured import fit_model
-from historysim.measured.comparison import Comparison, Observation, compute_displacement, compute_response, observe
+from historysim.measured.comparison import (
+    Comparison,
+    ModelResponse,
+    Observation,
+    compute_displacement,
+    compute_response,
+    observe,
+)
 from historysim.measured.creep import Creep, separate_creep
 from historysim.measured.fit_model import Model, starting_value
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
@@ -151,7 +160,8 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison | A
     response = compute_response(ensemble, instrument, observation)
     with located_errors(scenario.path.name), error_path("loading"):
         moved = compute_displacement(ensemble, instrument, measurement)
-    return Comparison(observation, response, instrument, moved)
+    respond = functools.partial(_respond, ensemble, observation)
+    return Comparison(observation, response, instrument, moved, respond)
 
 
 def creep(scenario: Scenario | str | Path) -> Creep | Any:  # noqa: ANN401 - Runs, for several runs
@@ -225,7 +235,12 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any
     response = compute_response(ensemble, instrument, observation)
     measurement = scenario.measurement().add_displacement_offset(offset)
     moved = compute_displacement(ensemble, instrument, measurement)
-    return Fit(scenario, estimates, Comparison(observation, response, instrument, moved))
+    respond = functools.partial(_respond, ensemble, observation)
+    return Fit(scenario, estimates, Comparison(observation, response, instrument, moved, respond))
+
+
+def _respond(ensemble: Body, observation: Observation, instrument: Instrument) -> ModelResponse:
+    return compute_response(ensemble, instrument, observation)
 
 
 def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":

@@ -85,6 +85,22 @@ def test_intervals_hold_the_truth_with_unknown_correlation():
     assert 0.87 - 2 * np.sqrt(0.08 / 100) <= np.mean(held)
 
 
+@pytest.mark.parametrize("count", [3, 5, 9])
+def test_few_loops_have_students_interval(count):
+    random = np.random.default_rng(3)
+    for values in random.normal(2, 0.1, (20, count)):
+        wander = compute_mean_wander(values, 0.95)
+        low, high = stats.t.interval(0.95, count - 1, values.mean(), stats.sem(values))
+        assert wander.drifts or wander.reach == pytest.approx((high - low) / 2)
+    # correlated neighbours of a few loops once had fourteen standard deviations
+    rising = np.array([1.0, 1.1, 1.2, 1.3, 1.4])
+    assert compute_mean_wander(rising, 0.95).reach < 1.5 * rising.std(ddof=1)
+    line = np.arange(count) + random.normal(0, 0.01, count)
+    if count == 9:
+        assert compute_mean_wander(line, 0.95).drifts
+        assert compute_mean_wander(line, 0.95).reach < 0.03
+
+
 def test_a_drift_is_recognised():
     random = np.random.default_rng(2)
     place = (np.arange(16) + 0.5) / 16 - 0.5

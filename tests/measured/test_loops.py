@@ -291,8 +291,11 @@ def test_friction_is_averaged_over_the_plateau_that_is_chosen():
     channels = np.arange(float(u.size)), u, t, np.full(u.size, 2.0)
     level = loops_of_channels(*channels, definitions=Definitions(sliding_part=0.6, sliding_end=0.75))
     np.testing.assert_allclose(level.friction_coefficient, 0.5, rtol=1e-9)
-    # (0.05 at 1 and 0.2 at 1.5) over the last quarter
-    np.testing.assert_allclose(loops_of_channels(*channels).friction_force, (0.05 * 1 + 0.2 * 1.5) / 0.25, rtol=0.01)
+    # (0.06 at 1 and 0.2 at 1.5) over the last 0.26
+    last = loops_of_channels(*channels, definitions=Definitions(sliding_part=0.26))
+    np.testing.assert_allclose(last.friction_force, (0.06 * 1 + 0.2 * 1.5) / 0.26, rtol=0.01)
+    # unless another part is chosen, it is the level one
+    np.testing.assert_allclose(loops_of_channels(*channels).friction_force, 1.0, rtol=0.01)
     assert level.to_dataset().attrs["sliding_part"] == "from 0.4 to 0.75 of the displacement of a branch"
     with pytest.raises(InputError, match=r"from 0\.6 to 0\.5"):
         Definitions(sliding_part=0.4, sliding_end=0.5)

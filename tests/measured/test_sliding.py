@@ -241,3 +241,19 @@ def test_peak_strength_is_found_anywhere():
     assert Sliding.from_dataset(found.to_dataset()).strength == found.strength
     # a static peak is the peak strength, and is printed once
     assert "peak strength" not in dict(sliding_of_channels(*made()).summary())
+
+
+@pytest.mark.parametrize(("rows", "value"), [([600], 180.0), ([0], 180.0), ([1199], -180.0), ([300, 301, 900], 50.0)])
+def test_rows_that_are_far_off_are_named_and_left_out(rows, value):
+    time = np.arange(1200.0)
+    friction = 0.5 + 0.1 * np.exp(-time / 200) + np.random.default_rng(0).normal(0, 0.005, time.size)
+    sound = sliding_of_channels(time, friction, np.ones(1200))
+    assert "outliers" not in dict(sound.summary())
+    friction[rows] = value
+    found = sliding_of_channels(time, friction, np.ones(1200))
+    text = dict(found.summary())["outliers"]
+    assert f"T/N = {value:g} at t = " in text
+    assert float(re.search(r"median is ([\d.]+)", text)[1]) == pytest.approx(np.median(friction), rel=1e-3)
+    assert_allclose(found.window_mean, sound.window_mean, atol=2e-3)
+    assert found.approach.steady == pytest.approx(sound.approach.steady, abs=1e-3)
+    assert found.strength.coefficient < 0.7

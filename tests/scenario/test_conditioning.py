@@ -1,5 +1,7 @@
 """Conditioning as keys of a channel: what is told, what is refused, and the picture of it."""
 
+import re
+
 import numpy as np
 import pytest
 from records import scenario_text, write_columns
@@ -59,6 +61,39 @@ def test_a_run_says_that_noise_is_replayed(folder):
     events = hs.load(reduced).events(told.append)
     assert not any("reduce = true" in text for text in told)
     assert len(events) < 30
+
+
+def test_the_dead_bands_that_a_note_names_leave_noise_out(folder):
+    """Noise of the normal load keeps all rows of a reduced record, until each channel has its dead band."""
+    random = np.random.default_rng(0)
+    time = np.arange(400.0)
+    load = np.interp(time, [0, 100, 200, 300, 400], [0, 8, -8, 8, 8]) + random.normal(0, 0.05, time.size)
+    rows = np.column_stack([time, load, 50 + random.normal(0, 0.1, time.size)])
+    np.savetxt(folder / "held.csv", rows, delimiter=",", header="t,T,N", comments="")
+    entries = {
+        "tangential_displacement": None,
+        "tangential_load": '{ column = "T", unit = "mN" }',
+        "normal_load": '{ column = "N", unit = "mN" }',
+    }
+
+    def notes(loading, **dead_band):
+        text = scenario_text(entries, file="held.csv", loading=loading, dead_band=dead_band)
+        (folder / "held.toml").write_text(text, encoding="utf-8")
+        told = []
+        events = hs.load(folder / "held.toml").events(told.append)
+        return [note for note in told if "turns" in note], events
+
+    (raw,), _ = notes("")
+    (reduced,), many = notes("reduce = true")
+    assert "still replays" in reduced
+    assert len(many) > 700
+    keys = dict(re.findall(r'(\w+_load) = "(.*?)"', raw))
+    assert set(keys) == {"normal_load", "tangential_load"}
+    quiet, few = notes("reduce = true", **{name: f'"{band}"' for name, band in keys.items()})
+    assert quiet == []
+    assert len(few) < 30
+    # a dead band within the noise does not silence it
+    assert notes("reduce = true", normal_load="1e-6", tangential_load="1e-6")[0]
 
 
 def test_the_record_is_drawn_as_read_and_as_used(folder):

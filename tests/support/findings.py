@@ -148,7 +148,11 @@ def compared(case):
     record, instrument = case
     seen = observe(record)
     ball = hs.Ensemble(PAIR, 0.0, 2.5e-3, FRICTION)
-    return Comparison(seen, compute_response(ball, instrument, seen), instrument)
+
+    def respond(other):
+        return compute_response(ball, other, seen)
+
+    return Comparison(seen, respond(instrument), instrument, respond=respond)
 
 
 def notes_of_comparison(case):
