@@ -147,7 +147,10 @@ class ParameterFit:
             return "none: the search did not end at a minimum"
         if self.loops_compared is None:
             basis = "noise" if self.misfit <= 1 else "the residuals"
-            return f"{basis}, as if independent: there are too few loops to show how they scatter and drift"
+            return (
+                f"{basis}, as if independent: there are too few loops to show how they scatter and drift, "
+                "so that the true interval may be wider"
+            )
         return f"how the estimates wander over {self.loops_compared} pieces of the record, of whole loops"
 
     @property

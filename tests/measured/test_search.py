@@ -7,7 +7,9 @@ import synthetic
 from records_shared import DAMPER, DAMPER_SCENARIO
 from scipy import optimize
 
+import historysim as hs
 from historysim.measured.comparison import compute_response, observe
+from historysim.measured.fitting import fit_parameters
 from historysim.measured.reduction import Measurement
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
 from historysim.scenario.fit import build_model
@@ -145,7 +147,6 @@ def test_known_noise_of_the_displacement_does_not_make_a_stiffness_too_small():
 
 def test_turning_points_that_noise_does_not_explain_are_noted():
     """Backlash of the drive: the model would turn elsewhere, farther than noise reads a displacement."""
-    from historysim.measured.fitting import fit_parameters
 
     record = with_backlash(recorded(1, rate=10.03), 60e-9)
     found = fit_parameters(synthetic.model("ball"), synthetic.TRUTHS["ball"], observe(record))
@@ -213,3 +214,38 @@ def test_a_search_that_ends_at_its_bound_has_no_interval():
     assert all(np.isnan([each.low, each.high, each.noise_low, each.noise_high]).all() for each in found.parameters)
     again = fit_parameters(synthetic.model("ball"), found.values, observe(WHITE))
     assert synthetic.holds(again.parameters[1])
+
+
+def test_a_record_that_is_held_in_force_has_an_interval():
+    """Noise on all channels, and a ramp of the normal load while the force is held: few turns, and no loop."""
+    random = np.random.default_rng(0)
+    time = np.arange(0.0, 100.0, 0.25)
+    normal = np.interp(time, [0, 55, 58, 100], [0.05, 0.05, 0.035, 0.035])
+    force = np.interp(time, [0, 5, 10, 30, 35, 40, 90, 95, 100], 1e-3 * np.array([0, 0, 6, 6, -2.5, 6, 6, 6.6, 6.6]))
+    ball, rigid = hs.Ensemble(synthetic.PAIR, 0.0, 2.5e-3, 0.2), hs.Instrument()
+    events = [
+        event
+        for at, pressed, held in zip(time.tolist(), normal.tolist(), force.tolist(), strict=True)
+        for event in (hs.NormalLoad(at, pressed), hs.TangentialLoad(at, held))
+    ]
+    moved = hs.replay(ball, events, record="totals").tangential_displacement.values
+    record = Measurement(
+        time,
+        {
+            "normal_load": normal * (1 + 1e-3 * random.normal(size=time.size)),
+            "tangential_displacement": moved + random.normal(0, 0.01 * np.ptp(moved), time.size),
+        },
+        {"tangential_load": force + random.normal(0, 2e-5, time.size)},
+    )
+    observation = observe(record)
+    # the ends of the ramp, and not the samples inside it
+    assert observation.nodes.size - observation.turns.size <= 2
+    found = fit_parameters(
+        lambda values: (hs.Ensemble(synthetic.PAIR, 0.0, 2.5e-3, values["friction"]), rigid),
+        {"friction": 0.3},
+        observation,
+    )
+    (friction,) = found.parameters
+    assert friction.low < friction.value < friction.high
+    assert friction.value == pytest.approx(0.2, rel=0.03)
+    assert not any("start it again" in note for note in found.notes)
