@@ -121,7 +121,7 @@ def hook_notes(loops: LoopValues) -> Iterator[str]:
         within.append(float(np.median(ends if ends.size else extreme(trace.displacement[large], axis=1))))
     high, low = (quantity_text(end, "m", 3) for end in within)
     count = int((np.isfinite(loops.friction_force) & loops.large[:, None]).sum())
-    forward, backward = hooked.any(axis=0).tolist()
+    forward, backward = (bool(side.any()) for side in hooked.T)
     where = "" if forward and backward else ", forward alone" if forward else ", backward alone"
     energy = float(np.nanmean(loops.dissipated_energy[loops.large]))
     yield (
