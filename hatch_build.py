@@ -5,21 +5,24 @@ not needed, and one wheel serves all versions of Python. Where there is no C com
 brings one for the time of the build. The environment's ``CC``, ``CFLAGS`` and ``LDFLAGS`` are honoured, but for what
 would change the bits of results, and for the level of optimisation, which is -O3 unless they hold -O0.
 
-For pages, the library of the memory is also compiled to WebAssembly (`historysim/results/report/browser.wasm`) where
-ziglang is installed, as in CI, which builds the wheels. Without it reports have their recorded pictures only.
+For pages, the memory is also compiled to WebAssembly: `historysim/results/report/browser.wasm` is a tracked file, which
+``python hatch_build.py --browser`` writes anew. The compiler is pinned in `pyproject.toml` (extra ``browser``), since
+another one gives other bytes.
 
 The public headers are the declarations: cffi reads them now, into `historysim/basics/_declarations.py`, so that nothing
 need be parsed when the package is imported.
 
-``python hatch_build.py`` does this alone, in place, after a change of a ``.c`` or ``.h`` file.
+``python hatch_build.py`` compiles the library alone, in place, after a change of a ``.c`` or ``.h`` file.
 """
 
+import argparse
+import importlib.metadata
 import importlib.util
-import os
 import re
 import sys
 import sysconfig
 import tempfile
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +51,7 @@ class CompiledLibrary(BuildHookInterface):
     """Put the library and its declarations into the wheel; for an editable installation, beside the source."""
 
     def dependencies(self) -> list[str]:
-        """Ask for cffi, for a compiler where there is none, and for that of WebAssembly in CI, which builds the wheels.
+        """Require cffi, and ziglang where there is no C compiler.
 
         SystemExit: an interpreter for which there is no cffi.
         """
@@ -57,10 +60,9 @@ class CompiledLibrary(BuildHookInterface):
                 f"historysim: {sys.executable} is a free-threaded build of Python {sys.version_info[0]}."
                 f"{sys.version_info[1]}, which cffi does not support; expected a standard build of Python 3.11 or later"
             )
-        if not compiler():
-            self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is taken, which brings one")
-        elif not (os.environ.get("CI") or os.environ.get("CIBUILDWHEEL")):
+        if compiler():
             return [CFFI]
+        self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is used, which contains one")
         return [CFFI, "ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
@@ -71,16 +73,11 @@ class CompiledLibrary(BuildHookInterface):
         self.app.display_info("compiling the C of historysim")
         if version == "editable":
             build(root, root / PLACE)
-            build_browser_library(root, root / BROWSER)
         else:
             self._folder = tempfile.TemporaryDirectory()
             build(root, Path(self._folder.name))
-            build_browser_library(root, Path(self._folder.name, BROWSER.name))
             for name in (LIBRARY, DECLARATIONS):
                 build_data["force_include"][str(Path(self._folder.name, name))] = str(PLACE / name)
-            browser = Path(self._folder.name, BROWSER.name)
-            if browser.exists():
-                build_data["force_include"][str(browser)] = str(BROWSER)
         # a library that was compiled here is not one for all Linux of an age
         machine = next(tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux")))
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{machine}"
@@ -119,16 +116,26 @@ def compile_library(root: Path, library: Path) -> None:
 
 
 def build_browser_library(root: Path, library: Path) -> None:
-    """Compile the memory of a source tree to WebAssembly, if ziglang is installed; otherwise no file is left."""
+    """Compile the memory of a source tree to WebAssembly; RuntimeError without the pinned ziglang or if it fails."""
+    installed = [f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")]
+    if browser_compiler() not in installed:
+        raise RuntimeError(
+            f"{BROWSER} is not compiled: {' '.join(installed) or 'no ziglang'} is installed; expected the version that "
+            f"gives the same bytes everywhere: pip install {browser_compiler()}"
+        )
     source = (root / BROWSER).with_suffix(".c")
-    if importlib.util.find_spec("ziglang") is None or not source.exists():
-        # one of earlier sources would not be the library
-        library.unlink(missing_ok=True)
-        return
     with tempfile.TemporaryDirectory(dir=library.parent) as made:
         compiled = Path(made, library.name)
         compile_wasm([*sorted(map(str, root.glob("historysim/memory/*.c"))), str(source)], compiled)
+        compiled.chmod(0o644)
         compiled.replace(library)
+
+
+def browser_compiler() -> str:
+    """Return the pinned requirement of the compiler of WebAssembly, as ``"ziglang==0.13.0"``."""
+    extras = tomllib.loads((HERE / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    (requirement,) = extras["browser"]
+    return str(requirement)
 
 
 def write_declarations(root: Path, file: Path) -> None:
@@ -156,5 +163,12 @@ def declarations(header: str) -> str:
 
 
 if __name__ == "__main__":
-    build(HERE, HERE / PLACE)
-    build_browser_library(HERE, HERE / BROWSER)
+    parser = argparse.ArgumentParser(description="Compile the C of historysim in place.")
+    parser.add_argument("--browser", action="store_true", help=f"write {BROWSER} instead of the library")
+    try:
+        if parser.parse_args().browser:
+            build_browser_library(HERE, HERE / BROWSER)
+        else:
+            build(HERE, HERE / PLACE)
+    except RuntimeError as error:
+        sys.exit(str(error))

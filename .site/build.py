@@ -95,7 +95,7 @@ def main() -> int:
     options = [*quiet, "-W", "--keep-going", "-c", str(HERE), "-d", str(source / ".doctrees")]
     code = build_main([*options, str(source), str(output)])
     if not code:
-        (output / "_static" / "try_it.html").write_text(try_it.render_or_explain(), encoding="utf-8")
+        (output / "_static" / "try_it.html").write_text(try_it.render(), encoding="utf-8")
         sys.stdout.write(f"{output / 'index.html'}\n")
     return code
 

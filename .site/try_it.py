@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from historysim.errors import InputError
 from historysim.results.report import browser
-from historysim.results.report.page import Section, page, paragraph
+from historysim.results.report.page import Section, page
 
 SCRIPT = Path(__file__).with_name("try_it.js")
 # name, label, attributes of the input, factor to SI
@@ -31,17 +30,9 @@ INTRODUCTION = (
 )
 
 
-def render_or_explain() -> str:
-    """Render the page, or without the library for browsers one that states how to get it."""
-    try:
-        return render()
-    except InputError as error:
-        return page("Try historysim", [Section("Not available", (paragraph(str(error)),))])
-
-
 def render() -> str:
-    """Render the page; InputError without the library for browsers."""
-    library = browser.encode(browser.library())
+    """Render the page as HTML."""
+    library = browser.encode(browser.LIBRARY.read_bytes())
     scripts = "".join(f"<script>\n{file.read_text(encoding='utf-8')}</script>\n" for file in (browser.SCRIPT, SCRIPT))
     fields = "".join(
         f'<span class="control"><label for="{name}">{label}</label><input type="number" id="{name}" data-part="{name}" '

@@ -1,3 +1,4 @@
+import importlib.metadata
 import importlib.util
 import os
 import shlex
@@ -8,6 +9,7 @@ import tarfile
 import zipfile
 from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hatchling.bridge.app import Application
@@ -228,21 +230,11 @@ def test_an_error_of_the_compiler_is_reported(tree, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.suffix in {".so", ".py"}]
 
 
-@pytest.fixture
-def no_ci(monkeypatch):
-    for name in ("CI", "CIBUILDWHEEL"):
-        monkeypatch.delenv(name, raising=False)
-
-
 @compiles
-@pytest.mark.usefixtures("no_ci")
 def test_a_compiler_is_found(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     assert hatch_build.compiler() in ([name] for name in ("cc", "gcc", "clang"))
     assert hook(ROOT).dependencies() == [hatch_build.CFFI]
-    # what builds the wheels compiles for browsers, too
-    monkeypatch.setenv("CI", "true")
-    assert hook(ROOT).dependencies() == [hatch_build.CFFI, "ziglang>=0.13"]
 
 
 @pytest.mark.parametrize(("version", "refused"), [((3, 13, 1), True), ((3, 14, 0), False)])
@@ -253,28 +245,30 @@ def test_a_free_threaded_interpreter_without_cffi_is_refused_in_words(monkeypatc
         hook(ROOT).dependencies()
 
 
-def test_the_library_of_browsers_is_that_of_present_sources_or_missing(tmp_path, monkeypatch):
-    library, source = tmp_path / hatch_build.BROWSER, (tmp_path / hatch_build.BROWSER).with_suffix(".c")
-    source.parent.mkdir(parents=True)
-    source.touch()
-    compiled = []
-
-    def compile_wasm(sources, made):
-        compiled.append(sources)
-        made.write_bytes(b"new")
-
-    monkeypatch.setattr(hatch_build, "compile_wasm", compile_wasm)
-    for there, content in ((True, b"new"), (False, None)):
-        library.write_bytes(b"old")
-        found = object() if there else None
-        monkeypatch.setattr(hatch_build.importlib.util, "find_spec", lambda _, found=found: found)
-        hatch_build.build_browser_library(tmp_path, library)
-        assert (library.read_bytes() if library.exists() else None) == content
-    assert compiled == [[str(source)]]
-    assert sorted(source.parent.iterdir()) == [source]
+@pytest.mark.parametrize("version", ["0.14.1", None])
+def test_only_the_pinned_compiler_builds_the_library_of_browsers(tmp_path, monkeypatch, version):
+    found = [] if version is None else [SimpleNamespace(version=version)]
+    monkeypatch.setattr(hatch_build.importlib.metadata, "distributions", lambda **_: found)
+    said = f"{f'ziglang=={version}' if version else 'no ziglang'} is installed; .* pip install ziglang==[0-9.]+$"
+    with pytest.raises(RuntimeError, match=said):
+        hatch_build.build_browser_library(ROOT, tmp_path / "browser.wasm")
+    assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("no_compiler", "no_ci")
+@pytest.mark.ci
+def test_the_tracked_library_of_browsers_is_of_the_present_sources(tmp_path):
+    pinned = hatch_build.browser_compiler()
+    installed = {f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")}
+    if pinned not in installed:
+        pytest.skip(f"needs {pinned}: pip install -e '.[browser]'")
+    library = tmp_path / "browser.wasm"
+    hatch_build.build_browser_library(ROOT, library)
+    tracked = ROOT / hatch_build.BROWSER
+    same = library.read_bytes() == tracked.read_bytes()
+    assert same, f"{hatch_build.BROWSER} is of other sources; expected that of: python hatch_build.py --browser"
+
+
+@pytest.mark.usefixtures("no_compiler")
 def test_without_a_compiler_one_is_required(capsys, monkeypatch):
     assert hatch_build.compiler() == []
     _, asked = hook(ROOT).dependencies()
@@ -320,8 +314,8 @@ def check_wheel(wheel, folder):
     with zipfile.ZipFile(wheel) as packed:
         names = packed.namelist()
         packed.extractall(folder)  # noqa: S202 - our own
-    for name in (LIBRARY, hatch_build.DECLARATIONS):
-        assert names.count(f"historysim/basics/{name}") == 1
+    for name in (f"historysim/basics/{LIBRARY}", f"historysim/basics/{hatch_build.DECLARATIONS}", hatch_build.BROWSER):
+        assert names.count(str(name)) == 1
     assert {name for name in names if name.endswith((".c", ".h"))} >= {"historysim/measured/reduction.h"}
     home = folder / "historysim" / "__init__.py"
     assert python("-P", "-c", COUNT, PYTHONPATH=str(folder)).split() == [str(home), "4"]

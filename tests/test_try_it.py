@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.results.report import browser
 
 ROOT = Path(hs.__file__).parents[1]
 SPEC = importlib.util.spec_from_file_location("try_it", ROOT / ".site" / "try_it.py")
 try_it = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(try_it)
-
-pytestmark = pytest.mark.skipif(not browser.LIBRARY.exists(), reason="no library for browsers: pip install ziglang")
 
 TRIAL = "document.getElementById('trial')"
 COMPUTED = f"""async () => {{ const {{ trial }} = {TRIAL};

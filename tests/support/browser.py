@@ -13,10 +13,12 @@ TALK = ("log", "info", "debug")
 def opened():
     """Open a file in a page of the browser of a module; check at the end that it made no request and no error."""
     playwright = pytest.importorskip("playwright.sync_api", reason="no playwright to drive a browser")
-    program = next(filter(None, map(shutil.which, CHROMIUM)), None)
-    if program is None:
-        pytest.skip("no Chromium to open a report in; apt-get install chromium")
     with playwright.sync_playwright() as driver:
+        # the browser of playwright's own list, or of the system
+        programs = filter(None, map(shutil.which, (driver.chromium.executable_path, *CHROMIUM)))
+        program = next(programs, None)
+        if program is None:
+            pytest.skip("no Chromium to open pages in: playwright install chromium, or apt-get install chromium")
         browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
 
         @contextlib.contextmanager

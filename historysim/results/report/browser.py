@@ -32,10 +32,6 @@ SCRIPT = Path(__file__).with_name("browser.js")
 MOST_DRAWN, MOST_EMBEDDED = 2000, 20_000
 MOST_STEPS = 20_000  # a path of 96 bytes each, replayed when friction or moduli change
 UNITS = ("tangential_displacement", "total_tangential_load")
-INSTALL = (
-    "this installation has no library for browsers (browser.wasm); expected a wheel of historysim, or `pip install "
-    "ziglang` before historysim is installed from source"
-)
 
 
 class Trajectory(NamedTuple):
@@ -52,26 +48,18 @@ class Trajectory(NamedTuple):
 def interactive_part(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     """Render the script of a page, its interactive part as HTML, and notes on the latter.
 
-    Raises InputError if the page cannot compute the history, or the library for browsers is missing.
+    Raises InputError if the page cannot compute the history.
     """
     check_any(history)
     check_recorded(history, "normal_load", "slip_state", "summit_height", "summit_radius", "friction")
     trajectory = find_trajectory(history)
     script = f"<script>\n{SCRIPT.read_text(encoding='utf-8')}</script>"
     settings, arrays = embedded_data(history, trajectory)
-    data = {"library": encode(library()), "setup": json.dumps(settings), "arrays": encode(arrays)}
+    data = {"library": encode(LIBRARY.read_bytes()), "setup": json.dumps(settings), "arrays": encode(arrays)}
     blocks = "\n".join(f'<script type="text/plain" id="{name}">{text}</script>' for name, text in data.items())
     start = f'<script>Explorer.open(document.getElementById("{ROOT}"));</script>'
     notes = (trajectory.note,) if trajectory.note else ()
     return script, f"{controls(settings)}\n{blocks}\n{start}", notes
-
-
-def library() -> bytes:
-    """Read the library for browsers; InputError if it was not built."""
-    try:
-        return LIBRARY.read_bytes()
-    except OSError:
-        raise InputError(INSTALL) from None
 
 
 def encode(content: bytes) -> str:

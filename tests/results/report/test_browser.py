@@ -11,8 +11,6 @@ from historysim.errors import InputError
 from historysim.memory.paths import Goals, blank_rows, straight_paths
 from historysim.results.report import browser
 
-needs_library = pytest.mark.skipif(not browser.LIBRARY.exists(), reason="no library for browsers: pip install ziglang")
-
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -35e-9, -60e-9])
 PLACES = {"x": np.array([0.0, 4e-6, 8e-6, 2e-6]), "y": np.array([0.0, 6e-6, 3e-6, 9e-6])}
@@ -99,7 +97,6 @@ def check(shown, history, row, label, axis=None):
     assert shown["limit"] == pytest.approx(expected.friction * expected.pressure(distance), rel=1e-6, abs=1.0)
 
 
-@needs_library
 def test_the_slider_moves_loop_and_map_and_a_click_chooses_an_asperity(history, explored, opened):
     with opened(explored) as page:
         page.wait_for_function(READY)
@@ -133,7 +130,6 @@ def test_the_slider_moves_loop_and_map_and_a_click_chooses_an_asperity(history, 
         assert field.input_value() == str(heaviest)
 
 
-@needs_library
 def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explored, opened):
     factor = 2**-0.5
     friction = ENSEMBLE.friction * factor
@@ -162,7 +158,6 @@ def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explore
         assert page.evaluate(loop) == 1
 
 
-@needs_library
 def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_where(tmp_path, opened):
     events = [hs.NormalLoad(0.0, 4e-3), hs.TangentialLoad(1.0, 5e-4), hs.TangentialLoad(2.0, 0.0)]
     path = tmp_path / "t.html"
@@ -179,7 +174,6 @@ def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_w
         assert page.evaluate(SHOWN)["refused"] == ""
 
 
-@needs_library
 def test_both_directions_are_shown(tmp_path, opened):
     history = hs.replay(ENSEMBLE, IN_PLANE, substeps=3, record="all")
     path = tmp_path / "p.html"
@@ -208,7 +202,6 @@ def random_setup(rng, count, *, planar):
     return ensemble, straight_paths(normal, Goals(np.where(pushed, 0, 1), target))
 
 
-@needs_library
 @pytest.mark.parametrize(("count", "planar"), [(3000, False), (12, True)])
 def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count, planar, opened):
     """It needs the script's `Model` alone, no page."""
@@ -241,12 +234,11 @@ def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count,
               const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", totals.slice()));
               return Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join("");
             }""",
-            [browser.encode(browser.library()), setup, arrays, browser.encode(paths.tobytes())],
+            [browser.encode(browser.LIBRARY.read_bytes()), setup, arrays, browser.encode(paths.tobytes())],
         )
     assert digest == hashlib.sha256(rows.totals.tobytes()).hexdigest()
 
 
-@needs_library
 def test_the_page_fits_a_small_dark_screen(report, opened):
     with opened(report, width=420, dark=True) as page:
         page.wait_for_function(READY)
@@ -278,7 +270,6 @@ def contrast(ink, paper):
     return (light + 0.05) / (dark + 0.05)
 
 
-@needs_library
 def test_a_notebook_embeds_the_page_and_other_objects_are_refused(history):
     assert "<iframe" in hs.explore(history)._repr_html_()
     totals = hs.replay(ENSEMBLE, EVENTS, record="totals")
@@ -344,13 +335,6 @@ def test_histories_that_a_page_cannot_compute_are_refused(text):
         hs.explore(history)
 
 
-def test_without_the_library_the_remedy_is_named(history, monkeypatch, tmp_path):
-    monkeypatch.setattr(browser, "LIBRARY", tmp_path / "none.wasm")
-    with pytest.raises(InputError, match="pip install ziglang"):
-        hs.explore(history)
-
-
-@needs_library
 @pytest.mark.ci
 def test_a_page_of_1000_asperities_and_2000_steps_is_below_1_megabyte():
     rng = np.random.default_rng(1)
