@@ -1,21 +1,34 @@
-"""A package of somebody else adds laws, a surface, a loading, a reader and a picture, from TOML to the report."""
+"""A package of somebody else adds one of each class with an entry point; the page that explains it is followed."""
 
+import importlib
+import inspect
+import re
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
+import attrs
 import numpy as np
+import pages
 import pytest
 import xarray as xr
 from click.testing import CliRunner
 from installed import install
 
 import historysim as hs
+from historysim.basics import fields
+from historysim.basics.fields import field_unit
 from historysim.cli import main
 from historysim.errors import InputError, MissingPackageError
 from historysim.scenario.kinds import registries
+from historysim.tables import Column
 
 PROJECT = Path(__file__).parent / "stranger"
+PAGE = (Path(hs.__file__).parent / "README.md").read_text(encoding="utf-8")
+HOW_TO = PAGE.split("## How to add …", 1)[1]
+ROWS = [line.strip("| ").split(" | ") for line in HOW_TO.splitlines() if line.startswith("| a")]
+BLOCKS = [body for _, language, body in pages.blocks(HOW_TO) if language == "python"]
 SCENARIO = """
 [materials]
 first = "silicon"
@@ -186,6 +199,103 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
     surface = hs.read_surface(tmp_path / "a.stairs")
     assert surface.heights.shape == (5, 5)
     assert surface.heights[-1, -1] == pytest.approx(8e-9)
+
+
+def named_classes(cell):
+    """The classes that a cell of the page names; a name without its module is of the module before."""
+    module = None
+    for name in re.findall(r"`([\w.]+)`", cell):
+        if "." in name:
+            module = importlib.import_module(f"historysim.{name.rpartition('.')[0]}")
+        yield getattr(module, name.rpartition(".")[2])
+
+
+@pytest.mark.parametrize("row", [row for row in ROWS if row[1].startswith("`")], ids=lambda row: row[0])
+def test_the_page_names_methods_and_fields_that_exist(row):
+    classes = [*named_classes(row[1])]
+    bases = {base for kind in classes for base in inspect.getmro(kind)}
+    members = {name for base in bases for name in (*dir(base), *inspect.get_annotations(base))}
+    for code in re.findall(r"`([^`]+)`", row[2]):
+        name, parenthesis, arguments = code.partition("(")
+        if name in {"kind", "Chart", "Sheet", "HeightMap", "summary"}:
+            continue
+        assert name in members, code
+        if parenthesis:
+            method = next(getattr(kind, name) for kind in classes if hasattr(kind, name))
+            stated = [argument.strip().removesuffix("=…") for argument in arguments.strip(")").split(",")]
+            assert stated == [name for name in inspect.signature(method).parameters if name != "self"], code
+
+
+def test_the_page_names_types_checks_and_groups_that_exist():
+    introduction = HOW_TO.split("| to add |")[0]
+    names = re.search(r"has types with\s+units \((.*?), …\) and checks \((.*?)\)", introduction).groups()
+    names = re.findall(r"`(\w+)`", " ".join(names))
+    assert len(names) > 3
+    assert [name for name in names if not hasattr(fields, name)] == []
+    groups = {row[4].strip("` ") for row in ROWS if len(row) > 4 and row[4].strip("` |")}
+    assert groups == {registry.group for registry in registries().values()}
+
+
+def test_the_package_has_one_of_each_and_the_law_of_the_page(site):
+    stranger = importlib.import_module("stranger")
+    kinds = {kind for row in ROWS if len(row) > 4 and row[4].strip("` |") for kind in named_classes(row[1])}
+    own = [value for value in vars(stranger).values() if inspect.isclass(value) and value.__module__ == "stranger"]
+    assert [kind for kind in kinds if not any(issubclass(value, kind) for value in own)] == []
+    law = BLOCKS[0].split("@attrs.frozen")[1]
+    assert law.strip() in (site / "stranger.py").read_text(encoding="utf-8")
+
+
+STRINGS = {"N": "2 mN", "m": "3 nm", "s": "4 ms", "1": 0.5}
+NUMBERS = {"N": 2e-3, "m": 3e-9, "s": 4e-3, "1": 0.5}
+
+
+@pytest.mark.usefixtures("site")
+@pytest.mark.parametrize("name", ["Warming", "SquaredWear", "Soft", "Grease", "Stairs", "Strokes", "Cone", "Filled"])
+def test_its_classes_accept_units_in_python(name):
+    kind = getattr(importlib.import_module("stranger"), name)
+    units = {field.name: field_unit(field.type) for field in attrs.fields(kind) if field.name in kind.__annotations__}
+    units = {key: unit for key, unit in units.items() if unit}
+    assert units
+    made = kind(**{key: STRINGS[unit] for key, unit in units.items()})
+    assert made == kind(**{key: NUMBERS[unit] for key, unit in units.items()})
+    assert {type(getattr(made, key)) for key in units} == {float}
+    key, unit = next(iter(units.items()))
+    others = {other: NUMBERS[units[other]] for other in units if other != key}
+    said = f"{name}: {key}: '5 K': 'K' is not a unit of" if unit != "1" else f"{name}: {key}: '5 K' is a string"
+    with pytest.raises(InputError, match=said):
+        kind(**others, **{key: "5 K"})
+
+
+def test_its_tables_map_and_picture_are_read_and_drawn(path, tmp_path):
+    np.array([[1.0, 2.0], [3.0, 5.0]]).tofile(tmp_path / "a.doubles")
+    (tmp_path / "a.slashed").write_text("load (mN)/stroke (nm)\n1/3\n2/5\n", encoding="utf-8")
+    columns = {"load": Column("load"), "stroke": Column("stroke")}
+    for name in ("a.doubles", "a.slashed"):
+        table = hs.tables.read_table(tmp_path / name, columns, {"load": "N", "stroke": "m"})
+        assert table.columns["load"].tolist() == [1e-3, 2e-3]
+        assert table.columns["stroke"].tolist() == pytest.approx([3e-9, 5e-9])
+    called("plot", *_result(path), "-o", "limits.png", "--picture", "limits")
+    path.write_text(WITHOUT.replace('"sphere"\nradius = "10 µm"', '"cone"\nheight = "20 nm"'), encoding="utf-8")
+    built = hs.load(path).surface()
+    assert built.summits.height.tolist() == [0.0]
+
+
+def _result(path):
+    hs.run(path, "a.nc").close()
+    return ("a.nc",)
+
+
+@pytest.mark.ci
+def test_type_checkers_accept_the_page_and_the_package(tmp_path):
+    pytest.importorskip("mypy", reason="needs mypy: pip install -e '.[lint]'")
+    shutil.copy(PROJECT / "stranger.py", tmp_path)
+    for number, block in enumerate(BLOCKS):
+        (tmp_path / f"block{number}.py").write_text(block, encoding="utf-8")
+    files = sorted(map(str, tmp_path.glob("*.py")))
+    options = ["--config-file=", "--check-untyped-defs", "--ignore-missing-imports", "--follow-imports=silent"]
+    command = [sys.executable, "-m", "mypy", *options, *files]
+    done = subprocess.run(command, cwd=PROJECT.parents[1], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import Floats, as_floats, workable
+from historysim.basics.fields import QuantityFields
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import MOST_FRICTION
 from historysim.basics.registry import Registry
@@ -32,7 +33,7 @@ _DEPENDENCE = {
 }
 
 
-class Law(abc.ABC):
+class Law(QuantityFields, abc.ABC):
     """A law as a value: its numbers are its fields."""
 
     __slots__ = ()

@@ -1,15 +1,17 @@
 """Fields of classes that are selected in scenarios: units and limits, declared in the class."""
 
+import functools
 import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
 import attrs
 
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
-from historysim.basics.units import is_number
+from historysim.basics.units import as_float, convert_each, is_number, to_si
 from historysim.basics.wording import format_value
 from historysim.errors import InputError, field_error
 
@@ -142,6 +144,47 @@ class Field:
         limits = f"{words} {self.limits}" if self.limits else ""
         default = "" if self.needed or self.default in {None, "", ()} else f" (default {_toml(self.default)})"
         return f"{self.name}{unit}{limits}{default}"
+
+
+class QuantityFields:
+    """Base of attrs classes whose constructors accept strings with units for the fields annotated with a `Quantity`.
+
+    Only for type checkers a field needs a converter from `historysim.basics.units` in addition.
+    """
+
+    __slots__ = ()
+
+    @classmethod
+    def __attrs_init_subclass__(cls) -> None:
+        """Let the constructor convert the fields with a unit and without a converter; attrs calls this."""
+        if "__init__" not in vars(cls) or "__attrs_init__" in vars(cls):
+            # the class has a constructor of its own
+            return
+        if any(isinstance(field.type, str) for field in attrs.fields(cls)):
+            with suppress(NameError):
+                attrs.resolve_types(cls)
+        fields = [field for field in attrs.fields(cls) if field.init and field.converter is None]
+        units = {field.alias: unit for field in fields if (unit := field_unit(field.type))}
+        construct, signature = cls.__init__, inspect.signature(cls.__init__)
+
+        @functools.wraps(construct)
+        def convert_and_construct(*arguments: Any, **options: Any) -> None:
+            bound = signature.bind(*arguments, **options)
+            bound.apply_defaults()
+            for name, unit in units.items():
+                if (value := bound.arguments[name]) is not attrs.NOTHING:
+                    bound.arguments[name] = _convert(value, unit, f"{cls.__name__}: {name}")
+            construct(*bound.args, **bound.kwargs)
+
+        if units:
+            cls.__init__ = convert_and_construct  # type: ignore[method-assign]
+
+
+def _convert(value: Any, unit: str, name: str) -> Any:
+    try:
+        return convert_each(as_float, to_si(value, unit))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def list_fields(kind: type) -> Iterator[Field]:

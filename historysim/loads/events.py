@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 import attrs
 
-from historysim.basics.fields import Force, Length, Numbers, Quantity
+from historysim.basics.fields import Force, Length, Numbers, Quantity, QuantityFields
 from historysim.basics.limits import MOST_FRICTION, SIZE, is_workable
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, convert_each, is_number, metres, newtons, seconds, to_si
@@ -123,7 +123,7 @@ _lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finit
 # -- the base class ---------------------------------------------------------------------------------------
 
 
-class Event:
+class Event(QuantityFields):
     """Base class of events: a waypoint of a channel, or an instantaneous change, at a time.
 
     A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of them, or None, as a log

@@ -42,6 +42,12 @@ class Queries:
     def __init__(self, history: xr.Dataset) -> None:
         self.history = history
 
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Return a query that was declared after this class, as in a script."""
+        if name not in (queries := all_queries()):
+            raise AttributeError(f"{type(self).__name__} has no query {name}; {nearest(name, queries)}")
+        return functools.partial(queries[name].function, self.history)
+
 
 for _name, _query in all_queries().items():
     setattr(Queries, _name, _method(_query))

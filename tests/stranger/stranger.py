@@ -1,4 +1,6 @@
-"""A package of somebody else: laws, an event, a surface, a step of preparation, a loading, readers and a picture."""
+"""A package of somebody else with one of each class that has an entry point."""
+
+from contextlib import contextmanager
 
 import attrs
 import numpy as np
@@ -8,15 +10,19 @@ from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.fields import Force, Length, Number, Time, at_least
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
+from historysim.results.plots.chart import Chart, Curve
 from historysim.results.plots.pictures import Picture
 from historysim.results.report.page import Section, page, paragraph, render_page
 from historysim.results.result_files import FileKind
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
+from historysim.scenario.surface_kinds.map_kinds import HeightMap
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.map_files import MapReader, RawMap
 from historysim.surfaces.preparation import Preparation
 from historysim.surfaces.summits import Summits
+from historysim.tables.arrays import Array, Contents
+from historysim.tables.readers import LineReader, TableReader
 
 
 @attrs.frozen
@@ -126,6 +132,22 @@ class Stairs(SurfaceKind):
 
 
 @attrs.frozen(kw_only=True)
+class Cone(HeightMap):
+    """A map with one summit in its middle."""
+
+    height: Length
+    points: int = 9
+
+    kind = "cone"
+
+    def read_or_generate(self, folder, notify):
+        del folder
+        notify("a cone")
+        distance = np.abs(np.linspace(-1, 1, self.points))
+        return Surface(-self.height * np.add.outer(distance, distance), (1e-6, 1e-6))
+
+
+@attrs.frozen(kw_only=True)
 class Strokes(Loading):
     """So many strokes to and fro under a load."""
 
@@ -151,6 +173,45 @@ class StairMap(MapReader):
         count, height = path.read_text(encoding="utf-8").split()
         heights = np.add.outer(*2 * [np.linspace(0, float(height) / 2, int(count))])
         return RawMap(heights, "nm", (1.0, 1.0), "µm")
+
+
+class Doubles(TableReader):
+    """Tables of two columns, load and stroke, one after the other as doubles."""
+
+    kind, endings = "doubles", (".doubles",)
+
+    @contextmanager
+    def open(self, path, layout):
+        del layout
+        columns = np.fromfile(path).reshape(2, -1)
+        yield Contents(
+            [
+                Array(name, values.shape, values.__getitem__, unit)
+                for name, unit, values in zip(("load", "stroke"), ("mN", "nm"), columns, strict=True)
+            ]
+        )
+
+
+class Slashed(LineReader):
+    """Tables with a slash between values."""
+
+    kind, endings = "slashed", (".slashed",)
+
+    @contextmanager
+    def open(self, path, layout):
+        with path.open(encoding=layout.encoding or "utf-8") as file:
+            yield (line.replace("/", "\t") for line in file)
+
+
+@attrs.frozen(kw_only=True)
+class Limits(Picture):
+    """Friction limit over time."""
+
+    kind = "limits"
+
+    def sheet(self, data):
+        curve = Curve(data["time"].to_numpy(), data["friction_limit"].to_numpy())
+        return Chart(items=[curve], x="time (s)", y="friction limit (N)")
 
 
 @attrs.frozen(kw_only=True)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import attrs
 from cattrs import Converter
 
+from historysim.basics.fields import QuantityFields
 from historysim.basics.limits import at_most, most
 from historysim.basics.registry import Registry
 from historysim.basics.wording import Notify, format_value, silent
@@ -25,7 +26,7 @@ LOADINGS: Registry[type["Loading"]] = Registry(
 
 
 @attrs.frozen(kw_only=True)
-class Loading(abc.ABC):
+class Loading(QuantityFields, abc.ABC):
     """Base class of the kinds of loading."""
 
     registry: ClassVar[Registry[Any]] = LOADINGS

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 
-from historysim.basics.fields import Force, Key, Length
+from historysim.basics.fields import Force, Key, Length, QuantityFields
 from historysim.basics.registry import Registry
 from historysim.errors import error_path, field_error
 from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw
@@ -50,7 +50,7 @@ class BuiltSurface:
     )
 
 
-class SurfaceKind(abc.ABC):
+class SurfaceKind(QuantityFields, abc.ABC):
     """A kind of ``[surface]``: an attrs class with its keys as fields, registered under its name."""
 
     registry: ClassVar[Registry[Any]] = SURFACES

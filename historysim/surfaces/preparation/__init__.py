@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import attrs
 
 from historysim.basics.arguments import Booleans, Floats
-from historysim.basics.fields import Key, Length, Lengths, Number
+from historysim.basics.fields import Key, Length, Lengths, Number, QuantityFields
 from historysim.basics.registry import Registry
 from historysim.basics.wording import Notify, count_text
 from historysim.errors import error_path, field_error
@@ -26,7 +26,7 @@ _DEVIATIONS = Key(lambda number: number > 0, "a number of standard deviations, g
 
 
 @attrs.frozen(kw_only=True)
-class Preparation(abc.ABC):
+class Preparation(QuantityFields, abc.ABC):
     """A step that prepares a map: an attrs class; its fields are keys of ``[surface]``, all with a default."""
 
     kind: ClassVar[str]  #: its name
