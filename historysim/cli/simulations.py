@@ -83,12 +83,13 @@ def run(
 
 
 def _draw_result(source: Any, history: "xr.Dataset") -> Any:
-    """Draw a result, or its scenario if its pictures only need the surface."""
-    from historysim.scenario.figure import drawable
+    """Draw a result, with the files of its scenario where that is known."""
+    from historysim.scenario.figure import draw_scenario_figure, drawable
     from historysim.verbs import plot
 
-    scenario = getattr(source, "scenario", None)
-    return plot(history if scenario is None or drawable(history) or not drawable(scenario) else scenario)
+    if pictures := drawable(history):
+        return draw_scenario_figure(history, pictures, scenario=getattr(source, "scenario", None))
+    return plot(history)
 
 
 @click.command()

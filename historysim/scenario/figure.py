@@ -9,7 +9,7 @@ import xarray as xr
 from historysim.basics.wording import silent
 from historysim.errors import InputError
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, make_figure
-from historysim.scenario.document import parse_toml, structure_pictures
+from historysim.scenario.document import parse_toml, structure_pictures, structure_sections
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import located_errors
@@ -18,26 +18,62 @@ from historysim.scenario.sections import Pictures
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
+IN_RESULT = "the scenario in the result"
+
 
 def drawable(content: xr.Dataset | Scenario) -> Pictures:
-    """Return the pictures of a scenario that can be drawn from the scenario or its result."""
+    """Return the pictures of a scenario that can be drawn from the scenario or its result with its scenario."""
     if isinstance(content, Scenario):
         return tuple(picture for picture in content.sections.picture if SCENARIO in picture.of)
     text = content.attrs.get("scenario")
     if not text:
         return ()
-    file_content = SWEEP if content.attrs.get("content") == SWEEP else HISTORY
     # e.g. a picture of a package that is not installed
-    with located_errors("the scenario in the result: picture"):
-        return tuple(picture for picture in structure_pictures(parse_toml(str(text))) if file_content in picture.of)
+    with located_errors(f"{IN_RESULT}: picture"):
+        pictures = structure_pictures(parse_toml(str(text)))
+    return tuple(picture for picture in pictures if {_content_type(content), SCENARIO} & {*picture.of})
+
+
+def _content_type(content: xr.Dataset) -> str:
+    return SWEEP if content.attrs.get("content") == SWEEP else HISTORY
 
 
 def draw_scenario_figure(
-    content: xr.Dataset | Scenario, pictures: Pictures, target: "Place | None" = None
+    content: xr.Dataset | Scenario,
+    pictures: Pictures,
+    target: "Place | None" = None,
+    *,
+    scenario: Scenario | None = None,
 ) -> "FigureOrAxes":
-    """Draw the pictures of a scenario or its result, with its title."""
-    title = content.title if isinstance(content, Scenario) else str(content.attrs.get("title", ""))
-    return draw_figure(content, pictures, title, target)
+    """Draw the pictures of a scenario or its result, with its title.
+
+    Pictures of the scenario itself, such as its height map, are drawn from `scenario`, by default the text in the
+    result; InputError if files that it names are not found.
+    """
+    if isinstance(content, Scenario):
+        return draw_figure([content] * len(pictures), pictures, content.title, target)
+    subjects: list[xr.Dataset | Scenario] = []
+    for picture in pictures:
+        if _content_type(content) in picture.of:
+            subjects.append(content)
+        else:
+            scenario = scenario or _embedded_scenario(content, picture.kind)
+            subjects.append(scenario)
+    return draw_figure(subjects, pictures, str(content.attrs.get("title", "")), target)
+
+
+def _embedded_scenario(content: xr.Dataset, kind: str) -> Scenario:
+    """Return the scenario whose text a result holds; the files that it names are expected from the result's folder."""
+    text, result = str(content.attrs["scenario"]), Path(str(content.encoding.get("source", "")))
+    with located_errors(IN_RESULT):
+        scenario = Scenario(result.parent / IN_RESULT, text, structure_sections(parse_toml(text)))
+    for file in scenario.files[1:]:
+        if not file.exists():
+            raise InputError(
+                f"{IN_RESULT}: picture {kind}: {file} is not there; expected the scenario's own file: "
+                "historysim plot SCENARIO.toml"
+            )
+    return scenario
 
 
 @make_figure.register(Scenario)

@@ -15,6 +15,7 @@ import xarray as xr
 from historysim.basics.files import is_file, replacing
 from historysim.basics.wording import Notify, progress_bar, silent
 from historysim.errors import InputError
+from historysim.results.plots import pictures as plots
 from historysim.results.report.page import Section, contents, page, paragraph, picture, table
 from historysim.results.report.reports import history_pictures, sweep_pictures
 from historysim.scenario.figure import draw_scenario_figure, drawable
@@ -161,8 +162,8 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
 
 
 def _figure(source: Scenario | xr.Dataset) -> list[str]:
-    """Return the figure of ``[picture]``, with the pictures that this object can show."""
-    pictures = drawable(source)
+    """Return the figure of ``[picture]`` with the pictures of a scenario, or those that only its result can show."""
+    pictures = tuple(one for one in drawable(source) if isinstance(source, Scenario) or plots.SCENARIO not in one.of)
     if not pictures:
         return []
     title = source.title if isinstance(source, Scenario) else str(source.attrs.get("title", ""))

@@ -1,8 +1,11 @@
 """[picture] of a scenario: its keys, what they draw of a result, a sweep or a surface, and the command."""
 
+import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import historysim as hs
+from historysim.cli import main
 from historysim.errors import InputError
 from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
@@ -117,7 +120,27 @@ def test_a_sweep_has_curves_bars_and_loops(write):
     assert len(hs.plot(hs.run(hs.load(write(BALL + SWEPT.replace("[0.1, 0.4]", "0.1"))))).axes) == 1
 
 
-def test_surfaces_need_no_run(write):
+def _written(history, folder):
+    history.to_netcdf(folder / "written.nc")
+    return folder / "written.nc"
+
+
+def test_a_result_names_the_command_where_the_files_of_its_scenario_are_elsewhere(write, tmp_path, monkeypatch):
+    np.savetxt(tmp_path / "map.txt", np.outer(np.hanning(9), np.hanning(9)))
+    measured = 'kind = "measured"\nfile = "map.txt"\npixel_size = "1 µm"\nheight_unit = "nm"\nform = "mean"'
+    path = write(BALL.replace('kind = "sphere"\nradius = "1 mm"', measured) + '[picture]\nkind = "map"\n')
+    (tmp_path / "results").mkdir()
+    monkeypatch.chdir(tmp_path)
+    # the command knows the folder of the scenario, and so does a result next to it
+    for output in ("results/s.nc", "s.nc"):
+        done = CliRunner().invoke(main, ["run", path.name, "-o", output, "-q", "--plot"])
+        assert done.exit_code == 0, done.output
+    assert len(hs.plot("s.nc").axes) >= 1
+    with pytest.raises(InputError, match=r"picture map: .*results.map.txt is not there; .* plot SCENARIO.toml"):
+        hs.plot("results/s.nc")
+
+
+def test_surfaces_need_no_run(write, tmp_path):
     text = BALL.replace(
         'kind = "sphere"\nradius = "1 mm"',
         """kind = "random"
@@ -131,5 +154,13 @@ seed = 1""",
     names = [text.get_text() for part in figure.subfigs for legend in part.legends for text in legend.get_texts()]
     assert names[0].startswith("surface 1: ")
     assert names[1].startswith("surface 2: ")
+    # a result draws them from the text of its scenario, next to pictures of its own
+    own = '\n[[picture]]\nkind = "loops"\n'
+    history = hs.run(write(text + ROUGH.split("[sweep]", maxsplit=1)[0] + own))
+    for subject in (history, _written(history, tmp_path)):
+        figure = hs.plot(subject)
+        labels = [axes.get_xlabel() for axes in figure.axes]
+        assert len(figure.subfigs) == 3
+        assert {"$x$ (µm)", "tangential displacement $U$ (nm)"} <= set(labels)
     with pytest.raises(InputError, match="picture: the surface is not a height map"):
         hs.plot(hs.load(write(BALL + '[picture]\nkind = "map"\n')))

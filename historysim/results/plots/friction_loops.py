@@ -11,7 +11,7 @@ import xarray as xr
 
 from historysim.basics.arguments import Floats
 from historysim.basics.fields import Quantity
-from historysim.basics.units import newtons, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
@@ -29,10 +29,6 @@ END = "end of pre-sliding"  # the group of the marks of δ
 MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
 # Extra width of the loads next to loops, alone and in the figure of a scenario [mm].
 LOADS_ALONE, LOADS_IN_FIGURE = 60.0, 50.0
-
-
-def _newtons(loads: Sequence[float]) -> tuple[float, ...]:
-    return tuple(map(newtons, loads))
 
 
 @PICTURES.register
@@ -67,7 +63,7 @@ class LoopsPicture(Panel):
     """
 
     steps: tuple[str | int, ...] | None = None
-    first_loading: Annotated[tuple[float, ...], Quantity("N")] = attrs.field(default=(), converter=_newtons)
+    first_loading: Annotated[tuple[float, ...], Quantity("N")] = ()
     work: bool = False
     drift: bool = False
     delta: bool = False

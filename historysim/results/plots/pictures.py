@@ -13,7 +13,7 @@ import attrs
 import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
-from historysim.basics.fields import list_fields
+from historysim.basics.fields import QuantityFields, list_fields
 from historysim.basics.registry import Registry
 from historysim.basics.wording import join_words, nearest, read_findings
 from historysim.errors import InputError
@@ -33,7 +33,7 @@ HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"  # subjects of the pic
 
 
 @attrs.frozen(kw_only=True)
-class Picture:
+class Picture(QuantityFields):
     """A picture: its fields are its options, in ``[picture]``, with ``--picture``, and in Python.
 
     The picture ``traction`` is ``hs.plot(x, picture="traction", steps=…)`` and ``hs.plots.traction(x, steps=…)``.
@@ -326,12 +326,12 @@ BEYOND = {
 
 
 def draw_figure(
-    subject: Any, pictures: Sequence[Picture], title: str = "", target: Place | None = None
+    subjects: Sequence[Any], pictures: Sequence[Picture], title: str = "", target: Place | None = None
 ) -> FigureOrAxes:
-    """Draw pictures of a result, a sweep or a scenario side by side, in a narrow figure stacked."""
+    """Draw pictures, each of its result, sweep or scenario, side by side, in a narrow figure stacked."""
     target = target or {}
     if len(pictures) == 1 and (pictures[0].own_figure or target.get("ax") is not None):
-        return pictures[0].figure(subject, target)
+        return pictures[0].figure(subjects[0], target)
     across = min(len(pictures), ACROSS)
     width = PANEL * across + max(item.extra_width for item in pictures)
 
@@ -345,11 +345,11 @@ def draw_figure(
         across = min(across, len(fitting))
         # one picture, too, has its title and the line above all in separate parts
         panels: Any = canvas.figure.subfigures(-(-len(fitting) // across), across, squeeze=False)
-        for panel, picture in zip(panels.ravel(), fitting, strict=False):
+        for panel, picture, subject in zip(panels.ravel(), fitting, subjects, strict=False):
             picture.draw_named(canvas.part(panel), prepare_data(subject, picture))
         canvas.heading(title)
-        if isinstance(subject, xr.Dataset):
-            findings = [item.name for item in read_findings(str(subject.attrs.get("validity", "[]")))]
+        if results := [subject for subject in subjects if isinstance(subject, xr.Dataset)]:
+            findings = [item.name for item in read_findings(str(results[0].attrs.get("validity", "[]")))]
             if names := [BEYOND[name] for name in findings if name in BEYOND]:
                 canvas.notice(f"beyond the model's assumptions: {', '.join(names)}")
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Annotated, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -10,8 +10,8 @@ import xarray as xr
 
 from historysim.asperities.asperity import Asperity
 from historysim.basics.arguments import Floats
-from historysim.basics.fields import Quantity
-from historysim.basics.units import newtons, quantity_text
+from historysim.basics.fields import Force
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results import recompute
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, find_column
@@ -69,9 +69,7 @@ class TractionPicture(Panel):
     limit: bool = True
     fronts: bool = False
     letters: tuple[str, ...] = ()
-    ellipse_at: Annotated[float | None, Quantity("N")] = attrs.field(
-        default=None, converter=attrs.converters.optional(newtons)
-    )
+    ellipse_at: Force | None = None
     change_from: str | None = None
 
     kind, size, accepts_several, headed = "traction", (COLUMN, 85.0), True, True
