@@ -1,9 +1,14 @@
 """A folder of scenarios on one page: what is run, swept and carried out, and what cannot be."""
 
+import base64
+import importlib.util
+import io
 import re
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 
 import historysim as hs
 from historysim.cli import main
@@ -69,6 +74,27 @@ def folder(tmp_path):
 
 def sections(text):
     return dict(re.findall(r'<section id="([^"]+)">(.*?)</section>', text, re.DOTALL))
+
+
+def test_the_site_shows_a_thumbnail_of_each_scenario(folder, tmp_path):
+    spec = importlib.util.spec_from_file_location("gallery", Path(hs.__file__).parents[1] / ".site" / "gallery.py")
+    site = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(site)
+    folder = folder.rename(tmp_path / "scenarios")
+    drawn = tmp_path / "drawn.html"
+    hs.gallery(folder, drawn, scripts=True)
+    made = site.pages(tmp_path, drawn)
+    links = re.findall(r'<a href="(gallery/\w+)\.html#([\w-]+)">(.*?)</a>', made["gallery.md"])
+    assert [re.search("<span>(.*)</span>", shown)[1] for *_, shown in links] == [
+        "A ball &amp; a flat",
+        "A sweep",
+        "A script.",
+    ]
+    for page, label, shown in links:
+        assert made[f"{page}.md"].count(f"({label})=\n## ") == 1
+        (data,) = re.findall('src="data:image/webp;base64,([^"]+)"', shown)
+        with Image.open(io.BytesIO(base64.b64decode(data))) as thumbnail:
+            assert 100 <= max(thumbnail.size) <= 300
 
 
 def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
