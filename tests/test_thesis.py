@@ -403,11 +403,14 @@ def test_4_04_behind_the_instrument():
     reach = found.preliminary_displacement.values * NANO
     times = (spring + reach) / reach
     assert times == pytest.approx([2.6, 2.5], abs=0.05)
+    # T = μN, and δ₁ varies as N^(2/3)
+    ratios = 1 + np.outer(spring / reach, (np.array([10, 90]) / 30) ** (1 / 3))
     repeats(
         "4.4 a, b",
         f"δ₁ {listed(reach, 3)} nm, and the spring of 334 mN/µm takes {listed(spring, 2)} nm: δ₂ is {times[0]:.1f} and "
-        f"{times[1]:.1f} times as much; {stiffness:.1f} mN/µm at 10 mN; secant {secant:.0f}",
-        f"yes; no: 767 is that of {at:.1f} mN; yes",
+        f"{times[1]:.1f} times as much, {ratios.min():.1f} to {ratios.max():.1f} over 10 to 90 mN; {stiffness:.1f} "
+        f"mN/µm at 10 mN; secant {secant:.0f}",
+        f"in part: it rises with the load; no: 767 is that of {at:.1f} mN; yes",
     )
 
 

@@ -163,7 +163,8 @@ class Rings:
     Parameters
     ----------
     height_classes : int
-        Classes of asperities by height, each with separate rings: 1 is within 1 % of μN, 8 are within 0.25 %.
+        Classes of asperities by height, each with separate rings, fixed at the first turn. The page of the memory
+        (`memory/README.md`, "Two directions") has the errors.
     rings : int
         Rings of a class, from the edge of contact to the middle of its highest summit.
     tolerance : float
