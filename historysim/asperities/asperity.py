@@ -131,6 +131,15 @@ class Asperity:
         asperity.__attrs_init__(readout.ensemble, readout.state, index, readout, column, steps)
         return asperity
 
+    def _identity(self) -> tuple[Any, ...]:
+        return self.state, self._position, self.index
+
+    def __eq__(self, other: object) -> bool:
+        return self._identity() == other._identity() if isinstance(other, Asperity) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild_asperity, (self.ensemble, self.state, self._position, self.index, self._steps)
 

@@ -1,6 +1,7 @@
 """`AsperitySet`: base class of bodies whose asperities are paraboloids, with their summits and positions."""
 
 import abc
+from collections.abc import Iterator
 from functools import partial
 from typing import Any, Self, cast
 
@@ -84,6 +85,10 @@ class AsperitySet(Body):
     def __len__(self) -> int:
         """Return the number of asperities."""
         return self.summit_height.size
+
+    def __iter__(self) -> Iterator[Asperity]:
+        """Iterate over the asperities in the initial state; `asperities` has those of another state."""
+        return iter(self.asperities(self.initial_state()))
 
     @property
     def highest_summit(self) -> float:

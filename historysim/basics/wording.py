@@ -3,6 +3,7 @@
 import itertools
 import json
 import sys
+import textwrap
 import threading
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -11,6 +12,9 @@ from typing import Any
 from unicodedata import category
 
 import attrs
+
+TERMINAL = 120  # characters of a line of a wide terminal
+NARROWEST_COLUMN = 24  # characters to which a column of prose is wrapped
 
 
 def nearest(word: str, candidates: Collection[str], *, in_file: bool = False) -> str:
@@ -108,13 +112,42 @@ def _is_plain(character: str) -> bool:
     return character in "\n\t" or category(character) == "Zs" or character.isprintable()
 
 
-def columns(rows: Sequence[Sequence[str]]) -> str:
-    """Format a table with aligned columns."""
+def columns(rows: Sequence[Sequence[str]], width: int = 0) -> str:
+    """Format a table with aligned columns.
+
+    A table that is wider than ``width`` characters has its last column wrapped, or is split into blocks that repeat its
+    first column.
+    """
     rows = [[printable(text) for text in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    before_last = sum(widths[:-1]) + 2 * len(widths[:-1])
+    if 0 < width < before_last + sum(widths[-1:]):
+        if width - before_last >= NARROWEST_COLUMN:
+            return columns([line for row in rows for line in _wrap_last(row, width - before_last)])
+        if len(widths) > 2:
+            blocks = _fitting_blocks(widths, width)
+            return "\n\n".join(columns([[row[0], *row[block]] for row in rows]) for block in blocks)
     return "\n".join(
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
     )
+
+
+def _wrap_last(row: Sequence[str], width: int) -> Iterator[list[str]]:
+    """Yield a row of a table with its last cell wrapped: one row for each line."""
+    first, *further = textwrap.wrap(row[-1], width) or [""]
+    yield [*row[:-1], first]
+    yield from ([*[""] * (len(row) - 1), line] for line in further)
+
+
+def _fitting_blocks(widths: Sequence[int], width: int) -> Iterator[slice]:
+    """Yield slices of the columns after the first, so that each fits a width together with the first."""
+    start, used = 1, widths[0]
+    for index, own in enumerate(widths[1:], start=1):
+        if used + 2 + own > width and index > start:
+            yield slice(start, index)
+            start, used = index, widths[0]
+        used += 2 + own
+    yield slice(start, len(widths))
 
 
 def html_table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:

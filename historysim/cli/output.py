@@ -58,15 +58,17 @@ def write_answer(
     data: "Callable[[], xr.Dataset] | None" = None,
     below: "Lines" = (),
     outputs: "Outputs" = (),
+    width: int = 0,
 ) -> None:
     """Print the results of a command, with --json as one object, with --quiet nothing; then write its outputs.
 
     The first row of each table has its headings; ``files`` were written, ``data`` returns all numbers as a Dataset with
     units, and the lines ``below`` follow the tables. Each of the ``outputs``, a path and a function that writes it, is
-    written whether the others can be or not; the first error is raised at the end.
+    written whether the others can be or not; the first error is raised at the end. Tables are laid out for lines of
+    ``width`` characters if given.
     """
     written = [str(path) for path in files if path is not None]
-    _print_answer(lines, tables, written, data, below, outputs)
+    _print_answer(lines, tables, written, data, below, outputs, width)
     write_outputs(outputs, named=not has_flag("json"))
 
 
@@ -94,6 +96,7 @@ def _print_answer(
     data: "Callable[[], xr.Dataset] | None",
     below: "Lines",
     outputs: "Outputs",
+    width: int,
 ) -> None:
     if has_flag("quiet"):
         return
@@ -107,7 +110,7 @@ def _print_answer(
         }
         click.echo(_json(document))
         return
-    for text in (*map(columns, [lines, *tables, below]), *written):
+    for text in (columns(lines), *(columns(table, width) for table in tables), columns(below), *written):
         if text:
             click.echo(text)
 

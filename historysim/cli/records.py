@@ -8,7 +8,7 @@ import click
 
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, PICTURE, SUGGESTED
-from historysim.basics.wording import count_text, shell_word
+from historysim.basics.wording import TERMINAL, count_text, shell_word
 from historysim.cli import options
 from historysim.cli.output import (
     TABLES_OF_FRETTING,
@@ -222,12 +222,12 @@ def _report_fretting(
 
         return [(output, lambda: save_table(report.to_dataset(), output, picture, measured=measured))]
 
-    if _write_each(record, find, fretting_rows, write=lambda runs: write(fretting_of_runs(runs))):
+    if _write_each(record, find, fretting_rows, write=lambda runs: write(fretting_of_runs(runs)), width=TERMINAL):
         return
     evaluation = find(record)
     report, levels = evaluation.fretting, by_load(evaluation)
     tables: list[Rows] = [report.rows(), *([levels.rows()] if len(levels) > 1 else [])]
-    write_answer(evaluation.summary(), tables, data=report.to_dataset, outputs=write(report))
+    write_answer(evaluation.summary(), tables, data=report.to_dataset, outputs=write(report), width=TERMINAL)
 
 
 def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]]]":
@@ -393,6 +393,7 @@ def _write_each(
     rows: "Callable[[Runs[Any]], Rows]",
     files: "Sequence[Path]" = (),
     write: "Callable[[Runs[Any]], Outputs]" = lambda _: (),
+    width: int = 0,
 ) -> bool:
     """Print a row, or a problem, for each run of a scenario's file; return False unless all runs are requested."""
     if isinstance(record, Path) or record.run != "each":
@@ -403,7 +404,7 @@ def _write_each(
 
     runs = each_run(record, find)
     problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
-    write_answer(tables=[rows(runs)], below=problems, outputs=write(runs))
+    write_answer(tables=[rows(runs)], below=problems, outputs=write(runs), width=width)
     return True
 
 

@@ -122,9 +122,8 @@ class Material:
         return 2.2e4 * self.fracture_toughness * (self.fracture_toughness / self.hardness) ** 3
 
     def __repr__(self) -> str:
-        if MATERIALS.get(self.name) == self:
-            return f"material({self.name!r})"
         values = {field.name: getattr(self, field.name) for field in attrs.fields(type(self)) if field.repr}
+        values = {name: value for name, value in values.items() if value is not None}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
 
     def _repr_html_(self) -> str:
@@ -366,4 +365,10 @@ class MaterialPair:
             return (
                 f"{type(self).__name__}.from_moduli({', '.join(f'{key}={value!r}' for key, value in values.items())})"
             )
-        return f"{type(self).__name__}({self.first!r}, {self.second!r})"
+        members = (
+            f"material({member.name!r})"
+            if member is not None and MATERIALS.get(member.name) == member
+            else repr(member)
+            for member in (self.first, self.second)
+        )
+        return f"{type(self).__name__}({', '.join(members)})"

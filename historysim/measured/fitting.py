@@ -103,7 +103,7 @@ class Parameter:
         return f"{self.value_text(low, digits)} to {self.value_text(high, digits)}" if determined else "not determined"
 
 
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class ParameterFit:
     """Fitted parameters, and the response of the model with them."""
 
@@ -118,6 +118,9 @@ class ParameterFit:
     #: Number of loops, or pieces of a few loops each, behind the intervals; None if there are too few, and the
     #: intervals are those of independent samples.
     loops_compared: int | None = None
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
 
     @property
     def fits(self) -> bool:

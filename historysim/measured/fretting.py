@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Booleans, Floats, Integers
-from historysim.basics.wording import columns, html_table
+from historysim.basics.wording import TERMINAL, columns, html_table
 from historysim.measured.branches import read_aperture, split_compliance
 from historysim.measured.correction import running_median
 from historysim.measured.intervals import FEWEST_LOOPS, compute_mean_wander
@@ -181,7 +181,7 @@ class Fretting:
         return self.number.size
 
     def __repr__(self) -> str:
-        return columns(self.rows())
+        return columns(self.rows(), TERMINAL)
 
     def _repr_html_(self) -> str:
         heading, *rows = self.rows()

@@ -97,8 +97,16 @@ def _columns(dataset: xr.Dataset, along: Hashable) -> Iterator[tuple[str, np.nda
         further = dict(list(dataset[name].sizes.items())[1:])
         members = (dataset[dim].values if dim in dataset.coords else range(size) for dim, size in further.items())
         values = dataset[name].values.reshape(-1, math.prod(further.values()))
+        if name in dataset.coords and "flag_meanings" in dataset[name].attrs:
+            values = _flag_words(values, dataset[name].attrs)
         for column, variable in enumerate(itertools.product(*members)):
             yield " ".join(map(str, (name, *variable))), values[:, column], dataset[name].attrs
+
+
+def _flag_words(values: np.ndarray, attributes: "dict[Any, Any]") -> np.ndarray:
+    """Return the words of flags that label rows, such as the regime of a loop."""
+    words = dict(zip(np.ravel(attributes["flag_values"]).tolist(), attributes["flag_meanings"].split(), strict=True))
+    return np.array([words[value] for value in values.ravel().tolist()], dtype=object).reshape(values.shape)
 
 
 def with_unit(name: object, attributes: "dict[Any, Any]") -> str:

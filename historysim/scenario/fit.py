@@ -86,7 +86,7 @@ class Fit:
     comparison: Comparison  #: the fitted model compared with the record
 
     def __repr__(self) -> str:
-        return f"<Fit: {', '.join(f'{label} {text}' for label, text in self.estimates.summary())}>"
+        return repr(self.estimates).replace(type(self.estimates).__name__, "Fit", 1)
 
     def _repr_html_(self) -> str:
         return html_table(self.estimates.summary()) + self.comparison._repr_html_()

@@ -1,5 +1,6 @@
 """What can be asked of one asperity: loads, radii, reversal points, traction, slip state, stiffness."""
 
+import copy
 import itertools
 import math
 import pickle
@@ -327,6 +328,14 @@ def test_an_asperity_is_pickled_with_its_memory(planar):
     ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD)
     ball = ball.advance(tangential_load=(0.5 * LIMIT, 0.1 * LIMIT) if planar else 0.5 * LIMIT)
     again = pickle.loads(pickle.dumps(ball))  # noqa: S301 - made here
+    for same in (again, copy.copy(ball), copy.deepcopy(ball)):
+        assert same == ball
+        assert hash(same) == hash(ball)
+    assert ball not in {ball.advance(normal_load=2 * LOAD), hs.Asperity(PAIR, R, MU), hs.Asperity(PAIR, R, 2 * MU)}
+    for same in (again, copy.copy(ball), copy.deepcopy(ball)):
+        assert same == ball
+        assert hash(same) == hash(ball)
+    assert ball not in {ball.advance(normal_load=2 * ball.normal_load), hs.Asperity(ball.pair, 1e-3, 0.2)}
     assert answers(again) == answers(ball)
     assert again.history.tobytes() == ball.history.tobytes()
     onward = (0.0, 0.2 * LIMIT) if planar else 0.2 * LIMIT

@@ -89,6 +89,13 @@ def test_the_loads_of_the_asperities_sum_to_the_total_after_any_step(count):
     assert hertz_loads(ensemble, approach[:, np.newaxis]).sum(axis=1) == pytest.approx(loads, rel=1e-11)
 
 
+def test_an_ensemble_iterates_over_its_asperities_in_the_initial_state():
+    ensemble = rough(5)
+    state = ensemble.initial_state()
+    assert list(ensemble) == [ensemble.asperity(index, state) for index in range(5)]
+    assert [asperity.summit_radius for asperity in ensemble] == ensemble.summit_radius.tolist()
+
+
 def test_an_asperity_far_below_has_no_effect():
     rng = np.random.default_rng(5)
     height, radius = rng.normal(0.0, 0.01, 6), rng.lognormal(0.0, 0.3, 6)

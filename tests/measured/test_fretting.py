@@ -1,5 +1,8 @@
 """Fretting reports against the closed loop of Cattaneo and Mindlin, and against parallelograms made by hand."""
 
+import csv
+import re
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -183,6 +186,19 @@ def test_the_command_prints_and_writes_the_report(log):
     shown = CliRunner().invoke(main, ["show", str(log / "log.nc")])
     assert "slip_amplitude" in shown.output
     assert "μ_e" in called("--set", "loading.run=10").output
+    # both tables, of runs and of one run, fit a wide terminal, and have every quantity
+    for arguments in ((), ("--set", "loading.run=10")):
+        table = called(*arguments).output.splitlines()
+        table = table[next(n for n, line in enumerate(table) if re.match("run +loops|fretting +mean", line)) :]
+        assert max(map(len, table)) <= 120
+        assert all(description.label in "\n".join(table) for description in QUANTITIES.values())
+    # regimes are words in CSV, which is read again
+    assert called("-o", str(log / "report.csv")).exit_code == 0
+    rows = list(csv.DictReader((log / "report.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["regime"] for row in rows] == ["gross_slip"] * 3
+    for command in (["show", str(log / "report.csv")], ["plot", str(log / "report.csv"), "-o", str(log / "a.png")]):
+        done = CliRunner().invoke(main, command)
+        assert done.exit_code == 0, done.output
     refused = called("--levels", str(log / "levels.csv"))
     assert refused.exit_code != 0
     assert "does not apply to --fretting; expected -o FILE" in refused.output

@@ -206,6 +206,10 @@ def test_a_fit_in_one_call(tmp_path):
     labels = [label for label, _ in found.summary()]
     assert labels[0] == "friction"
     assert "rms difference" in labels
+    # no arrays
+    for shown in (repr(found), repr(found.estimates)):
+        assert shown.startswith((f"<Fit: friction {found.summary()[0][1]}", "<ParameterFit: friction "))
+        assert "array" not in shown
     (tmp_path / "out").mkdir()
     found.write(tmp_path / "out" / "fitted.toml")
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["fitted.toml"]

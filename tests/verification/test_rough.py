@@ -138,7 +138,7 @@ def test_random_surface(page):
     of the prescribed autocorrelation exp(−2.3 r²/β²). The bound is four standard errors over eight seeds, and the
     step of the grid.
 
-    The model ends where heights are not Gaussian: then Johnson's translation has its own moments.
+    The model ends where heights are not Gaussian.
     """
 
     def surfaces():
