@@ -285,12 +285,27 @@ def _result(path):
     return ("a.nc",)
 
 
+TYPED = """
+from typing import assert_type
+import historysim as hs
+from historysim.results.accessor import Queries
+from xarray import DataArray
+pair = hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9)
+for asperity in hs.Ensemble(pair, 0.0, 1e-5, 0.2):
+    assert_type(asperity.stick_radius, float)
+    assert_type(asperity.slip_state, hs.SlipState)
+contact: Queries = hs.replay(asperity.ensemble, [hs.NormalLoad(0.0, 1e-3)]).contact
+assert_type(contact.stick_ratio(), DataArray)
+"""
+
+
 @pytest.mark.ci
 def test_type_checkers_accept_the_page_and_the_package(tmp_path):
     pytest.importorskip("mypy", reason="needs mypy: pip install -e '.[lint]'")
     shutil.copy(PROJECT / "stranger.py", tmp_path)
     for number, block in enumerate(BLOCKS):
         (tmp_path / f"block{number}.py").write_text(block, encoding="utf-8")
+    (tmp_path / "typed.py").write_text(TYPED, encoding="utf-8")
     files = sorted(map(str, tmp_path.glob("*.py")))
     options = ["--config-file=", "--check-untyped-defs", "--ignore-missing-imports", "--follow-imports=silent"]
     command = [sys.executable, "-m", "mypy", *options, *files]

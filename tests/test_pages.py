@@ -140,6 +140,15 @@ def test_pages_and_scripts_import_public_modules_alone(page):
     assert imported - public_modules() - DOCUMENTED == set()
 
 
+def test_sources_named_in_the_theory_have_an_entry():
+    text, literature = (ROOT / "historysim/contact/README.md").read_text(encoding="utf-8").split("## Literature")
+    named = re.findall(r"([A-Z]\w+)(?: and ([A-Z]\w+))?(?:'s \w+ | )\(?((?:18|19|20)\d\d)\b", text)
+    assert len(named) > 6
+    for first, second, year in named:
+        entries = [entry for entry in re.split(r"(?<=\))\.|(?<=\d)\. ", literature) if first in entry]
+        assert any(year in entry and second in entry for entry in entries), (first, second, year)
+
+
 def test_the_site_has_a_heading_for_the_tutorials():
     contents = (ROOT / ".site" / "contents.md").read_text(encoding="utf-8")
     trees = re.findall(r"```{toctree}\n:caption: (.*?)\n(.*?)```", contents, re.DOTALL)

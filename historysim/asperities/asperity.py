@@ -4,7 +4,7 @@ import enum
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Self, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypedDict, TypeVar, Unpack, overload
 
 import attrs
 import numpy as np
@@ -27,6 +27,10 @@ from historysim.contact.subsurface import normal_stress, tangential_stress
 from historysim.errors import InputError
 from historysim.memory.binding import TIE, Memory, nodes, take_ownership, view
 
+if TYPE_CHECKING:
+    from historysim.asperities.asperity_set import AsperitySet
+
+T = TypeVar("T")
 SWAPPED_AXES = [1, 0, 2]
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
 
@@ -40,18 +44,31 @@ class SlipState(enum.IntEnum):
     GROSS_SLIP = lib.HS_GROSS_SLIP
 
 
-def _recorded_value(name: str, text: str) -> Any:
+class _Quantity(property, Generic[T]):
+    """A property of this type for type checkers."""
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type | None = None) -> T: ...  # type: ignore[override]
+
+
+def _recorded_value(name: str, text: str) -> _Quantity[Any]:
     """Return a property that reads a recorded value in SI: a number, or a vector in two directions."""
 
     def read(self: Any) -> Any:
         value = self._readout.recorded_values[name][self._column]
         return np.array(value) if isinstance(value, list) else value
 
-    return property(read, doc=text)
+    return _Quantity(read, doc=text)
 
 
-def _present_parameter(name: str, text: str) -> Any:
-    return property(lambda self: self._readout.parameters[name][self._column], doc=text)
+def _recorded_number(name: str, text: str) -> _Quantity[float]:
+    """Return a property that reads a recorded number in SI."""
+    return _recorded_value(name, text)
+
+
+def _present_parameter(name: str, text: str) -> _Quantity[float]:
+    return _Quantity(lambda self: self._readout.parameters[name][self._column], doc=text)
 
 
 class AsperityOptions(TypedDict, total=False):
@@ -106,7 +123,7 @@ class Asperity:
 
     #: `Ensemble`, which imports this module
     ensemble_type: ClassVar[Any]
-    ensemble: Any  #: the ensemble that contains it; an ensemble of one for a single asperity
+    ensemble: "AsperitySet"  #: the ensemble that contains it; an ensemble of one for a single asperity
     state: State  #: state of that ensemble
     index: int | None  #: position in the ensemble, or label in the history; None for a single asperity
     _readout: Readout
@@ -189,7 +206,8 @@ class Asperity:
             "tangential_load": tangential_load,
             "tangential_displacement": tangential_displacement,
         }
-        state: Any = self.ensemble.advance(self.state, **targets, friction=friction, saturate=saturate)
+        ensemble: Any = self.ensemble
+        state = ensemble.advance(self.state, **targets, friction=friction, saturate=saturate)
         readout = Readout(self.ensemble, state, [self._position])
         successor = self.from_readout(readout, 0, self.index)
         if self._steps is None:
@@ -207,14 +225,14 @@ class Asperity:
     def _repr_html_(self) -> str:
         return traction_svg(self) + html_table(summary(self))
 
-    normal_load = _recorded_value("normal_load", "Normal load N [N].")
-    tangential_load = _recorded_value(
+    normal_load = _recorded_number("normal_load", "Normal load N [N].")
+    tangential_load: ClassVar[_Quantity["float | Floats"]] = _recorded_value(
         "tangential_load",
         "Tangential load T [N], with the sign of the displacement that raised it; a vector in two directions.",
     )
-    contact_radius = _recorded_value("contact_radius", "Contact radius a [m]; 0 if separated.")
-    stick_radius = _recorded_value("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
-    dissipated_energy = _recorded_value("dissipated_energy", "Energy dissipated by friction since the start [J].")
+    contact_radius = _recorded_number("contact_radius", "Contact radius a [m]; 0 if separated.")
+    stick_radius = _recorded_number("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
+    dissipated_energy = _recorded_number("dissipated_energy", "Energy dissipated by friction since the start [J].")
     summit_height = _present_parameter("summit_height", "Present height of the summit [m].")
     summit_radius = _present_parameter("summit_radius", "Present radius R of the summit [m].")
     friction = _present_parameter("friction", "Coulomb coefficient μ in this state.")

@@ -160,10 +160,11 @@ class QuantityFields:
         if "__init__" not in vars(cls) or "__attrs_init__" in vars(cls):
             # the class has a constructor of its own
             return
-        if any(isinstance(field.type, str) for field in attrs.fields(cls)):
+        kind: Any = cls
+        if any(isinstance(field.type, str) for field in attrs.fields(kind)):
             with suppress(NameError):
-                attrs.resolve_types(cls)
-        fields = [field for field in attrs.fields(cls) if field.init and field.converter is None]
+                attrs.resolve_types(kind)
+        fields = [field for field in attrs.fields(kind) if field.init and field.converter is None]
         units = {field.alias: unit for field in fields if (unit := field_unit(field.type))}
         construct, signature = cls.__init__, inspect.signature(cls.__init__)
 

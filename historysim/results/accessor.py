@@ -6,7 +6,7 @@ The accessor exists once a name of historysim that returns or accepts histories 
 import functools
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -14,6 +14,15 @@ import xarray as xr
 from historysim.basics.wording import Finding, join_words, nearest
 from historysim.errors import InputError
 from historysim.results.queries import Query, all_queries, earlier_names
+
+if TYPE_CHECKING:
+    from historysim.results import history_drift, recompute
+    from historysim.results.analysis import along_time, history_summary, per_asperity, preliminary, slips
+
+    P = ParamSpec("P")
+    R = TypeVar("R")
+
+    def _typed(function: Callable[Concatenate[Any, P], R]) -> "Callable[Concatenate[Queries, P], R]": ...
 
 
 def _method(query: Query) -> Callable[..., Any]:
@@ -38,6 +47,42 @@ class Queries:
     history : xarray.Dataset
         From `historysim.replay` or `historysim.run`, or opened with xarray.
     """
+
+    if TYPE_CHECKING:
+        # the types of the methods that are set below
+        apparent_shift = _typed(history_drift.apparent_shift)
+        asperity = _typed(recompute.asperity)
+        branch_displacements = _typed(preliminary.branch_displacements)
+        branch_drift = _typed(history_drift.branch_drift)
+        critical_asperity = _typed(preliminary.critical_asperity)
+        cycle_drift = _typed(history_drift.cycle_drift)
+        dissipated_power = _typed(per_asperity.dissipated_power)
+        drift = _typed(preliminary.drift)
+        energy_per_cycle = _typed(along_time.energy_per_cycle)
+        friction_loops = _typed(along_time.friction_loops)
+        load_curve = _typed(recompute.load_curve)
+        mean_pressure = _typed(per_asperity.mean_pressure)
+        nominal_pressure = _typed(per_asperity.nominal_pressure)
+        peak_pressure = _typed(per_asperity.peak_pressure)
+        point_maps = _typed(recompute.point_maps)
+        positioning_error = _typed(history_drift.positioning_error)
+        preliminary_displacement = _typed(preliminary.preliminary_displacement)
+        presliding_work = _typed(preliminary.presliding_work)
+        profiles = _typed(recompute.profiles)
+        representative_step = _typed(slips.representative_step)
+        reversal_points = _typed(recompute.reversal_points)
+        run_drift = _typed(history_drift.run_drift)
+        slides_first = _typed(slips.slides_first)
+        sliding_displacements = _typed(recompute.sliding_displacements)
+        slip_onset = _typed(slips.slip_onset)
+        slip_shares = _typed(slips.slip_shares)
+        slope_load = _typed(per_asperity.slope_load)
+        stick_ratio = _typed(per_asperity.stick_ratio)
+        summary = _typed(history_summary.summary)
+        tangential_stiffness = _typed(per_asperity.tangential_stiffness)
+        time_series = _typed(along_time.time_series)
+        total_mean_pressure = _typed(per_asperity.total_mean_pressure)
+        validity = _typed(history_summary.validity)
 
     def __init__(self, history: xr.Dataset) -> None:
         self.history = history

@@ -1,11 +1,13 @@
 """Questions to a history as methods of it."""
 
 import inspect
+import re
 
 import pytest
 import xarray as xr
 
 import historysim as hs
+from historysim.results import accessor, queries
 from historysim.results.accessor import Queries
 from historysim.results.queries import all_queries, earlier_names
 
@@ -47,3 +49,22 @@ def test_one_step_answers_as_the_whole_history_does_there(history, name):
 def test_one_step_is_not_enough_for_some_questions(history, name):
     with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):
         getattr(history.isel(step=-1).contact, name)()
+
+
+def test_type_checkers_know_every_query():
+    source = inspect.getsource(accessor.Queries)
+    typed = re.findall(r"^ +(\w+) = _typed\(\w+\.(\w+)\)$", source, re.MULTILINE)
+    assert dict(typed) == {name: query.function.__name__ for name, query in all_queries().items()}
+
+
+def test_a_query_of_a_script_is_a_method(monkeypatch):
+    monkeypatch.setattr(queries, "_declared", dict(queries._declared))
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), [hs.NormalLoad(0.0, 1e-3), hs.NormalLoad(1.0, 3e-3)])
+
+    @queries.query(unit="N")
+    def largest_normal_load(history):
+        return float(history.total_normal_load.max())
+
+    assert history.contact.largest_normal_load() == largest_normal_load(history) == 3e-3
+    with pytest.raises(AttributeError, match=r"has no query smallest; "):
+        history.contact.smallest  # noqa: B018 - looking it up is the test

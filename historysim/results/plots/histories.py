@@ -171,6 +171,7 @@ class HodographPicture(Picture):
     drive: bool = False
 
     kind, size, own_figure, order, only_planar, headed = "hodograph", (TWO_COLUMNS, 80.0), True, 2, True, True
+    in_one_direction = "loop"
     caption = "The path in the plane, and the tangential load along it; the colour is time."
 
     def sheet(self, data: xr.Dataset) -> Sheet:

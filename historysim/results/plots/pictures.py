@@ -55,6 +55,7 @@ class Picture(QuantityFields):
     headed: ClassVar[bool] = False  #: whether the title of its subject is its default title
     planar: ClassVar[bool] = False  #: whether it also accepts a history with two tangential directions
     only_planar: ClassVar[bool] = False  #: whether it needs a history with two tangential directions
+    in_one_direction: ClassVar[str] = "history"  #: its counterpart for one direction, if it needs two
 
     def sheet(self, data: Any) -> Sheet | Chart:
         """Return the charts of a Dataset, or of another supported object: curves, maps and notes in SI units."""
@@ -156,12 +157,19 @@ def prepare_data(subject: Any, picture: Picture) -> Any:
     for item in subject if isinstance(subject, list | tuple) else (subject,):
         if picture.only_planar and DIRECTION not in getattr(item, "sizes", ()):
             raise InputError(
-                "the history has one tangential direction; expected loads or displacements in x and y, such as "
+                f"the picture {picture.kind} needs two tangential directions, and the history has one; expected the "
+                f"picture {picture.in_one_direction}, or loads or displacements in x and y, such as "
                 'tangential_displacement = ["10 nm", "5 nm"]'
             )
         if not (picture.planar or picture.only_planar):
-            check_one_direction(item, f"the picture {picture.kind}")
+            alternatives = _planar_alternatives if HISTORY in picture.of and is_history(item) else str
+            check_one_direction(item, f"the picture {picture.kind}", alternatives)
     return subject if prepare is None else prepare(picture.kind)
+
+
+def _planar_alternatives() -> str:
+    names = [name for name, kind in PICTURES.items() if HISTORY in kind.of and (kind.planar or kind.only_planar)]
+    return f"one of the pictures {', '.join(names)}, or "
 
 
 def draw(

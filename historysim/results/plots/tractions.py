@@ -395,6 +395,7 @@ class SlipAnnulusPicture(Picture):
     steps: tuple[int | str, ...] | None = None
 
     kind, size, own_figure, order, only_planar = "slip-annulus", (TWO_COLUMNS, 125.0), True, 5, True
+    in_one_direction = "traction"
     needs = "stick_radius"
     caption = "Tractions over the contact of the asperity that carries most; where it slips is grey."
 
