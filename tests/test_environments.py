@@ -57,8 +57,8 @@ def make_environment(folder, python):
 
 
 def find_lowest(requirements):
-    """Lowest version by package, of requirements such as ``attrs>=24.1``."""
-    found = (re.fullmatch(r"([\w.-]+)>=([\d.]+)", each) for each in requirements)
+    """Lowest version by package, of requirements such as ``attrs>=24.1`` or ``ziglang==0.13.0``."""
+    found = (re.fullmatch(r"([\w.-]+)[>=]=([\d.]+)", each) for each in requirements)
     return {each[1].lower(): each[2] for each in found if each}
 
 

@@ -27,9 +27,6 @@ from historysim.contact.subsurface import normal_stress, tangential_stress
 from historysim.errors import InputError
 from historysim.memory.binding import TIE, Memory, nodes, take_ownership, view
 
-if TYPE_CHECKING:
-    from historysim.asperities.asperity_set import AsperitySet
-
 T = TypeVar("T")
 SWAPPED_AXES = [1, 0, 2]
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
@@ -123,7 +120,7 @@ class Asperity:
 
     #: `Ensemble`, which imports this module
     ensemble_type: ClassVar[Any]
-    ensemble: "AsperitySet"  #: the ensemble that contains it; an ensemble of one for a single asperity
+    ensemble: Any  #: the ensemble that contains it; an ensemble of one for a single asperity
     state: State  #: state of that ensemble
     index: int | None  #: position in the ensemble, or label in the history; None for a single asperity
     _readout: Readout
@@ -206,8 +203,7 @@ class Asperity:
             "tangential_load": tangential_load,
             "tangential_displacement": tangential_displacement,
         }
-        ensemble: Any = self.ensemble
-        state = ensemble.advance(self.state, **targets, friction=friction, saturate=saturate)
+        state = self.ensemble.advance(self.state, **targets, friction=friction, saturate=saturate)
         readout = Readout(self.ensemble, state, [self._position])
         successor = self.from_readout(readout, 0, self.index)
         if self._steps is None:
