@@ -48,15 +48,17 @@ LARGEST_FRICTION = 2.0  # a larger coefficient is implausible
 def warn_if_unlikely(pair: MaterialPair, friction: Floats, radius: Floats | None = None, *, stacklevel: int) -> None:
     """Warn of an implausible coefficient, and of radii [m] that are all implausible.
 
-    Models without dimensions are pairs `MaterialPair.from_moduli`, of which no radius is implausible.
+    Models without dimensions are pairs `MaterialPair.from_moduli`, of which nothing is implausible.
     """
+    if pair.first is None:
+        return
     if (largest := float(friction.max(initial=0.0))) > LARGEST_FRICTION:
         warnings.warn(
             f"friction is {largest:g}, which is implausible: a coefficient is a plain number such as 0.2, not in %",
             UnlikelyValueWarning,
             stacklevel=stacklevel + 1,
         )
-    if radius is not None and pair.first is not None:
+    if radius is not None:
         warn_large_radius("summit_radius", float(radius.min()), stacklevel=stacklevel + 1)
 
 

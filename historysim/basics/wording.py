@@ -70,15 +70,22 @@ MOST_QUOTED = 40  # characters of the content of a file in a message
 
 
 def quote(content: object) -> str:
-    """Quote a value from a file in a message: at most 40 characters, control and bidirectional ones escaped."""
-    text = content if isinstance(content, str) else repr(content)
-    return repr(text) if len(text) <= MOST_QUOTED else f"{text[:MOST_QUOTED]!r}…"
+    """Quote a value from a file in a message: at most 40 characters, control and bidirectional ones escaped.
+
+    Texts are in quotes, other values are not.
+    """
+    if isinstance(content, str):
+        return repr(content) if len(content) <= MOST_QUOTED else f"{content[:MOST_QUOTED]!r}…"
+    text = repr(content)
+    return text if len(text) <= MOST_QUOTED else f"{text[:MOST_QUOTED]}…"
 
 
 def list_names(names: Collection[str]) -> str:
     """List names that a file holds: at most 40 characters of them, escaped, and the number of remaining ones."""
     listed, room = list[str](), MOST_QUOTED
     for name in names:
+        if listed and len(name) > room:
+            break
         text = repr(name[:room])[1:-1] + ("…" if len(name) > room else "")
         listed.append(text)
         room -= len(name)

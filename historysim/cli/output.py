@@ -83,8 +83,8 @@ def write_outputs(outputs: "Outputs", *, named: bool = False) -> None:
         else:
             if named and not has_flag("quiet"):
                 click.echo(path)
-    for error in errors[1:]:
-        notice(str(error))
+    for problem in errors[1:]:
+        notice(str(problem))
     if errors:
         raise errors[0]
 

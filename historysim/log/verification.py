@@ -229,7 +229,7 @@ class _Comparer(Recorder):
         """Compare the values of one variable."""
         if name not in self.file.variables:
             raise InputError(f"{self.file.filepath()}: has no variable {name}")
-        names, recorded = self.file[name].dimensions, self.file[name][where]
+        names, recorded = [*map(str, self.file[name].dimensions)], self.file[name][where]
         if recorded.dtype != values.dtype or recorded.shape != values.shape:
             recorded_type, replayed_type = (f"{array.dtype} of shape {array.shape}" for array in (recorded, values))
             raise InputError(f"{self.file.filepath()}: {name} is {recorded_type}; its log makes {replayed_type}")

@@ -1,5 +1,6 @@
 """Model of a fit: a contact and its instrument as a function of the fitted parameters, and their starting values."""
 
+import warnings
 from collections.abc import Callable, Mapping
 
 import attrs
@@ -11,7 +12,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.patches import Patches
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 
 Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 
@@ -24,7 +25,11 @@ def build_model(ensemble: Body, instrument: Instrument) -> Model:
 
     def model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
         springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
-        return _with_parameters(ensemble, values), attrs.evolve(instrument, **springs)
+        with warnings.catch_warnings():
+            # a search passes values that nobody gave
+            warnings.simplefilter("ignore", UnlikelyValueWarning)
+            changed = _with_parameters(ensemble, values)
+        return changed, attrs.evolve(instrument, **springs)
 
     return model
 

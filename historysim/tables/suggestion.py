@@ -272,7 +272,7 @@ def _time_columns(raw: _Raw, listings: Sequence[Listing], interval: float | None
     """Return the columns that may hold the times: by name and values, else by unit, else by values alone."""
     rows = max((values.size for values in raw.values()), default=0)
     clocks = [listing for listing in listings if listing in raw and is_time(raw[listing]) and raw[listing].size > 1]
-    clocks = [listing for listing in clocks if 2 * raw[listing].size > rows] if rows > 1 else listings
+    clocks = [listing for listing in clocks if 2 * raw[listing].size > rows] if rows > 1 else [*listings]
     for pattern in _TIME:
         if named := [listing for listing in clocks if _find_column([listing], "s", (pattern,))]:
             return named

@@ -52,8 +52,7 @@ class TimeBase:
 
     def times(self, count: int, origin: "TimeBase") -> Floats:
         """Return the times of samples [s] since the date of another time base."""
-        times: Floats = self.start_after(origin) + origin.start + self.interval * np.arange(count)
-        return times
+        return np.asarray(self.start_after(origin) + origin.start + self.interval * np.arange(count), np.float64)
 
     def start_after(self, other: "TimeBase") -> float:
         """Return the start relative to that of another time base [s]; NaN if only one of them has a date."""

@@ -269,7 +269,7 @@ def test_a_file_in_other_units_or_packed_is_read_in_si(tmp_path):
                 np.testing.assert_allclose(history[variable].values, values.values, rtol=1e-15 * 4, atol=error)
                 assert history[variable].attrs.get("units") == values.attrs.get("units")
         np.testing.assert_allclose(
-            hs.loops(tmp_path / name).to_dataset().energy_coefficient,
-            hs.loops(HISTORY).to_dataset().energy_coefficient,
+            hs.loops(tmp_path / name).to_dataset().dissipated_energy,
+            hs.loops(HISTORY).to_dataset().dissipated_energy,
             rtol=1e-4,
         )

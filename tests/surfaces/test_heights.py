@@ -215,11 +215,11 @@ def test_a_surface_on_finer_and_coarser_points_is_the_same_wave():
 
 
 def test_roughness_on_a_ball_is_the_sum_of_both():
-    flat = Surface(rough((9, 6)), (1.0, 2.0), periodic=True)
-    ball = flat.on_ball(50.0)
-    x, y = np.arange(9) - 4.0, 2.0 * (np.arange(6) - 2.5)
-    form = np.array([[math.sqrt(50.0**2 - a**2 - b**2) - 50.0 for b in y] for a in x])
+    flat = Surface(rough((9, 6)), (1e-3, 2e-3), periodic=True)
+    ball = flat.on_ball(0.05)
+    x, y = 1e-3 * (np.arange(9) - 4.0), 2e-3 * (np.arange(6) - 2.5)
+    form = np.array([[math.sqrt(0.05**2 - a**2 - b**2) - 0.05 for b in y] for a in x])
     assert ball.heights == pytest.approx(flat.heights + form, abs=1e-12)
     assert not ball.periodic
     # what is taken off again is the ball
-    assert Surface(np.zeros((9, 6)), (1.0, 2.0)).on_ball(50.0).form("sphere").radius == pytest.approx(50.0, rel=1e-9)
+    assert Surface(np.zeros((9, 6)), (1e-3, 2e-3)).on_ball(0.05).form("sphere").radius == pytest.approx(0.05, rel=1e-9)

@@ -63,7 +63,7 @@ def test_sheets_of_excel_are_read_as_texts(tmp_path):
     book.create_sheet("Other").append(["x", 1])
     book.save(path)
     assert read_table(path, wanted, UNITS, Format(sheet="Sheet")).columns["time"].tolist() == exports.TIME
-    for sheet, message in ((None, "has 2 sheets that are not empty"), (3, "there is no sheet 3; seen: 'Sheet'")):
+    for sheet, message in ((None, "has 2 sheets that are not empty"), (3, "there is no sheet 3; seen: Sheet ")):
         with pytest.raises(InputError, match=message):
             read_table(path, wanted, UNITS, Format(sheet=sheet))
 

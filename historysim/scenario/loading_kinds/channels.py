@@ -66,7 +66,9 @@ class Term(Column):
     #: Factor; with a unit, as in ``"100 N/V"``, from the unit of the column to that of the channel.
     scale: float | str = attrs.field(
         default=1.0,
-        validator=Key(lambda factor: isinstance(factor, str) or (is_number(factor) and factor != 0), "not 0"),
+        validator=Key(
+            lambda factor: isinstance(factor, str) or (is_number(factor) and factor != 0), "a number other than 0"
+        ),
     )
 
 
@@ -162,9 +164,9 @@ class Channel:
             with error_path(*path, "scale"):
                 scale = getattr(column, "scale", 1.0) if path else 1.0
                 column_unit = _split_scale(scale, unit)[1]
-            if column.unit or self.unit:
+            if stated := column.unit or self.unit:
                 with error_path(*(path if column.unit else ()), "unit"):
-                    fit_unit(column.unit or self.unit, (column_unit,))
+                    fit_unit(stated, (column_unit,))
         if self.time is not None and self.time.unit is not None:
             with error_path("time", "unit"):
                 fit_unit(self.time.unit, ("s",))
