@@ -152,9 +152,9 @@ def test_terms_of_a_difference_have_a_scale(tmp_path):
     terms = '{ difference = ["T", { column = "u", scale = 1e-5, unit = "N" }] }'
     found = hs.loops(write(tmp_path, LONG, IN_PARALLEL, response={"tangential_load": terms}))
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
-    for scale in ("0", '"2"'):
+    for scale, expected in (("0", "a number other than 0"), ('"2"', "a number, or one with the unit of the channel")):
         terms = f'{{ sum = ["T", {{ column = "u", scale = {scale}, unit = "N" }}] }}'
-        with pytest.raises(hs.InputError, match=r"sum\[1\]\.scale: .*expected a number other than 0"):
+        with pytest.raises(hs.InputError, match=rf"sum\[1\]\.scale: .*expected {expected}"):
             hs.load(write(tmp_path, response={"tangential_load": terms}))
 
 
