@@ -195,12 +195,14 @@ BALL = {name: synthetic.TRUTHS["ball"][name] for name in ("friction", "lateral_s
 WHITE = recorded(0, loads=(0.05,))
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 def test_a_search_ends_at_the_best_misfit_from_any_start():
     observation = observe(WHITE)
     factors = [(1.0, 1500.0), (1e4, 1e-4), (1e-4, 1e4)]
     assert check_starts(synthetic.model("ball"), BALL, observation, factors) == (4, 4)
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 def test_a_search_that_ends_at_its_bound_has_no_interval():
     """A start 200,000 times too soft is beyond what a search may go: the last value is no estimate."""
     from historysim.measured.fitting import fit_parameters
