@@ -1,21 +1,26 @@
-/* Plane: a contact that moves in two tangential directions. From paths in x and y it integrates the exact line as long as all motion
- * is along it, and the rings of classes.c from the first turn on; it writes rows of both (README.md, two directions). */
+/* Plane: paths and rows of a contact that moves in two tangential directions.
+ *
+ * As long as all motion is along one line, the exact memory of one direction (polyline.c) is integrated and resolved into components.
+ * At the first turn its vertices become nodes v(a) = V - w(a), and from then on the rings of classes.c are integrated; the line
+ * follows their approach (README.md, two directions). */
 
 #include "plane.h"
 #include "lanes.h"
 #include "move.h"
 #include "readout.h"
 
-static const hs_vector nowhere = {0.0, 0.0};
+static const hs_vector zero_vector = {0.0, 0.0};
 
-static hs_vector scaled(double scale, hs_vector a) { return hs_plus(nowhere, scale, a); }
+/* scale a. */
+static hs_vector scale_vector(double scale, hs_vector a) { return hs_add_scaled(zero_vector, scale, a); }
 
-static void look_along(hs_state *state) {
+/* Set displacement and loads of the plane from its line. */
+static void update_from_line(hs_state *state) {
     const hs_line *line = &state->line;
     hs_plane *plane = state->plane;
-    plane->displacement = hs_plus(plane->origin, line->displacement, plane->direction);
-    plane->tangential_load = scaled(line->tangential_load, plane->direction);
-    plane->excess = scaled(line->excess, plane->direction);
+    plane->displacement = hs_add_scaled(plane->origin, line->displacement, plane->direction);
+    plane->tangential_load = scale_vector(line->tangential_load, plane->direction);
+    plane->excess = scale_vector(line->excess, plane->direction);
 }
 
 int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings, double tolerance) {
@@ -30,7 +35,7 @@ int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings,
     plane->height_classes = height_classes;
     plane->rings = rings;
     plane->tolerance = tolerance;
-    look_along(state);
+    update_from_line(state);
     return HS_OK;
 }
 
@@ -40,8 +45,8 @@ void hs_plane_free(hs_plane *plane) {
     free(plane);
 }
 
-/* Copy motion in a plane beside the copy of its line. */
-static hs_plane *copy_of_plane(const hs_plane *plane, const hs_line *line) {
+/* Copy a plane for the copy of its line; NULL if out of memory. */
+static hs_plane *copy_plane(const hs_plane *plane, const hs_line *line) {
     hs_plane *copy = (hs_plane *)malloc(sizeof *copy);
     if (!copy) return NULL;
     *copy = *plane;
@@ -62,7 +67,7 @@ hs_state *hs_state_copy(const hs_state *state) {
         return NULL;
     }
     if (!state->plane) return copy;
-    copy->plane = copy_of_plane(state->plane, &copy->line);
+    copy->plane = copy_plane(state->plane, &copy->line);
     if (copy->plane) return copy;
     hs_state_free(copy);
     return NULL;
@@ -75,153 +80,159 @@ void hs_state_free(hs_state *state) {
     free(state);
 }
 
-/* A path in numbers without dimension: what is asked for at its ends. */
-typedef struct plan {
+/* A path in dimensionless numbers, with requests at fractions 0 and 1. */
+typedef struct scaled_path {
     const hs_path *path;
-    hs_vector rigid;         /* of each tangential component: 0 where a load is controlled, 1 where a displacement is */
-    int by_loads;            /* whether all loads are controlled, and change in proportion; otherwise the approach does */
+    hs_vector rigid;         /* of each tangential component: 0 for a controlled load, 1 for a controlled displacement */
+    int is_load_controlled;  /* true if all channels are loads, which are then linear in the fraction; otherwise the approach is */
     hs_vector compliance;    /* of an instrument */
     double normal[2];        /* normal load or approach */
     hs_vector tangential[2]; /* loads, or displacements of the drive */
-} plan;
+} scaled_path;
 
-static int is_mixed(const plan *plan) { return plan->rigid.x != plan->rigid.y; }
+static int is_mixed(const scaled_path *scaled) { return scaled->rigid.x != scaled->rigid.y; }
 
-/* Displacement of the drive of an instrument that the contact holds with a load. */
-static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vector load) {
+/* Displacement of the drive of an instrument from displacement and load of the contact. */
+static hs_vector drive_displacement(hs_vector displacement, hs_vector compliance, hs_vector load) {
     return HS_MADE(hs_vector){displacement.x + compliance.x * load.x, displacement.y + compliance.y * load.y};
 }
 
-static plan planned(const hs_state *state, const hs_path *path, hs_vector compliance, int saturate) {
+/* Dimensionless path from the present state; with `saturate` it starts at the load requested last. */
+static scaled_path scale_path(const hs_state *state, const hs_path *path, hs_vector compliance, int saturate) {
     const hs_line *line = &state->line;
     const hs_units *units = &line->contact->units;
     int by_x = path->tangential_control[0] == HS_LOAD, by_y = path->tangential_control[1] == HS_LOAD;
     int by_normal = path->normal_control == HS_LOAD;
-    hs_vector load = hs_plus(state->plane->tangential_load, saturate ? 1.0 : 0.0, state->plane->excess);
-    hs_vector drive = drive_at(state->plane->displacement, compliance, state->plane->tangential_load);
-    hs_vector present = {by_x ? load.x : drive.x, by_y ? load.y : drive.y}, end = present;
-    double begin = by_normal ? line->normal_load : line->approach;
+    hs_vector load = hs_add_scaled(state->plane->tangential_load, saturate ? 1.0 : 0.0, state->plane->excess);
+    hs_vector drive = drive_displacement(state->plane->displacement, compliance, state->plane->tangential_load);
+    hs_vector present = {by_x ? load.x : drive.x, by_y ? load.y : drive.y}, target = present;
+    double normal_start = by_normal ? line->normal_load : line->approach;
     double normal = path->normal_target / (by_normal ? units->load : units->length);
     double x = path->tangential_target[0] / (by_x ? units->load : units->displacement);
     double y = path->tangential_target[1] / (by_y ? units->load : units->displacement);
-    if (path->tangential_fraction[0] > 0.0) end.x = hs_toward(present.x, x, path->tangential_fraction[0]);
-    if (path->tangential_fraction[1] > 0.0) end.y = hs_toward(present.y, y, path->tangential_fraction[1]);
-    plan found = {path, {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, by_x && by_y && by_normal, compliance, {begin, begin}, {present, end}};
-    if (path->normal_fraction > 0.0) found.normal[1] = hs_toward(begin, normal, path->normal_fraction);
-    return found;
+    if (path->tangential_fraction[0] > 0.0) target.x = hs_toward(present.x, x, path->tangential_fraction[0]);
+    if (path->tangential_fraction[1] > 0.0) target.y = hs_toward(present.y, y, path->tangential_fraction[1]);
+    scaled_path result = {path,       {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, by_x && by_y && by_normal,
+                          compliance, {normal_start, normal_start},         {present, target}};
+    if (path->normal_fraction > 0.0) result.normal[1] = hs_toward(normal_start, normal, path->normal_fraction);
+    return result;
 }
 
-/* Where a plan ends, from the origin of the line. */
-static hs_vector goal_of(const hs_state *state, const plan *plan) {
-    hs_vector goal = plan->tangential[1];
-    if (plan->rigid.x > 0.0) goal.x -= state->plane->origin.x;
-    if (plan->rigid.y > 0.0) goal.y -= state->plane->origin.y;
-    return goal;
+/* Tangential request at fraction 1, displacements from the origin of the line. */
+static hs_vector line_endpoint(const hs_state *state, const scaled_path *scaled) {
+    hs_vector endpoint = scaled->tangential[1];
+    if (scaled->rigid.x > 0.0) endpoint.x -= state->plane->origin.x;
+    if (scaled->rigid.y > 0.0) endpoint.y -= state->plane->origin.y;
+    return endpoint;
 }
 
-/* Component in which the line goes, of two that are controlled alike the first one. */
-static int axis_of(const hs_state *state) { return state->plane->direction.x == 0.0; }
+/* Axis of the line: 1 if it is along y, otherwise 0. */
+static int line_axis(const hs_state *state) { return state->plane->direction.x == 0.0; }
 
-/* Whether nothing has happened sideways yet, so that the line may be any. */
-static int has_no_line(const hs_line *line) {
+/* True if no tangential motion or load determines the direction of the line yet. */
+static int has_no_direction(const hs_line *line) {
     return line->displacement == 0.0 && line->tangential_load == 0.0 && hs_unstrained(line);
 }
 
-/* Whether a path goes on along the line; one that is to begin takes the direction of the path. */
-static int stays_on_line(hs_state *state, const plan *path) {
-    hs_vector goal = goal_of(state, path);
-    double size = hs_length(goal), across;
-    if (is_mixed(path) && goal.x != 0.0 && goal.y != 0.0) return 0;
-    if (has_no_line(&state->line) && size > 0.0) {
-        int aligned = goal.x == 0.0 || goal.y == 0.0;
-        state->plane->direction.x = aligned ? goal.x != 0.0 : goal.x / size;
-        state->plane->direction.y = aligned ? goal.y != 0.0 : goal.y / size;
+/* True if a path continues along the line; a line without direction takes the direction of the path. */
+static int stays_on_line(hs_state *state, const scaled_path *scaled) {
+    hs_vector endpoint = line_endpoint(state, scaled);
+    double norm = hs_norm(endpoint), cross;
+    if (is_mixed(scaled) && endpoint.x != 0.0 && endpoint.y != 0.0) return 0;
+    if (has_no_direction(&state->line) && norm > 0.0) {
+        int aligned = endpoint.x == 0.0 || endpoint.y == 0.0;
+        state->plane->direction.x = aligned ? endpoint.x != 0.0 : endpoint.x / norm;
+        state->plane->direction.y = aligned ? endpoint.y != 0.0 : endpoint.y / norm;
     }
-    if (is_mixed(path)) {
-        /* along one axis, while nothing happens along the other; where N goes with a load, one of the line would be in proportion */
-        int by_load = (axis_of(state) ? path->rigid.y : path->rigid.x) == 0.0, presses = path->normal[1] != path->normal[0];
-        if (by_load && presses && path->path->normal_control == HS_LOAD) return 0;
-        return axis_of(state) ? goal.x == 0.0 : state->plane->direction.y == 0.0 && goal.y == 0.0;
+    if (is_mixed(scaled)) {
+        /* along one axis, the other one at rest; a line would change a load in proportion to a changing normal load */
+        int by_load = (line_axis(state) ? scaled->rigid.y : scaled->rigid.x) == 0.0,
+            changes_normal = scaled->normal[1] != scaled->normal[0];
+        if (by_load && changes_normal && scaled->path->normal_control == HS_LOAD) return 0;
+        return line_axis(state) ? endpoint.x == 0.0 : state->plane->direction.y == 0.0 && endpoint.y == 0.0;
     }
-    across = fabs(state->plane->direction.x * goal.y - state->plane->direction.y * goal.x);
-    if (state->plane->direction.x != 0.0 && state->plane->direction.y != 0.0 && path->compliance.x != path->compliance.y) return 0;
-    return across <= HS_TIE * size;
+    cross = fabs(state->plane->direction.x * endpoint.y - state->plane->direction.y * endpoint.x);
+    if (state->plane->direction.x != 0.0 && state->plane->direction.y != 0.0 && scaled->compliance.x != scaled->compliance.y)
+        return 0;
+    return cross <= HS_TIE * norm;
 }
 
-/* Rows of one direction from a row on, in the places of those of two. */
-static hs_rows rows_of_line(const hs_rows *rows, int64_t row) {
-    hs_rows own = *rows;
-    double **each[] = {&own.normal_load, &own.contact_radius, &own.stick_radius, &own.dissipated_energy, &own.friction};
-    own.totals += row;
-    if (own.tangential_load) own.tangential_load += 2 * row * own.columns;
+/* Shift the arrays of rows by a number of rows; tangential loads have two components per asperity. */
+static hs_rows shift_rows(const hs_rows *rows, int64_t row) {
+    hs_rows shifted = *rows;
+    double **arrays[] = {&shifted.normal_load, &shifted.contact_radius, &shifted.stick_radius, &shifted.dissipated_energy,
+                         &shifted.friction};
+    shifted.totals += row;
+    if (shifted.tangential_load) shifted.tangential_load += 2 * row * shifted.columns;
     for (int k = 0; k < 5; ++k)
-        if (*each[k]) *each[k] += row * own.columns;
-    if (own.slip_state) own.slip_state += row * own.columns;
-    return own;
+        if (*arrays[k]) *arrays[k] += row * shifted.columns;
+    if (shifted.slip_state) shifted.slip_state += row * shifted.columns;
+    return shifted;
 }
 
-/* Give what has a direction, in `count` rows from a row on, its components. */
-static void give_direction(const hs_state *state, const hs_rows *rows, int64_t row, int64_t count) {
+/* Resolve tangential loads and displacements along the line into components, in `count` rows from `row`. */
+static void resolve_components(const hs_state *state, const hs_rows *rows, int64_t row, int64_t count) {
     hs_vector direction = state->plane->direction, origin = state->plane->origin;
     double unit = state->line.contact->units.displacement;
     int64_t columns = rows->columns;
     double *load = rows->tangential_load ? rows->tangential_load + 2 * row * columns : NULL;
-    /* from the last on, since the loads of one direction stand in the first half of their place */
-    for (int64_t at = count * columns - 1; at >= 0 && load; --at) {
-        load[2 * at + 1] = load[at] * direction.y;
-        load[2 * at] = load[at] * direction.x;
+    /* backwards, since loads along the line occupy the first half of the array */
+    for (int64_t cell = count * columns - 1; cell >= 0 && load; --cell) {
+        load[2 * cell + 1] = load[cell] * direction.y;
+        load[2 * cell] = load[cell] * direction.x;
     }
     for (int64_t k = row; k < row + count; ++k) {
         hs_totals *totals = rows->totals + k;
-        double load = totals->tangential_load, way = totals->displacement;
-        hs_vector displacement = {origin.x * unit + way * direction.x, origin.y * unit + way * direction.y};
+        double load = totals->tangential_load, distance = totals->displacement;
+        hs_vector displacement = {origin.x * unit + distance * direction.x, origin.y * unit + distance * direction.y};
         rows->total_tangential_load[2 * k] = load * direction.x;
         rows->total_tangential_load[2 * k + 1] = load * direction.y;
         rows->total_displacement[2 * k] = displacement.x;
         rows->total_displacement[2 * k + 1] = displacement.y;
         totals->tangential_load = fabs(load);
-        totals->displacement = hs_length(displacement);
+        totals->displacement = hs_norm(displacement);
     }
 }
 
-static int walk_line(hs_state *state, const plan *plan, const hs_rows *rows, const hs_drive *drive, double until,
+/* Integrate a path along the line; returns a status. */
+static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *rows, const hs_drive *drive, double stop_fraction,
                      hs_refusal *refusal) {
-    const hs_path *path = plan->path;
+    const hs_path *path = scaled->path;
     const hs_units *units = &state->line.contact->units;
-    int axis = axis_of(state), control = path->tangential_control[axis];
-    hs_vector goal = goal_of(state, plan);
-    double target = hs_dot(goal, state->plane->direction) * (control == HS_LOAD ? units->load : units->displacement);
+    int axis = line_axis(state), control = path->tangential_control[axis];
+    hs_vector endpoint = line_endpoint(state, scaled);
+    double target = hs_dot(endpoint, state->plane->direction) * (control == HS_LOAD ? units->load : units->displacement);
     double fraction = path->tangential_fraction[0] > 0.0 || path->tangential_fraction[1] > 0.0;
-    /* along an axis the very number that is asked for, and the very way there */
+    /* along an axis the requested number itself, without rounding */
     int along_axis = state->plane->direction.x == 0.0 || state->plane->direction.y == 0.0;
     if (along_axis && state->plane->origin.x == 0.0 && state->plane->origin.y == 0.0) {
         target = path->tangential_target[axis];
         fraction = path->tangential_fraction[axis];
     }
     int64_t count = rows ? path->parts - 1 + path->recorded : 0;
-    hs_path along = {path->normal_target, path->normal_fraction, {target, 0.0}, {fraction, 0.0},
-                     rows ? path->parts : 1, 0, path->normal_control, {control, HS_HELD},
-                     count > 0 && path->recorded, path->begin, path->end};
-    hs_drive driven = *drive;
-    driven.compliance[0] = (axis ? plan->compliance.y : plan->compliance.x) / units->stiffness;
-    hs_rows own;
-    if (count > 0) own = rows_of_line(rows, path->first_row);
-    int64_t number = refusal->path;
-    int status = hs_line_integrate(&state->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
-    refusal->path = number;
-    if (status == HS_OK && count > 0) give_direction(state, rows, path->first_row, count);
-    look_along(state);
+    hs_path line_path = {path->normal_target, path->normal_fraction, {target, 0.0}, {fraction, 0.0},
+                         rows ? path->parts : 1, 0, path->normal_control, {control, HS_HELD},
+                         count > 0 && path->recorded, path->begin, path->end};
+    hs_drive line_drive = *drive;
+    line_drive.compliance[0] = (axis ? scaled->compliance.y : scaled->compliance.x) / units->stiffness;
+    hs_rows line_rows;
+    if (count > 0) line_rows = shift_rows(rows, path->first_row);
+    int64_t path_number = refusal->path;
+    int status = hs_line_integrate(&state->line, &line_path, 1, count > 0 ? &line_rows : NULL, &line_drive, stop_fraction, refusal);
+    refusal->path = path_number;
+    if (status == HS_OK && count > 0) resolve_components(state, rows, path->first_row, count);
+    update_from_line(state);
     return status;
 }
 
-/* The nodes of a class, from the vertices of its group. */
-static int nodes_of_line(const hs_state *state, hs_class *part) {
+/* Create the nodes of a class from the vertices of its group; returns a status. */
+static int create_nodes(const hs_state *state, hs_ring_class *ring_class) {
     const hs_line *line = &state->line;
-    const hs_vertex *stack = line->vertices + part->group * line->capacity;
-    double deepest = part->curve.gap[0];
-    int64_t depth = line->depth[part->group];
+    const hs_vertex *stack = line->vertices + ring_class->group * line->capacity;
+    double deepest = ring_class->curve.gap[0];
+    int64_t depth = line->depth[ring_class->group];
     if (depth == 0 || stack[depth - 1].label <= deepest) return HS_OK;
-    if (hs_class_room(part, depth + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (hs_reserve_nodes(ring_class, depth + 1) != HS_OK) return HS_OUT_OF_MEMORY;
     double label = HUGE_VAL;
     for (int64_t j = depth - 1; label > deepest; --j) {
         double anchor = j >= 0 ? stack[j].anchor : stack[0].anchor;
@@ -230,55 +241,57 @@ static int nodes_of_line(const hs_state *state, hs_class *part) {
             anchor = stack[j + 1].anchor - stack[j + 1].slope * (stack[j + 1].label - deepest);
             label = deepest;
         }
-        hs_vector deflection = scaled(line->displacement - anchor, state->plane->direction);
-        part->nodes[part->count++] = hs_node_at(part, label, deflection);
+        hs_vector deflection = scale_vector(line->displacement - anchor, state->plane->direction);
+        ring_class->nodes[ring_class->node_count++] = hs_node_at(ring_class, label, deflection);
     }
     return HS_OK;
 }
 
-/* Where the classes of a group end. Their bounds go by squares of approaches, so that summits that hardly touch, and slide
- * at small amplitudes, are told from one another, too. Returns how many there are. */
-static int64_t classes_of_group(const hs_state *state, int64_t group, int64_t *end) {
+/* Divide a group into classes of similar gaps; returns their number, `class_stop` their upper positions. Bounds of gaps are quadratic
+ * in the number of the class, so that classes are narrow near the edge, where asperities slide at small amplitudes. */
+static int64_t divide_group(const hs_state *state, int64_t group, int64_t *class_stop) {
     const hs_contact *contact = state->line.contact;
-    int64_t at = contact->first[group], stop = contact->first[group + 1], found = 0;
-    double d = state->line.approach, most = hs_most(d - contact->gap[at], 0.0);
+    int64_t position = contact->first[group], stop = contact->first[group + 1], class_count = 0;
+    double approach = state->line.approach, max_depth = hs_most(approach - contact->gap[position], 0.0);
     for (int64_t k = state->plane->height_classes - 1; k > 0 && !contact->load; --k) {
-        double share = (double)k / (double)state->plane->height_classes, bound = d - most * share * share;
-        int64_t next = at;
-        while (next < stop && contact->gap[next] < bound) ++next;
-        if (next > at) end[found++] = at = next;
+        double fraction = (double)k / (double)state->plane->height_classes, bound = approach - max_depth * fraction * fraction;
+        int64_t upper = position;
+        while (upper < stop && contact->gap[upper] < bound) ++upper;
+        if (upper > position) class_stop[class_count++] = position = upper;
     }
-    if (at < stop) end[found++] = stop;
-    return found;
+    if (position < stop) class_stop[class_count++] = stop;
+    return class_count;
 }
 
-hs_class *hs_add_class(hs_state *state, int64_t group, int64_t start, int64_t end) {
+hs_ring_class *hs_add_class(hs_state *state, int64_t group, int64_t offset, int64_t stop) {
     const hs_contact *contact = state->line.contact;
     hs_body *body = state->plane->body;
-    hs_class *parts = (hs_class *)realloc(body->parts, (size_t)(body->classes + 1) * sizeof *parts);
-    if (!parts) return NULL;
-    body->parts = parts;
-    hs_class *part = parts + body->classes++;
-    memset(part, 0, sizeof *part);
-    part->group = group;
-    part->start = start;
-    part->curve = hs_curve_of(contact, start, end - start);
-    return part;
+    hs_ring_class *classes = (hs_ring_class *)realloc(body->classes, (size_t)(body->class_count + 1) * sizeof *classes);
+    if (!classes) return NULL;
+    body->classes = classes;
+    hs_ring_class *ring_class = classes + body->class_count++;
+    memset(ring_class, 0, sizeof *ring_class);
+    ring_class->group = group;
+    ring_class->offset = offset;
+    ring_class->curve = hs_curve_of(contact, offset, stop - offset);
+    return ring_class;
 }
 
-static int turn(hs_state *state) {
+/* Switch from the line to rings, at the first turn; returns a status. */
+static int switch_to_rings(hs_state *state) {
     hs_line *line = &state->line;
-    int64_t *end = (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *end);
-    int status = end ? HS_OK : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance))) status = HS_OUT_OF_MEMORY;
+    int64_t *class_stop = (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *class_stop);
+    int status = class_stop ? HS_OK : HS_OUT_OF_MEMORY;
+    if (status == HS_OK && !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance)))
+        status = HS_OUT_OF_MEMORY;
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) {
-        int64_t classes = classes_of_group(state, group, end), start = line->contact->first[group];
-        for (int64_t k = 0; k < classes && status == HS_OK; start = end[k++]) {
-            hs_class *part = hs_add_class(state, group, start, end[k]);
-            status = part ? nodes_of_line(state, part) : HS_OUT_OF_MEMORY;
+        int64_t class_count = divide_group(state, group, class_stop), offset = line->contact->first[group];
+        for (int64_t k = 0; k < class_count && status == HS_OK; offset = class_stop[k++]) {
+            hs_ring_class *ring_class = hs_add_class(state, group, offset, class_stop[k]);
+            status = ring_class ? create_nodes(state, ring_class) : HS_OUT_OF_MEMORY;
         }
     }
-    free(end);
+    free(class_stop);
     if (status != HS_OK) return status;
     state->plane->body->displacement = state->plane->displacement;
     state->plane->body->tangential_load = state->plane->tangential_load;
@@ -288,8 +301,8 @@ static int turn(hs_state *state) {
     return status;
 }
 
-/* Have the line, and what is seen, follow the body. */
-static int follow(hs_state *state) {
+/* Update line and plane from the body; returns a status. */
+static int update_line(hs_state *state) {
     hs_body *body = state->plane->body;
     hs_line *line = &state->line;
     int64_t count = line->contact->count;
@@ -298,49 +311,49 @@ static int follow(hs_state *state) {
         int status = hs_move(line, body->approach, body->normal_load, hs_to_displacement(0.0));
         if (status != HS_OK) return status;
     }
-    memcpy(line->dissipated_each, body->each, (size_t)count * sizeof *line->dissipated_each);
+    memcpy(line->dissipated_each, body->asperity_loss, (size_t)count * sizeof *line->dissipated_each);
     line->dissipated = body->dissipated;
     state->plane->displacement = body->displacement;
     state->plane->tangential_load = body->tangential_load;
-    if (body->slid == 0) return HS_OK;
+    if (body->has_new_slide_times == 0) return HS_OK;
     hs_line_slide_times(line, body->scratch);
     for (int64_t i = 0; i < count; ++i) {
         double *time = body->scratch + line->contact->order[i];
         if (isnan(*time)) *time = body->slide_time[i];
     }
-    body->slid = 0;
+    body->has_new_slide_times = 0;
     return hs_slides_assign(line, body->scratch);
 }
 
-/* The path of a body, from the beginning of a plan. */
-static hs_plane_path path_of(const hs_state *state, const plan *plan, int saturate) {
+/* Path of the body from the present state. */
+static hs_plane_path body_path(const hs_state *state, const scaled_path *scaled, int saturate) {
     const hs_line *line = &state->line;
     hs_plane_path path;
     memset(&path, 0, sizeof path);
-    path.by_loads = plan->by_loads;
+    path.is_load_controlled = scaled->is_load_controlled;
     path.saturate = saturate;
     path.approach[0] = line->approach;
     path.normal_load[0] = line->normal_load;
-    path.time[0] = plan->path->begin;
-    path.time[1] = plan->path->end;
-    memcpy(path.value, plan->tangential, sizeof path.value);
-    path.rigid = plan->rigid;
-    path.compliance.x = plan->rigid.x > 0.0 ? plan->compliance.x : 1.0;
-    path.compliance.y = plan->rigid.y > 0.0 ? plan->compliance.y : 1.0;
-    if (plan->path->normal_control == HS_LOAD) {
-        path.normal_load[1] = plan->normal[1];
-        path.approach[1] = hs_approach_at_load(line, plan->normal[1]);
+    path.time[0] = scaled->path->begin;
+    path.time[1] = scaled->path->end;
+    memcpy(path.value, scaled->tangential, sizeof path.value);
+    path.rigid = scaled->rigid;
+    path.compliance.x = scaled->rigid.x > 0.0 ? scaled->compliance.x : 1.0;
+    path.compliance.y = scaled->rigid.y > 0.0 ? scaled->compliance.y : 1.0;
+    if (scaled->path->normal_control == HS_LOAD) {
+        path.normal_load[1] = scaled->normal[1];
+        path.approach[1] = hs_approach_at_load(line, scaled->normal[1]);
     } else {
-        path.approach[1] = plan->normal[1];
-        path.normal_load[1] = plan->normal[1] == line->approach ? line->normal_load
-                                                                : hs_load_at(hs_all_of(line->contact), plan->normal[1]).load;
+        path.approach[1] = scaled->normal[1];
+        path.normal_load[1] =
+            scaled->normal[1] == line->approach ? line->normal_load : hs_load_at(hs_all_of(line->contact), scaled->normal[1]).load;
     }
     return path;
 }
 
-/* Loads that a node gives the asperities of a class. */
-HS_WIDE static void add_node(const double *restrict gap, const double *restrict weight, int64_t count, double label,
-                             hs_vector jump, double *restrict x, double *restrict y) {
+/* Add tangential loads of asperities from a jump of slope at the node `label`. */
+HS_WIDE static void add_node_loads(const double *restrict gap, const double *restrict weight, int64_t count, double label,
+                                   hs_vector jump, double *restrict x, double *restrict y) {
     for (int64_t i = 0; i < count; ++i) {
         double depth = label - gap[i] > 0.0 ? label - gap[i] : 0.0, load = weight[i] * depth * sqrt(depth);
         x[i] += jump.x * load;
@@ -348,118 +361,122 @@ HS_WIDE static void add_node(const double *restrict gap, const double *restrict 
     }
 }
 
-/* Tangential loads of knots: what the springs carry that touch from a knot up to the next one. */
-static void loads_of_knots(const hs_class *part, double *x, double *y) {
-    const hs_curve *curve = &part->curve;
-    for (int32_t k = 0; k + 1 < part->count; ++k) {
-        const hs_node *outer = part->nodes + k, *inner = outer + 1;
-        hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
-        hs_vector slope = scaled(1.0 / (outer->label - inner->label), rise);
-        int64_t first = hs_count_touching(curve->gap, curve->count, inner->label) - 1;
-        for (int64_t i = first > 0 ? first : 0; i < curve->count && curve->gap[i] < outer->label; ++i) {
-            int last = i + 1 == curve->count || curve->gap[i + 1] >= outer->label;
-            double high = last ? outer->normal : curve->load[i + 1], low = hs_most(inner->normal, curve->load[i]);
+/* Add tangential loads of the knots of a normal curve: loads of the springs between a knot and its outer neighbour. */
+static void add_knot_loads(const hs_ring_class *ring_class, double *x, double *y) {
+    const hs_curve *curve = &ring_class->curve;
+    for (int32_t k = 0; k + 1 < ring_class->node_count; ++k) {
+        const hs_node *outer = ring_class->nodes + k, *inner = outer + 1;
+        hs_vector rise = hs_add_scaled(inner->deflection, -1.0, outer->deflection);
+        hs_vector slope = scale_vector(1.0 / (outer->label - inner->label), rise);
+        int64_t lowest = hs_count_touching(curve->gap, curve->count, inner->label) - 1;
+        for (int64_t i = lowest > 0 ? lowest : 0; i < curve->count && curve->gap[i] < outer->label; ++i) {
+            int is_outermost = i + 1 == curve->count || curve->gap[i + 1] >= outer->label;
+            double high = is_outermost ? outer->normal : curve->load[i + 1], low = hs_most(inner->normal, curve->load[i]);
             x[i] += slope.x * (high - low);
             y[i] += slope.y * (high - low);
         }
     }
 }
 
-/* Tangential loads of all asperities of the classes, by position: x of all, then y of all. */
-static void tangential_loads(const hs_body *body, double *load) {
+/* Compute tangential loads of all asperities by position: x of all, then y of all. */
+static void compute_asperity_loads(const hs_body *body, double *load) {
     int64_t count = body->contact->count;
     memset(load, 0, 2 * (size_t)count * sizeof *load);
-    for (int64_t c = 0; c < body->classes; ++c) {
-        const hs_class *part = body->parts + c;
-        hs_vector slope = nowhere;
-        if (part->curve.load) {
-            loads_of_knots(part, load + part->start, load + count + part->start);
+    for (int64_t c = 0; c < body->class_count; ++c) {
+        const hs_ring_class *ring_class = body->classes + c;
+        hs_vector slope = zero_vector;
+        if (ring_class->curve.load) {
+            add_knot_loads(ring_class, load + ring_class->offset, load + count + ring_class->offset);
             continue;
         }
-        for (int32_t k = 0; k + 1 < part->count; ++k) {
-            const hs_node *outer = part->nodes + k, *inner = outer + 1;
-            hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
-            hs_vector next = scaled(1.0 / (outer->label - inner->label), rise);
-            int64_t touching = hs_count_touching(part->curve.gap, part->curve.count, outer->label);
-            add_node(part->curve.gap, part->curve.weight, touching, outer->label, hs_plus(next, -1.0, slope),
-                     load + part->start, load + count + part->start);
-            slope = next;
+        for (int32_t k = 0; k + 1 < ring_class->node_count; ++k) {
+            const hs_node *outer = ring_class->nodes + k, *inner = outer + 1;
+            hs_vector rise = hs_add_scaled(inner->deflection, -1.0, outer->deflection);
+            hs_vector inner_slope = scale_vector(1.0 / (outer->label - inner->label), rise);
+            int64_t touching = hs_count_touching(ring_class->curve.gap, ring_class->curve.count, outer->label);
+            add_node_loads(ring_class->curve.gap, ring_class->curve.weight, touching, outer->label,
+                           hs_add_scaled(inner_slope, -1.0, slope), load + ring_class->offset, load + count + ring_class->offset);
+            slope = inner_slope;
         }
     }
 }
 
-/* What a row has of the whole contact that has a direction. */
-static void put_vectors(const hs_state *state, const hs_rows *rows, int64_t row) {
+/* Write tangential load and displacement of the contact into a row. */
+static void write_vectors(const hs_state *state, const hs_rows *rows, int64_t row) {
     const hs_units *units = &state->line.contact->units;
-    hs_vector load = scaled(units->load, state->plane->tangential_load), way = scaled(units->displacement, state->plane->displacement);
+    hs_vector load = scale_vector(units->load, state->plane->tangential_load),
+              displacement = scale_vector(units->displacement, state->plane->displacement);
     hs_totals *totals = rows->totals + row;
     rows->total_tangential_load[2 * row] = load.x;
     rows->total_tangential_load[2 * row + 1] = load.y;
-    rows->total_displacement[2 * row] = way.x;
-    rows->total_displacement[2 * row + 1] = way.y;
-    totals->tangential_load = hs_length(load);
-    totals->displacement = hs_length(way);
+    rows->total_displacement[2 * row] = displacement.x;
+    rows->total_displacement[2 * row + 1] = displacement.y;
+    totals->tangential_load = hs_norm(load);
+    totals->displacement = hs_norm(displacement);
     totals->saturated = state->plane->excess.x != 0.0 || state->plane->excess.y != 0.0;
 }
 
 int hs_plane_read(const hs_state *state, const hs_rows *rows, int64_t row) {
-    hs_rows own = rows_of_line(rows, row);
-    int status = hs_line_read(&state->line, &own, 0);
+    hs_rows shifted = shift_rows(rows, row);
+    int status = hs_line_read(&state->line, &shifted, 0);
     hs_body *body = state->plane->body;
-    if (status == HS_OK) give_direction(state, rows, row, 1);
+    if (status == HS_OK) resolve_components(state, rows, row, 1);
     if (status != HS_OK || !body) return status;
     const hs_contact *contact = state->line.contact;
     const hs_units *units = &contact->units;
     int64_t columns = rows->columns, count = contact->count;
-    double slopes[2][2];
-    status = hs_body_slopes(body, nowhere, slopes);
-    put_vectors(state, rows, row);
-    rows->totals[row].tangential_stiffness = slopes[0][0] * units->stiffness;
+    double stiffness[2][2];
+    status = hs_body_stiffness(body, zero_vector, stiffness);
+    write_vectors(state, rows, row);
+    rows->totals[row].tangential_stiffness = stiffness[0][0] * units->stiffness;
     if (status != HS_OK || columns == 0) return status;
     double *load = (double *)malloc(3 * (size_t)count * sizeof *load), *front = load + 2 * count;
     int64_t *position = (int64_t *)malloc((size_t)count * sizeof *position);
     if (!load || !position) status = HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
-        tangential_loads(body, load);
-        for (int64_t c = 0; c < body->classes; ++c) {
-            double label = hs_class_front(body, body->parts + c);
-            for (int64_t i = 0; i < body->parts[c].curve.count; ++i) front[body->parts[c].start + i] = label;
+        compute_asperity_loads(body, load);
+        for (int64_t c = 0; c < body->class_count; ++c) {
+            double label = hs_slip_front(body, body->classes + c);
+            for (int64_t i = 0; i < body->classes[c].curve.count; ++i) front[body->classes[c].offset + i] = label;
         }
         for (int64_t i = 0; i < count; ++i) position[contact->order[i]] = i;
     }
     for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
-        int64_t i = position[rows->asperity[c]], at = row * columns + c;
+        int64_t i = position[rows->asperity[c]], cell = row * columns + c;
         double gap = contact->gap[i], label = hs_least(front[i], body->approach);
         int touches = gap < body->approach;
-        rows->tangential_load[2 * at] = touches ? load[i] * units->load : 0.0;
-        rows->tangential_load[2 * at + 1] = touches ? load[count + i] * units->load : 0.0;
-        /* radii of knots stand for labels */
+        rows->tangential_load[2 * cell] = touches ? load[i] * units->load : 0.0;
+        rows->tangential_load[2 * cell + 1] = touches ? load[count + i] * units->load : 0.0;
+        /* knots have no weight; the stick radius is a measure of their label */
         double weight = contact->load ? 1.0 : contact->weight[i];
-        rows->stick_radius[at] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
-        rows->slip_state[at] = hs_slip_state_of(touches, front[i] != HUGE_VAL, label > gap);
+        rows->stick_radius[cell] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
+        rows->slip_state[cell] = hs_slip_state_of(touches, front[i] != HUGE_VAL, label > gap);
     }
     free(load);
     free(position);
     return status;
 }
 
-/* Rows within a path. */
+/* Stops of the rows within a path (`hs_stops`). */
 typedef struct row_stops {
     hs_stops stops;
-    const hs_state *state; /* at the beginning of the path, but for its body */
+    const hs_state *state; /* at fraction 0 of the path, except for its body */
     const hs_plane_path *path;
     const hs_path *requested;
     const hs_rows *rows;
-    int64_t part; /* of the next row */
+    int64_t part_number; /* of the following row */
 } row_stops;
 
-static void set_next_row(row_stops *row, int64_t part) {
-    int64_t parts = row->requested->parts;
-    row->part = part;
-    row->stops.next = row->rows && part < parts ? row->stops.until * ((double)part / (double)parts) : HUGE_VAL;
+/* Set the stop of a row, at the fraction `part_number` / parts of the path. */
+static void schedule_row(row_stops *row, int64_t part_number) {
+    int64_t part_count = row->requested->parts;
+    row->part_number = part_number;
+    row->stops.next_fraction =
+        row->rows && part_number < part_count ? row->stops.stop_fraction * ((double)part_number / (double)part_count) : HUGE_VAL;
 }
 
-static int read_row(hs_stops *stops, hs_body *there) {
+/* Read a row at a stop and schedule the following one; returns a status. */
+static int read_row(hs_stops *stops, hs_body *body) {
     row_stops *row = (row_stops *)stops;
     hs_plane plane = *row->state->plane;
     hs_state state;
@@ -467,77 +484,81 @@ static int read_row(hs_stops *stops, hs_body *there) {
     state.plane = &plane;
     int status = hs_line_init_copy(&state.line, &row->state->line);
     if (status == HS_OK) {
-        plane.body = there;
-        there->friction = state.line.friction;
-        plane.excess = hs_excess_at(there, row->path, there->fraction);
-        status = follow(&state);
-        if (status == HS_OK) status = hs_plane_read(&state, row->rows, row->requested->first_row + row->part - 1);
-        if (status == HS_OK) status = hs_count_work(there->watch->drive, &there->watch->work, 64 + state.line.contact->count / 16);
+        plane.body = body;
+        body->friction = state.line.friction;
+        plane.excess = hs_excess_at(body, row->path, body->fraction);
+        status = update_line(&state);
+        if (status == HS_OK) status = hs_plane_read(&state, row->rows, row->requested->first_row + row->part_number - 1);
+        /* work of a row [µs]; factors chosen */
+        if (status == HS_OK)
+            status = hs_count_work(body->watch->drive, &body->watch->work_since_poll, 64 + state.line.contact->count / 16);
         hs_line_clear(&state.line);
     }
-    set_next_row(row, row->part + 1);
+    schedule_row(row, row->part_number + 1);
     return status;
 }
 
-/* Move the body along a path and have the line follow. */
-static int travel(hs_state *state, hs_plane_path *path, const hs_drive *drive, hs_stops *stops) {
+/* Move the body along a path, then update the line; returns a status. */
+static int integrate_path(hs_state *state, hs_plane_path *path, const hs_drive *drive, hs_stops *stops) {
     hs_body *body = state->plane->body;
     hs_watch watch = {drive, 0, HS_OK};
     body->time = path->time[0];
     body->watch = &watch;
-    int status = hs_body_travel(body, path, stops);
-    if (status == HS_OK) status = follow(state);
+    int status = hs_body_integrate(body, path, stops);
+    if (status == HS_OK) status = update_line(state);
     if (status == HS_OK) state->plane->excess = hs_excess_at(body, path, body->fraction);
     body->watch = NULL;
     return status;
 }
 
-static int walk_rings(hs_state *state, const plan *plan, const hs_rows *rows, const hs_drive *drive, double until,
+/* Integrate a path by rings; returns a status. */
+static int move_rings(hs_state *state, const scaled_path *scaled, const hs_rows *rows, const hs_drive *drive, double stop_fraction,
                       hs_refusal *refusal) {
-    const hs_path *requested = plan->path;
+    const hs_path *requested = scaled->path;
     double request, limit;
-    int status = state->plane->body ? HS_OK : turn(state);
+    int status = state->plane->body ? HS_OK : switch_to_rings(state);
     if (status != HS_OK) return status;
-    hs_plane_path path = path_of(state, plan, drive->saturate);
+    hs_plane_path path = body_path(state, scaled, drive->saturate);
     if (!drive->saturate && hs_exceeds_limit(state->plane->body, &path, &request, &limit)) {
         refusal->request = request * state->line.contact->units.load;
         refusal->limit = limit * state->line.contact->units.load;
         return HS_BEYOND_LIMIT;
     }
-    row_stops row = {{HUGE_VAL, until, read_row}, state, &path, requested, rows, 0};
-    set_next_row(&row, 1);
-    status = travel(state, &path, drive, &row.stops);
+    row_stops row = {{HUGE_VAL, stop_fraction, read_row}, state, &path, requested, rows, 0};
+    schedule_row(&row, 1);
+    status = integrate_path(state, &path, drive, &row.stops);
     return status == HS_OK && rows && requested->recorded ? hs_plane_read(state, rows, requested->first_row + requested->parts - 1)
-                                                           : status;
+                                                          : status;
 }
 
-static int walk_path(hs_state *state, const hs_path *requested, hs_vector compliance, const hs_rows *rows,
-                     const hs_drive *drive, double until, hs_refusal *refusal) {
+/* Integrate one path, along the line or by rings; returns a status. */
+static int move_plane(hs_state *state, const hs_path *requested, hs_vector compliance, const hs_rows *rows, const hs_drive *drive,
+                      double stop_fraction, hs_refusal *refusal) {
     hs_path path = *requested;
     for (int k = 0; k < 2; ++k) {
         if (path.tangential_control[k] != HS_HELD) continue;
         path.tangential_control[k] = state->plane->tangential_control[k];
         path.tangential_fraction[k] = 0.0;
     }
-    plan plan = planned(state, &path, compliance, drive->saturate);
-    int along = !state->plane->body && stays_on_line(state, &plan);
-    int status = (along ? walk_line : walk_rings)(state, &plan, rows, drive, until, refusal);
+    scaled_path scaled = scale_path(state, &path, compliance, drive->saturate);
+    int is_on_line = !state->plane->body && stays_on_line(state, &scaled);
+    int status = (is_on_line ? move_line : move_rings)(state, &scaled, rows, drive, stop_fraction, refusal);
     state->line.normal_control = path.normal_control;
     memcpy(state->plane->tangential_control, path.tangential_control, sizeof path.tangential_control);
-    state->line.tangential_control = path.tangential_control[axis_of(state)];
+    state->line.tangential_control = path.tangential_control[line_axis(state)];
     return status;
 }
 
 int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                       double until, hs_refusal *refusal) {
+                       double stop_fraction, hs_refusal *refusal) {
     double unit = state->line.contact->units.stiffness;
-    hs_vector yields = {drive->compliance[0] * unit, drive->compliance[1] * unit};
-    hs_refusal unread;
+    hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
+    hs_refusal unused;
     int status = HS_OK;
-    if (!refusal) refusal = &unread;
+    if (!refusal) refusal = &unused;
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         refusal->path = p;
-        status = walk_path(state, paths + p, yields, rows, drive, until, refusal);
+        status = move_plane(state, paths + p, compliance, rows, drive, stop_fraction, refusal);
     }
     refusal->status = status;
     return status;
@@ -545,41 +566,41 @@ int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, con
 
 int hs_stiffness_matrix(const hs_state *state, const double direction[2], double stiffness[4]) {
     const hs_units *units = &state->line.contact->units;
-    hs_vector towards = {direction[0], direction[1]};
+    hs_vector direction_vector = {direction[0], direction[1]};
     double slopes[2][2];
     if (!state->plane) return HS_FOREIGN;
-    hs_state *turned = hs_state_copy(state);
-    int status = turned ? HS_OK : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && !turned->plane->body) status = turn(turned);
-    if (status == HS_OK) status = hs_body_slopes(turned->plane->body, towards, slopes);
+    hs_state *copy = hs_state_copy(state);
+    int status = copy ? HS_OK : HS_OUT_OF_MEMORY;
+    if (status == HS_OK && !copy->plane->body) status = switch_to_rings(copy);
+    if (status == HS_OK) status = hs_body_stiffness(copy->plane->body, direction_vector, slopes);
     for (int i = 0; i < 4 && status == HS_OK; ++i) stiffness[i] = slopes[i / 2][i % 2] * units->stiffness;
-    hs_state_free(turned);
+    hs_state_free(copy);
     return status;
 }
 
 int64_t hs_nodes(const hs_state *state, int64_t asperity, int64_t room, double *nodes) {
     if (!state->plane) return 0;
-    hs_state *turned = hs_state_copy(state);
-    int64_t found = turned && (turned->plane->body || turn(turned) == HS_OK) ? 0 : -1;
-    for (int64_t c = 0; found == 0 && c < turned->plane->body->classes; ++c) {
-        const hs_class *part = turned->plane->body->parts + c;
-        int64_t i = part->start, end = part->start + part->curve.count;
-        while (i < end && state->line.contact->order[i] != asperity) ++i;
-        for (int64_t k = 0; i < end && k < part->count; found = ++k) {
+    hs_state *copy = hs_state_copy(state);
+    int64_t node_count = copy && (copy->plane->body || switch_to_rings(copy) == HS_OK) ? 0 : -1;
+    for (int64_t c = 0; node_count == 0 && c < copy->plane->body->class_count; ++c) {
+        const hs_ring_class *ring_class = copy->plane->body->classes + c;
+        int64_t i = ring_class->offset, stop = ring_class->offset + ring_class->curve.count;
+        while (i < stop && state->line.contact->order[i] != asperity) ++i;
+        for (int64_t k = 0; i < stop && k < ring_class->node_count; node_count = ++k) {
             if (k >= room) continue;
-            nodes[3 * k] = part->nodes[k].label;
-            nodes[3 * k + 1] = part->nodes[k].deflection.x;
-            nodes[3 * k + 2] = part->nodes[k].deflection.y;
+            nodes[3 * k] = ring_class->nodes[k].label;
+            nodes[3 * k + 1] = ring_class->nodes[k].deflection.x;
+            nodes[3 * k + 2] = ring_class->nodes[k].deflection.y;
         }
     }
-    hs_state_free(turned);
-    return found;
+    hs_state_free(copy);
+    return node_count;
 }
 
 double hs_plane_stored_energy(const hs_state *state) {
     double total = 0.0;
     if (!state->plane->body) return hs_line_stored_energy(&state->line);
-    for (int64_t c = 0; c < state->plane->body->classes; ++c) total += hs_class_stored(state->plane->body->parts + c);
+    for (int64_t c = 0; c < state->plane->body->class_count; ++c) total += hs_class_elastic_energy(state->plane->body->classes + c);
     return total * state->line.contact->units.energy;
 }
 
@@ -588,38 +609,38 @@ int hs_plane_set_friction(hs_state *state, const double *friction, const hs_driv
     const hs_contact *contact = line->contact;
     double unit = contact->units.stiffness;
     if (!state->plane->body) {
-        hs_drive along = *drive;
-        along.compliance[0] = drive->compliance[axis_of(state)];
-        int status = hs_line_set_friction(line, friction, &along);
-        look_along(state);
+        hs_drive line_drive = *drive;
+        line_drive.compliance[0] = drive->compliance[line_axis(state)];
+        int status = hs_line_set_friction(line, friction, &line_drive);
+        update_from_line(state);
         return status;
     }
     for (int64_t group = 0; group < contact->groups; ++group)
         for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
-    double *first = (double *)malloc((size_t)contact->groups * sizeof *first);
-    if (!first) return HS_OUT_OF_MEMORY;
-    memcpy(first, line->friction, (size_t)contact->groups * sizeof *first);
+    double *initial_friction = (double *)malloc((size_t)contact->groups * sizeof *initial_friction);
+    if (!initial_friction) return HS_OUT_OF_MEMORY;
+    memcpy(initial_friction, line->friction, (size_t)contact->groups * sizeof *initial_friction);
     int falls = 0;
     for (int64_t group = 0; group < contact->groups; ++group) {
         line->friction[group] = hs_bound_friction(friction[contact->order[contact->first[group]]]);
-        falls |= line->friction[group] < first[group];
+        falls |= line->friction[group] < initial_friction[group];
     }
     const hs_plane *plane = state->plane;
     const int by_x = plane->tangential_control[0] == HS_LOAD, by_y = plane->tangential_control[1] == HS_LOAD;
-    hs_vector yields = {drive->compliance[0] * unit, drive->compliance[1] * unit};
-    hs_vector load = hs_plus(plane->tangential_load, 1.0, plane->excess);
-    hs_vector driven = drive_at(plane->displacement, yields, plane->tangential_load);
-    hs_vector held = {by_x ? load.x : driven.x, by_y ? load.y : driven.y};
-    hs_plane_path path = {1, 1, {line->approach, line->approach}, {line->normal_load, line->normal_load}, {NAN, NAN}, {held, held},
-                          {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y},
-                          0.0, HUGE_VAL, 0, 0, 0, nowhere};
+    hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
+    hs_vector load = hs_add_scaled(plane->tangential_load, 1.0, plane->excess);
+    hs_vector drive_position = drive_displacement(plane->displacement, compliance, plane->tangential_load);
+    hs_vector target = {by_x ? load.x : drive_position.x, by_y ? load.y : drive_position.y};
+    hs_plane_path path = {1, 1, {line->approach, line->approach}, {line->normal_load, line->normal_load}, {NAN, NAN}, {target, target},
+                          {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, {by_x ? 1.0 : compliance.x, by_y ? 1.0 : compliance.y},
+                          0.0, HUGE_VAL, 0, 0, 0, zero_vector};
     int status = HS_OK;
     if (falls || plane->excess.x != 0.0 || plane->excess.y != 0.0) {
-        plane->body->first_friction = first;
-        status = travel(state, &path, drive, NULL);
-        plane->body->first_friction = NULL;
+        plane->body->initial_friction = initial_friction;
+        status = integrate_path(state, &path, drive, NULL);
+        plane->body->initial_friction = NULL;
     }
-    free(first);
+    free(initial_friction);
     return status;
 }

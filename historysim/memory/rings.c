@@ -1,177 +1,190 @@
-/* Rings: the slip of one class of rings on one step, from the trial deflections at which all stick and the friction limits of the
- * rings: the minimum of a convex function, by Gauss–Seidel and Newton's method (README.md, two directions 1 and 2). */
+/* Rings: deflections of one class of rings at the end of a step, from the trial deflections v*, at which all rings stick.
+ *
+ * They minimise ½ Σ M |v - v*|² subject to |Q| ≤ g on every ring, with v = F Q: a strictly convex problem. It is solved for the
+ * tractions Q of an active set of outer rings by projected Gauss–Seidel sweeps and Newton's method on the angles of slipping
+ * rings (README.md, two directions 1 and 2). */
 
 #include "rings.h"
 #include "lanes.h"
 
-/* share of the limit by which rings may still move where a solution is settled */
-#define SETTLED 1e-7
-#define MOST_ROUNDS 100
-/* Where a normal curve is straight nothing touches, and a ring would have no stiffness: it has this share of what is outside. */
-#define LEAST_MASS 1e-12
-/* limit of a ring below which it slides without traction: the square of a limit has to be a number */
-#define LEAST_LIMIT 1e-150
-/* farthest that Newton's step turns a traction [rad] */
-#define FARTHEST_TURN 0.7
+/* Largest change of a traction in a sweep, over its friction limit, at which the solution has converged; chosen. */
+#define TRACTION_TOLERANCE 1e-7
+/* Largest number of iterations, each a sweep and a Newton step; chosen. */
+#define MAX_ITERATIONS 100
+/* Smallest stiffness of a ring over the slope of the normal load outside it; chosen. Where a normal curve is straight no spring
+ * touches, and a ring would have no stiffness. */
+#define MIN_STIFFNESS_RATIO 1e-12
+/* Friction limit below which rings slide without traction; chosen, so that the square of a limit does not underflow. */
+#define MIN_LIMIT 1e-150
+/* Bound of the tangent of the angle by which a Newton step rotates a traction; chosen. */
+#define MAX_ROTATION 0.7
 
-#define AT(matrix, i, j) problem->matrix[(int64_t)(i) * problem->room + (j)]
+/* Element of a matrix of the problem, by rows. */
+#define ELEMENT(matrix, i, j) problem->matrix[(int64_t)(i) * problem->capacity + (j)]
 
-int hs_ring_room(hs_class *rings, int32_t room) {
-    if (rings->problem && rings->problem->room >= room) return HS_OK;
-    room += 8;
-    size_t n = (size_t)room + 1, pairs = n * (size_t)room;
+int hs_reserve_rings(hs_ring_class *ring_class, int32_t ring_count) {
+    if (ring_class->problem && ring_class->problem->capacity >= ring_count) return HS_OK;
+    /* spare rings, so that growing problems are seldom reserved again; chosen */
+    ring_count += 8;
+    size_t n = (size_t)ring_count + 1, pairs = n * (size_t)ring_count;
     size_t numbers = 9 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
     hs_ring_problem *problem = (hs_ring_problem *)malloc(sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
     if (!problem) return HS_OUT_OF_MEMORY;
-    free(rings->problem);
-    rings->problem = problem;
-    problem->room = room;
-    problem->rings = problem->active = problem->unknowns = 0;
-    double *at = (double *)(problem + 1);
-    double **arrays[] = {&problem->label, &problem->normal, &problem->integral, &problem->share, &problem->depth,
-                         &problem->mass,  &problem->limit,  &problem->sum,      &problem->push};
-    for (int k = 0; k < 9; ++k, at += n) *arrays[k] = at;
-    double **matrices[] = {&problem->traction_of, &problem->deflection_of, &problem->matrix};
-    for (int k = 0; k < 3; ++k, at += pairs) *matrices[k] = at;
-    problem->factor = at;
-    problem->step = at + 4 * pairs;
-    at = problem->step + 2 * n;
-    hs_vector **vectors[] = {&problem->slipped, &problem->base, &problem->trial, &problem->load, &problem->traction, &problem->slip, &problem->found, &problem->slope};
-    for (int k = 0; k < 8; ++k, at += 2 * n) *vectors[k] = (hs_vector *)at;
-    problem->basis = (hs_vector *)at;
-    problem->ring = (int32_t *)(at + 4 * n);
+    free(ring_class->problem);
+    ring_class->problem = problem;
+    problem->capacity = ring_count;
+    problem->ring_count = problem->active_count = problem->unknown_count = 0;
+    double *storage = (double *)(problem + 1);
+    double **arrays[] = {&problem->label,          &problem->normal,        &problem->integral,
+                         &problem->moved_fraction, &problem->depth,         &problem->stiffness,
+                         &problem->limit,          &problem->load_gradient, &problem->displacement_gradient};
+    for (int k = 0; k < 9; ++k, storage += n) *arrays[k] = storage;
+    double **matrices[] = {&problem->traction_matrix, &problem->deflection_matrix, &problem->hessian};
+    for (int k = 0; k < 3; ++k, storage += pairs) *matrices[k] = storage;
+    problem->cholesky_factor = storage;
+    problem->newton_step = storage + 4 * pairs;
+    storage = problem->newton_step + 2 * n;
+    hs_vector **vectors[] = {&problem->stage_slip, &problem->trial_at_rest, &problem->trial,      &problem->linear_term,
+                             &problem->traction,   &problem->slip,          &problem->deflection, &problem->slope};
+    for (int k = 0; k < 8; ++k, storage += 2 * n) *vectors[k] = (hs_vector *)storage;
+    problem->basis = (hs_vector *)storage;
+    problem->basis_ring = (int32_t *)(storage + 4 * n);
     return HS_OK;
 }
 
-void hs_ring_limits(hs_ring_problem *problem, double friction) {
-    for (int32_t i = 0; i <= problem->rings; ++i) problem->limit[i] = friction * sqrt(problem->depth[i]);
+void hs_set_ring_limits(hs_ring_problem *problem, double friction) {
+    for (int32_t i = 0; i <= problem->ring_count; ++i) problem->limit[i] = friction * sqrt(problem->depth[i]);
 }
 
-void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction) {
+void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double friction) {
     const double *label = problem->label, *normal = problem->normal;
-    int32_t n = problem->rings = count - 1;
-    double *r = problem->depth, outer = 0.0;
-    for (int32_t i = 0; i <= n; ++i) r[i] = label[0] - label[i];
-    hs_ring_limits(problem, friction);
+    int32_t n = problem->ring_count = node_count - 1;
+    double *depth = problem->depth, outer_slope = 0.0;
+    for (int32_t i = 0; i <= n; ++i) depth[i] = label[0] - label[i];
+    hs_set_ring_limits(problem, friction);
     for (int32_t i = n; i >= 1; --i) {
-        double inner = outer;
-        outer = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
-        problem->mass[i] = hs_most(outer - inner, LEAST_MASS * outer);
+        double inner_slope = outer_slope;
+        outer_slope = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
+        problem->stiffness[i] = hs_most(outer_slope - inner_slope, MIN_STIFFNESS_RATIO * outer_slope);
     }
     for (int32_t i = 1; i <= n; ++i) {
-        double before = sqrt(r[i]);
+        double outer_root = sqrt(depth[i]);
         for (int32_t j = 0; j < i; ++j) {
-            double next = sqrt(r[i] - r[j + 1]);
-            AT(traction_of, i, j) = before - next;
-            before = next;
+            double inner_root = sqrt(depth[i] - depth[j + 1]);
+            ELEMENT(traction_matrix, i, j) = outer_root - inner_root;
+            outer_root = inner_root;
         }
     }
-    problem->active = problem->solved = 0;
+    problem->active_count = problem->solved_count = 0;
 }
 
 hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
     hs_vector sum = {0.0, 0.0};
-    double before = sqrt(nodes[0].label - nodes[i].label);
+    double outer_root = sqrt(nodes[0].label - nodes[i].label);
     for (int32_t j = 0; j < i; ++j) {
-        double next = sqrt(nodes[j + 1].label - nodes[i].label);
-        double share = (before - next) / (nodes[j].label - nodes[j + 1].label);
-        sum = hs_plus(hs_plus(sum, share, nodes[j + 1].deflection), -share, nodes[j].deflection);
-        before = next;
+        double inner_root = sqrt(nodes[j + 1].label - nodes[i].label);
+        double slope_factor = (outer_root - inner_root) / (nodes[j].label - nodes[j + 1].label);
+        sum = hs_add_scaled(hs_add_scaled(sum, slope_factor, nodes[j + 1].deflection), -slope_factor, nodes[j].deflection);
+        outer_root = inner_root;
     }
     return sum;
 }
 
-static hs_vector shortened(hs_vector vector, double limit) {
-    double size = hs_length(vector);
-    if (size <= limit) return vector;
-    return HS_MADE(hs_vector){vector.x * (limit / size), vector.y * (limit / size)};
+static hs_vector clip_to_norm(hs_vector vector, double max_norm) {
+    double norm = hs_norm(vector);
+    if (norm <= max_norm) return vector;
+    return HS_MADE(hs_vector){vector.x * (max_norm / norm), vector.y * (max_norm / norm)};
 }
 
-/* to += factor × from, of so many numbers. */
-static inline void add_row(double *restrict to, double factor, const double *restrict from, int32_t count) {
-    for (int32_t i = 0; i < count; ++i) to[i] += factor * from[i];
+/* target += factor × source, element by element. */
+static inline void add_row(double *restrict target, double factor, const double *restrict source, int32_t count) {
+    for (int32_t i = 0; i < count; ++i) target[i] += factor * source[i];
 }
 
-/* A row times vectors, in four lanes. */
-static inline hs_vector product(const double *restrict row, const hs_vector *restrict v, int32_t count) {
+/* Product of a row and a column of vectors, summed in four lanes. */
+static inline hs_vector row_product(const double *restrict row, const hs_vector *restrict vectors, int32_t count) {
     hs_vector sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
     int32_t i = 0;
     for (; i + 4 <= count; i += 4)
-        for (int lane = 0; lane < 4; ++lane) sum[lane] = hs_plus(sum[lane], row[i + lane], v[i + lane]);
-    for (int lane = 0; i < count; ++i, ++lane) sum[lane] = hs_plus(sum[lane], row[i], v[i]);
-    return hs_plus(hs_plus(sum[0], 1.0, sum[1]), 1.0, hs_plus(sum[2], 1.0, sum[3]));
+        for (int lane = 0; lane < 4; ++lane) sum[lane] = hs_add_scaled(sum[lane], row[i + lane], vectors[i + lane]);
+    for (int lane = 0; i < count; ++i, ++lane) sum[lane] = hs_add_scaled(sum[lane], row[i], vectors[i]);
+    return hs_add_scaled(hs_add_scaled(sum[0], 1.0, sum[1]), 1.0, hs_add_scaled(sum[2], 1.0, sum[3]));
 }
 
-/* Have so many rings be unknown. */
-HS_WIDE static void activate(hs_ring_problem *problem, int32_t active) {
-    const double *r = problem->depth;
-    double *left = problem->step;
-    for (int32_t k = problem->active + 1; k <= active; ++k) {
-        double *row = &AT(deflection_of, k, 0);
-        /* F D = the matrix that sums slopes up, row by row from its end */
-        for (int32_t j = 0; j < k; ++j) left[j] = r[j + 1] - r[j];
+/* Extend the active set to a number of rings, and the matrices with it. */
+HS_WIDE static void extend_matrices(hs_ring_problem *problem, int32_t active_count) {
+    const double *depth = problem->depth;
+    double *remainder = problem->newton_step;
+    for (int32_t k = problem->active_count + 1; k <= active_count; ++k) {
+        double *row = &ELEMENT(deflection_matrix, k, 0);
+        /* F D is the matrix that sums slopes: F by back substitution, row by row */
+        for (int32_t j = 0; j < k; ++j) remainder[j] = depth[j + 1] - depth[j];
         for (int32_t j = k; j >= 1; --j) {
-            row[j] = left[j - 1] / AT(traction_of, j, j - 1);
-            add_row(left, -row[j], &AT(traction_of, j, 0), j - 1);
+            row[j] = remainder[j - 1] / ELEMENT(traction_matrix, j, j - 1);
+            add_row(remainder, -row[j], &ELEMENT(traction_matrix, j, 0), j - 1);
         }
-        for (int32_t i = 1; i <= k; ++i) AT(matrix, k, i) = 0.0;
-        problem->sum[k] = problem->push[k] = 0.0;
+        for (int32_t i = 1; i <= k; ++i) ELEMENT(hessian, k, i) = 0.0;
+        problem->load_gradient[k] = problem->displacement_gradient[k] = 0.0;
         for (int32_t i = 1; i <= k; ++i) {
-            double share = problem->mass[k] * row[i];
-            add_row(&AT(matrix, i, 1), share, row + 1, i);
-            problem->sum[i] += share;
-            problem->push[i] += share * problem->share[k];
+            double weight = problem->stiffness[k] * row[i];
+            add_row(&ELEMENT(hessian, i, 1), weight, row + 1, i);
+            problem->load_gradient[i] += weight;
+            problem->displacement_gradient[i] += weight * problem->moved_fraction[k];
         }
     }
-    for (int32_t i = 1; i <= active; ++i)
-        for (int32_t j = 1; j < i; ++j) AT(matrix, j, i) = AT(matrix, i, j);
-    problem->active = active;
+    for (int32_t i = 1; i <= active_count; ++i)
+        for (int32_t j = 1; j < i; ++j) ELEMENT(hessian, j, i) = ELEMENT(hessian, i, j);
+    problem->active_count = active_count;
 }
 
-/* Add what more rings are pulled with. */
-HS_WIDE static void pull(hs_ring_problem *problem, int32_t active) {
-    hs_vector *restrict load = problem->load;
-    for (int32_t k = problem->solved + 1; k <= active; ++k) {
-        const double *restrict row = &AT(deflection_of, k, 0);
-        const double mass = problem->mass[k];
+/* Extend the linear term Fᵀ M v* to the active rings. */
+HS_WIDE static void extend_linear_term(hs_ring_problem *problem, int32_t active_count) {
+    hs_vector *restrict linear_term = problem->linear_term;
+    for (int32_t k = problem->solved_count + 1; k <= active_count; ++k) {
+        const double *restrict row = &ELEMENT(deflection_matrix, k, 0);
+        const double stiffness = problem->stiffness[k];
         const hs_vector trial = problem->trial[k];
-        load[k].x = load[k].y = 0.0;
-        for (int32_t i = 1; i <= k; ++i) load[i] = hs_plus(load[i], mass * row[i], trial);
+        linear_term[k].x = linear_term[k].y = 0.0;
+        for (int32_t i = 1; i <= k; ++i) linear_term[i] = hs_add_scaled(linear_term[i], stiffness * row[i], trial);
     }
-    problem->solved = active;
+    problem->solved_count = active_count;
 }
 
-/* Take what a traction does to the slip of all rings off. */
-static inline void take_off(hs_ring_problem *problem, int32_t i, hs_vector traction) {
-    const double *restrict row = &AT(matrix, i, 0);
+/* Subtract the effect of the traction of a ring, A Q, from the slip of all active rings. */
+static inline void subtract_traction(hs_ring_problem *problem, int32_t i, hs_vector traction) {
+    const double *restrict row = &ELEMENT(hessian, i, 0);
     hs_vector *restrict slip = problem->slip;
-    for (int32_t j = 1; j <= problem->active; ++j) {
+    for (int32_t j = 1; j <= problem->active_count; ++j) {
         slip[j].x -= row[j] * traction.x;
         slip[j].y -= row[j] * traction.y;
     }
 }
 
-/* Work the slip of all rings out. */
-HS_WIDE static void slide(hs_ring_problem *problem) {
-    memcpy(problem->slip + 1, problem->load + 1, (size_t)problem->active * sizeof *problem->slip);
-    for (int32_t i = 1; i <= problem->active; ++i) take_off(problem, i, problem->traction[i]);
+/* Compute the slip of all active rings: Fᵀ M v* - A Q. */
+HS_WIDE static void compute_slip(hs_ring_problem *problem) {
+    memcpy(problem->slip + 1, problem->linear_term + 1, (size_t)problem->active_count * sizeof *problem->slip);
+    for (int32_t i = 1; i <= problem->active_count; ++i) subtract_traction(problem, i, problem->traction[i]);
 }
 
-/* Move each traction to where it is best while the others stay; returns the farthest way, over its limit. */
-HS_WIDE static double sweep(hs_ring_problem *problem) {
-    double farthest = 0.0;
-    for (int32_t i = 1; i <= problem->active; ++i) {
-        hs_vector before = problem->traction[i], free = hs_plus(before, 1.0 / AT(matrix, i, i), problem->slip[i]);
-        hs_vector after = shortened(free, problem->limit[i]), way = hs_plus(after, -1.0, before);
-        problem->traction[i] = after;
-        take_off(problem, i, way);
-        farthest = hs_most(farthest, hs_length(way) / problem->limit[i]);
+/* Projected Gauss–Seidel sweep: move each traction to its minimum while all others are constant. Returns the largest change,
+ * over the friction limit. */
+HS_WIDE static double sweep_gauss_seidel(hs_ring_problem *problem) {
+    double max_change = 0.0;
+    for (int32_t i = 1; i <= problem->active_count; ++i) {
+        hs_vector old_traction = problem->traction[i],
+                  unlimited = hs_add_scaled(old_traction, 1.0 / ELEMENT(hessian, i, i), problem->slip[i]);
+        hs_vector new_traction = clip_to_norm(unlimited, problem->limit[i]),
+                  change = hs_add_scaled(new_traction, -1.0, old_traction);
+        problem->traction[i] = new_traction;
+        subtract_traction(problem, i, change);
+        max_change = hs_most(max_change, hs_norm(change) / problem->limit[i]);
     }
-    return farthest;
+    return max_change;
 }
 
-/* The factor U of a matrix UᵀU of so many rows, of which the upper half is given; whether it is positive definite. */
-HS_WIDE static int factorise(double *factor, int64_t stride, int32_t count) {
+/* Cholesky factor U of a matrix UᵀU with `count` rows, in place; the upper half is given. Returns 0 if the matrix is not positive
+ * definite. */
+HS_WIDE static int factorise_cholesky(double *factor, int64_t stride, int32_t count) {
     for (int32_t k = 0; k < count; ++k) {
         double *row = factor + k * stride;
         if (!(row[k] > 0.0)) return 0;
@@ -182,7 +195,8 @@ HS_WIDE static int factorise(double *factor, int64_t stride, int32_t count) {
     return 1;
 }
 
-HS_WIDE static void substitute(const double *factor, int64_t stride, int32_t count, double *x) {
+/* Solve UᵀU x = b; x holds b on entry. */
+HS_WIDE static void solve_cholesky(const double *factor, int64_t stride, int32_t count, double *x) {
     for (int32_t i = 0; i < count; ++i) {
         x[i] /= factor[i * stride + i];
         add_row(x + i + 1, -x[i], factor + i * stride + i + 1, count - i - 1);
@@ -193,143 +207,153 @@ HS_WIDE static void substitute(const double *factor, int64_t stride, int32_t cou
     }
 }
 
-/* The matrix of Newton's step, factorised: a ring that slips turns, one that sticks goes anywhere. */
-HS_WIDE static int linearise(hs_ring_problem *problem) {
-    const int64_t stride = 2 * problem->room;
+/* Factorise the matrix of a Newton step. A ring that slips has one unknown, along the tangent of its friction limit; a ring that
+ * sticks has two. Returns the number of unknowns, 0 if the matrix is not positive definite. */
+HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
+    const int64_t stride = 2 * problem->capacity;
     int32_t count = 0;
-    for (int32_t i = 1; i <= problem->active; ++i) {
-        hs_vector q = problem->traction[i];
-        double limit = problem->limit[i], size = hs_length(q);
-        int slips = hs_length(hs_plus(q, 1.0 / AT(matrix, i, i), problem->slip[i])) > limit && size > 0.0;
-        hs_vector first = {1.0, 0.0}, second = {0.0, 1.0}, across = {-q.y / size, q.x / size};
-        problem->ring[count] = slips ? -i : i;
-        problem->basis[count++] = slips ? across : first;
-        if (slips) continue;
-        problem->ring[count] = i;
-        problem->basis[count++] = second;
+    for (int32_t i = 1; i <= problem->active_count; ++i) {
+        hs_vector traction = problem->traction[i];
+        double limit = problem->limit[i], norm = hs_norm(traction);
+        int is_slipping = hs_norm(hs_add_scaled(traction, 1.0 / ELEMENT(hessian, i, i), problem->slip[i])) > limit && norm > 0.0;
+        hs_vector axis_x = {1.0, 0.0}, axis_y = {0.0, 1.0}, tangent = {-traction.y / norm, traction.x / norm};
+        problem->basis_ring[count] = is_slipping ? -i : i;
+        problem->basis[count++] = is_slipping ? tangent : axis_x;
+        if (is_slipping) continue;
+        problem->basis_ring[count] = i;
+        problem->basis[count++] = axis_y;
     }
     for (int32_t a = 0; a < count; ++a) {
-        int32_t i = abs(problem->ring[a]);
+        int32_t i = abs(problem->basis_ring[a]);
         for (int32_t b = a; b < count; ++b)
-            problem->factor[a * stride + b] = AT(matrix, i, abs(problem->ring[b])) * hs_dot(problem->basis[a], problem->basis[b]);
-        if (problem->ring[a] < 0) {
+            problem->cholesky_factor[a * stride + b] =
+                ELEMENT(hessian, i, abs(problem->basis_ring[b])) * hs_dot(problem->basis[a], problem->basis[b]);
+        if (problem->basis_ring[a] < 0) {
             double limit = problem->limit[i];
-            problem->factor[a * stride + a] += hs_most(hs_dot(problem->traction[i], problem->slip[i]), 0.0) / (limit * limit);
+            problem->cholesky_factor[a * stride + a] +=
+                hs_most(hs_dot(problem->traction[i], problem->slip[i]), 0.0) / (limit * limit);
         }
     }
-    problem->unknowns = factorise(problem->factor, stride, count) ? count : 0;
-    return problem->unknowns;
+    problem->unknown_count = factorise_cholesky(problem->cholesky_factor, stride, count) ? count : 0;
+    return problem->unknown_count;
 }
 
-static void newton(hs_ring_problem *problem) {
-    int32_t count = linearise(problem);
+/* Move the tractions by a Newton step; those of slipping rings remain at their limits. */
+static void apply_newton_step(hs_ring_problem *problem) {
+    int32_t count = factorise_newton_matrix(problem);
     if (count == 0) return;
-    for (int32_t a = 0; a < count; ++a) problem->step[a] = hs_dot(problem->basis[a], problem->slip[abs(problem->ring[a])]);
-    substitute(problem->factor, 2 * problem->room, count, problem->step);
+    for (int32_t a = 0; a < count; ++a)
+        problem->newton_step[a] = hs_dot(problem->basis[a], problem->slip[abs(problem->basis_ring[a])]);
+    solve_cholesky(problem->cholesky_factor, 2 * problem->capacity, count, problem->newton_step);
     for (int32_t a = 0; a < count; ++a) {
-        int32_t i = abs(problem->ring[a]);
-        double limit = problem->limit[i], step = problem->step[a];
-        if (problem->ring[a] > 0) {
-            problem->traction[i] = hs_plus(problem->traction[i], step, problem->basis[a]);
+        int32_t i = abs(problem->basis_ring[a]);
+        double limit = problem->limit[i], step = problem->newton_step[a];
+        if (problem->basis_ring[a] > 0) {
+            problem->traction[i] = hs_add_scaled(problem->traction[i], step, problem->basis[a]);
             continue;
         }
-        hs_vector turned = hs_plus(problem->traction[i], hs_clamp(step, FARTHEST_TURN * limit), problem->basis[a]);
-        double size = hs_length(turned);
-        problem->traction[i].x = turned.x * (limit / size);
-        problem->traction[i].y = turned.y * (limit / size);
+        hs_vector rotated = hs_add_scaled(problem->traction[i], hs_clamp(step, MAX_ROTATION * limit), problem->basis[a]);
+        double norm = hs_norm(rotated);
+        problem->traction[i].x = rotated.x * (limit / norm);
+        problem->traction[i].y = rotated.y * (limit / norm);
     }
 }
 
-/* The innermost ring beyond its limit, 0 where there is none; v is known, tractions from a ring on are worked out. */
-HS_WIDE static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
-    const double *r = problem->depth;
-    const hs_vector *v = problem->found;
+/* Compute tractions from the deflections, from ring `outermost` inward. Returns the innermost ring beyond its limit, or 0. */
+HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem, int32_t outermost) {
+    const double *depth = problem->depth;
+    const hs_vector *deflection = problem->deflection;
     hs_vector *slope = problem->slope;
-    int32_t found = 0;
-    for (int32_t j = 0; j < problem->rings; ++j) {
-        double width = r[j + 1] - r[j];
-        slope[j].x = (v[j + 1].x - v[j].x) / width;
-        slope[j].y = (v[j + 1].y - v[j].y) / width;
+    int32_t innermost = 0;
+    for (int32_t j = 0; j < problem->ring_count; ++j) {
+        double width = depth[j + 1] - depth[j];
+        slope[j].x = (deflection[j + 1].x - deflection[j].x) / width;
+        slope[j].y = (deflection[j + 1].y - deflection[j].y) / width;
     }
-    for (int32_t i = from; i <= problem->rings; ++i) {
-        problem->traction[i] = product(&AT(traction_of, i, 0), slope, i);
-        if (hs_length(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) found = i;
+    for (int32_t i = outermost; i <= problem->ring_count; ++i) {
+        problem->traction[i] = row_product(&ELEMENT(traction_matrix, i, 0), slope, i);
+        /* beyond rounding; chosen */
+        if (hs_norm(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) innermost = i;
     }
-    return found;
+    return innermost;
 }
 
-/* Compute v of the unknown rings from their tractions. */
-HS_WIDE static void deflect(hs_ring_problem *problem) {
-    for (int32_t k = 1; k <= problem->active; ++k)
-        problem->found[k] = product(&AT(deflection_of, k, 1), problem->traction + 1, k);
+/* Compute deflections of the active rings from their tractions: v = F Q. */
+HS_WIDE static void compute_deflections(hs_ring_problem *problem) {
+    for (int32_t k = 1; k <= problem->active_count; ++k)
+        problem->deflection[k] = row_product(&ELEMENT(deflection_matrix, k, 1), problem->traction + 1, k);
 }
 
-/* Whether no ring holds a traction that floats could tell from 0. */
-static int has_no_friction(const hs_ring_problem *problem) { return problem->limit[problem->rings] < LEAST_LIMIT; }
+/* True if the limits of all rings are too small to hold a traction. */
+static int is_frictionless(const hs_ring_problem *problem) { return problem->limit[problem->ring_count] < MIN_LIMIT; }
 
-/* Time that a round takes, about [µs]. */
-static int64_t work_of_round(const hs_ring_problem *problem) {
-    int64_t active = problem->active;
+/* Approximate time of an iteration [µs], cubic in the number of active rings; factor chosen. */
+static int64_t iteration_work(const hs_ring_problem *problem) {
+    int64_t active = problem->active_count;
     return 1 + active * active * active / 400;
 }
 
-void hs_ring_solve(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch) {
-    const int32_t n = problem->rings;
-    const hs_vector none = {0.0, 0.0};
-    problem->unknowns = problem->solved = 0;
-    problem->trial[0] = none;
-    for (int32_t k = 1; k <= n; ++k) problem->trial[k] = hs_plus(problem->base[k], problem->share[k], displacement);
-    memcpy(problem->found, problem->trial, (size_t)(n + 1) * sizeof *problem->found);
-    if (has_no_friction(problem)) {
-        memset(problem->found, 0, (size_t)(n + 1) * sizeof *problem->found);
+void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch) {
+    const int32_t n = problem->ring_count;
+    const hs_vector zero = {0.0, 0.0};
+    problem->unknown_count = problem->solved_count = 0;
+    problem->trial[0] = zero;
+    for (int32_t k = 1; k <= n; ++k)
+        problem->trial[k] = hs_add_scaled(problem->trial_at_rest[k], problem->moved_fraction[k], displacement);
+    memcpy(problem->deflection, problem->trial, (size_t)(n + 1) * sizeof *problem->deflection);
+    if (is_frictionless(problem)) {
+        memset(problem->deflection, 0, (size_t)(n + 1) * sizeof *problem->deflection);
         return;
     }
-    int32_t beyond = innermost_beyond(problem, 1);
-    if (beyond == 0) return;
-    for (int round = 0; round < MOST_ROUNDS; ++round) {
-        if (watch && watch->status == HS_OK) watch->status = hs_count_work(watch->drive, &watch->work, work_of_round(problem));
+    int32_t violated_ring = find_innermost_violation(problem, 1);
+    if (violated_ring == 0) return;
+    for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
+        if (watch && watch->status == HS_OK)
+            watch->status = hs_count_work(watch->drive, &watch->work_since_poll, iteration_work(problem));
         if (watch && watch->status != HS_OK) return;
-        if (beyond) {
-            /* rings that have been unknown stay it, for the sake of their matrix */
-            if (beyond > problem->active) activate(problem, beyond);
-            for (int32_t i = problem->solved + 1; i <= problem->active; ++i)
-                problem->traction[i] = shortened(problem->traction[i], problem->limit[i]);
-            pull(problem, problem->active);
+        if (violated_ring) {
+            /* the active set only grows, since its matrices are extended ring by ring */
+            if (violated_ring > problem->active_count) extend_matrices(problem, violated_ring);
+            for (int32_t i = problem->solved_count + 1; i <= problem->active_count; ++i)
+                problem->traction[i] = clip_to_norm(problem->traction[i], problem->limit[i]);
+            extend_linear_term(problem, problem->active_count);
         }
-        slide(problem);
-        int settled = sweep(problem) <= SETTLED;
-        if (!settled) newton(problem);
-        deflect(problem);
-        beyond = innermost_beyond(problem, problem->active + 1);
-        if (settled && !beyond) break;
-        /* one more ring at once: what slips deeper mostly spreads */
-        if (beyond && beyond < n) ++beyond;
+        compute_slip(problem);
+        int is_converged = sweep_gauss_seidel(problem) <= TRACTION_TOLERANCE;
+        if (!is_converged) apply_newton_step(problem);
+        compute_deflections(problem);
+        violated_ring = find_innermost_violation(problem, problem->active_count + 1);
+        if (is_converged && !violated_ring) break;
+        /* activate one more ring in advance: slip that spreads inward mostly continues */
+        if (violated_ring && violated_ring < n) ++violated_ring;
     }
 }
 
-hs_vector hs_ring_force(const hs_ring_problem *problem) {
-    hs_vector force = {0.0, 0.0};
-    for (int32_t k = 1; k <= problem->rings; ++k) force = hs_plus(force, problem->mass[k], problem->found[k]);
-    return force;
+hs_vector hs_ring_load(const hs_ring_problem *problem) {
+    hs_vector load = {0.0, 0.0};
+    for (int32_t k = 1; k <= problem->ring_count; ++k) load = hs_add_scaled(load, problem->stiffness[k], problem->deflection[k]);
+    return load;
 }
 
-void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]) {
-    double stuck = 0.0;
-    for (int32_t k = problem->solved + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
-    slopes[0][0] = slopes[1][1] = stuck;
-    slopes[0][1] = slopes[1][0] = 0.0;
-    if (has_no_friction(problem)) slopes[0][0] = slopes[1][1] = 0.0;
-    if (problem->solved == 0) return;
-    int32_t count = linearise(problem);
-    double *x = problem->step;
+void hs_ring_stiffness(hs_ring_problem *problem, double stiffness[2][2]) {
+    double stuck_stiffness = 0.0;
+    for (int32_t k = problem->solved_count + 1; k <= problem->ring_count; ++k)
+        stuck_stiffness += problem->stiffness[k] * problem->moved_fraction[k];
+    stiffness[0][0] = stiffness[1][1] = stuck_stiffness;
+    stiffness[0][1] = stiffness[1][0] = 0.0;
+    if (is_frictionless(problem)) stiffness[0][0] = stiffness[1][1] = 0.0;
+    if (problem->solved_count == 0) return;
+    int32_t count = factorise_newton_matrix(problem);
+    double *solution = problem->newton_step;
     for (int axis = 0; axis < 2; ++axis) {
         for (int32_t a = 0; a < count; ++a)
-            x[a] = problem->push[abs(problem->ring[a])] * (axis ? problem->basis[a].y : problem->basis[a].x);
-        substitute(problem->factor, 2 * problem->room, count, x);
+            solution[a] =
+                problem->displacement_gradient[abs(problem->basis_ring[a])] * (axis ? problem->basis[a].y : problem->basis[a].x);
+        solve_cholesky(problem->cholesky_factor, 2 * problem->capacity, count, solution);
         for (int32_t a = 0; a < count; ++a) {
-            double share = problem->sum[abs(problem->ring[a])] * x[a];
-            slopes[0][axis] += share * problem->basis[a].x;
-            slopes[1][axis] += share * problem->basis[a].y;
+            double contribution = problem->load_gradient[abs(problem->basis_ring[a])] * solution[a];
+            stiffness[0][axis] += contribution * problem->basis[a].x;
+            stiffness[1][axis] += contribution * problem->basis[a].y;
         }
     }
 }

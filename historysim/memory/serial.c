@@ -102,8 +102,8 @@ static head head_of(const hs_state *state) {
     for (int64_t index = 0; index < contact->groups; ++index) found.vertices += memory->depth[index];
     found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
                  (memory->slides ? SLIDES : 0) + (state->plane ? PLANE : 0) + (body ? TURNED : 0);
-    found.classes = body ? body->classes : 0;
-    for (int64_t c = 0; c < found.classes; ++c) found.nodes += body->parts[c].count;
+    found.classes = body ? body->class_count : 0;
+    for (int64_t c = 0; c < found.classes; ++c) found.nodes += body->classes[c].node_count;
     found.normal_control = memory->normal_control;
     found.tangential_control = memory->tangential_control;
     found.identity = memory->identity;
@@ -143,11 +143,11 @@ static unsigned char *pass_node(unsigned char *at, const hs_node *node, int writ
 /* Write how a state moves in a plane. */
 static void write_plane(const hs_plane *plane, unsigned char *at) {
     at = pass(at, plane, PLANE_BYTES, 1);
-    for (int64_t c = 0; plane->body && c < plane->body->classes; ++c) {
-        const hs_class *part = plane->body->parts + c;
-        class_head own = {part->group, part->start, part->curve.count, part->count};
+    for (int64_t c = 0; plane->body && c < plane->body->class_count; ++c) {
+        const hs_ring_class *part = plane->body->classes + c;
+        class_head own = {part->group, part->offset, part->curve.count, part->node_count};
         at = pass(at, &own, sizeof own, 1);
-        for (int32_t k = 0; k < part->count; ++k) at = pass_node(at, part->nodes + k, 1);
+        for (int32_t k = 0; k < part->node_count; ++k) at = pass_node(at, part->nodes + k, 1);
     }
 }
 
@@ -404,7 +404,7 @@ static int has_good_numbers(const hs_plane *plane, const hs_units *units) {
     return plane->height_classes >= 1 && plane->height_classes <= HS_MOST_RINGS && plane->rings >= 1 &&
            plane->rings <= HS_MOST_RINGS && plane->tolerance > 0.0 && plane->tolerance < 1.0 &&
            are_usable(&plane->origin.x, 4, units->displacement) && are_usable(&plane->tangential_load.x, 4, units->load) &&
-           fabs(hs_length(plane->direction) - 1.0) <= 1e-9 && is_control(plane->tangential_control[0]) &&
+           fabs(hs_norm(plane->direction) - 1.0) <= 1e-9 && is_control(plane->tangential_control[0]) &&
            is_control(plane->tangential_control[1]);
 }
 
@@ -418,8 +418,8 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
                own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
     if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
         return "classes do not fit";
-    hs_class *part = hs_add_class(state, own.group, own.start, own.start + own.count);
-    if (!part || hs_class_room(part, own.nodes) != HS_OK) return no_memory;
+    hs_ring_class *part = hs_add_class(state, own.group, own.start, own.start + own.count);
+    if (!part || hs_reserve_nodes(part, own.nodes) != HS_OK) return no_memory;
     double deepest = part->curve.gap[0], approach = state->line.approach, friction = state->line.friction[own.group];
     if ((own.nodes > 0) != (approach > deepest)) return "classes do not fit";
     for (int32_t k = 0; k < own.nodes; ++k) {
@@ -428,12 +428,12 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
         hs_normal there = hs_normal_at(part->curve, node->label);
         node->normal = there.load;
         node->integral = there.integral;
-        part->count = k + 1;
+        part->node_count = k + 1;
         int stands = k == 0 ? node->label == approach : node->label < node[-1].label;
         if (!stands || !all_finite(&node->deflection.x, 2) || (k == own.nodes - 1 && node->label != deepest))
             return "nodes do not go from the edge to the deepest spring";
         double limit = 1.001 * friction * sqrt(approach - node->label);
-        if (k == 0 ? hs_length(node->deflection) > 0.0 : hs_length(hs_ring_traction(part->nodes, k)) > limit)
+        if (k == 0 ? hs_norm(node->deflection) > 0.0 : hs_norm(hs_ring_traction(part->nodes, k)) > limit)
             return "a traction is beyond the friction limit";
     }
     *start += own.count;
