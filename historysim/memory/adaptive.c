@@ -1,45 +1,50 @@
-/* Adaptive: integrates a path in steps, from the settings and the integrand of the caller (README.md, theory 10).
+/* Adaptive: step size control for one-step methods of second order, by step doubling (README.md, theory 10).
  *
- * A step is integrated in a few chords, and again from its start in twice as many, until the results agree. If its errors fall
- * too slowly it is shortened: to a half, after which the other half follows, or to the length that the error of a method of
- * second order predicts. */
+ * A step is integrated in a few substeps, and from its start again in twice as many, until two results agree. If the error
+ * falls too slowly, the step is shortened: by bisection, or to the length predicted from the error, h' = safety h / sqrt(error). */
 
 #include "adaptive.h"
 
-/* nested halves: no settings have a least length below 2^-63 */
-#define MOST_LEVELS 64
+/* Nested halves of a step, at most: chosen, as no settings have a minimum length below 2^-63. */
+#define MAX_LEVELS 64
 
-/* Integrate a step in more and more chords until its error is accepted or it has to be shortened, which `accepted` tells. */
-static int refine(hs_integrand *integrand, const hs_interval *step, int is_whole_path, int *accepted, double *error) {
-    const hs_adaptive *s = integrand->settings;
-    const int can_shorten = step->end - step->begin > s->least_length && step->level + 1 < MOST_LEVELS;
-    double before = HUGE_VAL;
-    for (int chords = s->first_chords;; chords *= 2, before = *error) {
-        int status = integrand->integrate(integrand, step, chords, error);
+/* Integrate a step in 1, 2, 4, … times the initial number of substeps. Sets `accepted` to 1 if the result can be used, leaves it
+ * 0 if the step has to be shortened. */
+static int refine(hs_integrand *integrand, const hs_interval *step, int is_full_path, int *accepted, double *error) {
+    const hs_adaptive *settings = integrand->settings;
+    const int can_shorten = step->end - step->begin > settings->min_length && step->level + 1 < MAX_LEVELS;
+    double previous_error = HUGE_VAL;
+    for (int substeps = settings->initial_substeps;; substeps *= 2, previous_error = *error) {
+        int status = integrand->integrate(integrand, step, substeps, error);
         if (status != HS_OK) return status;
-        const int compared = chords > s->first_chords || *error != HUGE_VAL, used_up = compared && integrand->chords_left <= 0;
-        *accepted = *error <= s->certain || (*error <= 1.0 && before <= 1.0);
-        if (used_up && !is_whole_path && *error > 1.0) return HS_TOO_MANY_CHORDS;
-        if (*accepted || used_up || chords >= s->most_chords || (s->slow == 0.0 && !can_shorten)) break;
-        if (can_shorten && compared && (s->slow == 0.0 || *error > s->slow * before)) return HS_OK;
+        const int compared = substeps > settings->initial_substeps || *error != HUGE_VAL;
+        const int is_used_up = compared && integrand->substep_budget <= 0;
+        *accepted = *error <= settings->accepted_error || (*error <= 1.0 && previous_error <= 1.0);
+        if (is_used_up && !is_full_path && *error > 1.0) return HS_TOO_MANY_SUBSTEPS;
+        if (*accepted || is_used_up || substeps >= settings->max_substeps ||
+            (settings->slow_convergence_ratio == 0.0 && !can_shorten))
+            break;
+        if (can_shorten && compared &&
+            (settings->slow_convergence_ratio == 0.0 || *error > settings->slow_convergence_ratio * previous_error))
+            return HS_OK;
     }
     *accepted = 1;
     return HS_OK;
 }
 
-int hs_adapt(hs_integrand *integrand, double begin, double end) {
-    const hs_adaptive *s = integrand->settings;
-    double ends[MOST_LEVELS] = {end};
-    hs_interval step = {begin, end, 0};
-    integrand->chords_left = s->chords;
-    integrand->reached = begin;
-    if (s->first_length < 1.0) ends[++step.level] = begin + s->first_length * (end - begin);
-    while (step.begin < end) {
+int hs_adapt(hs_integrand *integrand, double start, double stop) {
+    const hs_adaptive *settings = integrand->settings;
+    double targets[MAX_LEVELS] = {stop};
+    hs_interval step = {start, stop, 0};
+    integrand->substep_budget = settings->total_substeps;
+    integrand->reached = start;
+    if (settings->initial_length < 1.0) targets[++step.level] = start + settings->initial_length * (stop - start);
+    while (step.begin < stop) {
         int accepted = 0;
-        double error, next;
-        if (integrand->chords_left <= 0 && step.begin > begin) return HS_TOO_MANY_CHORDS;
-        step.end = ends[step.level];
-        int status = refine(integrand, &step, step.begin == begin && step.end == end, &accepted, &error);
+        double error, target;
+        if (integrand->substep_budget <= 0 && step.begin > start) return HS_TOO_MANY_SUBSTEPS;
+        step.end = targets[step.level];
+        int status = refine(integrand, &step, step.begin == start && step.end == stop, &accepted, &error);
         if (status == HS_OK && accepted) status = integrand->accept(integrand, &step);
         if (status != HS_OK) return status;
         const double length = step.end - step.begin;
@@ -47,18 +52,18 @@ int hs_adapt(hs_integrand *integrand, double begin, double end) {
             step.begin = integrand->reached = step.end;
             if (step.level > 0) --step.level;
         }
-        if (s->safety > 0.0) {
-            double factor = error > 0.0 ? s->safety / sqrt(error) : s->most_factor;
-            factor = hs_least(hs_most(factor, s->least_factor), s->most_factor);
-            next = step.begin + hs_most(length * factor, s->least_length);
-            step.level = end - next > s->least_length;
+        if (settings->safety > 0.0) {
+            double factor = error > 0.0 ? settings->safety / sqrt(error) : settings->max_factor;
+            factor = hs_min(hs_max(factor, settings->min_factor), settings->max_factor);
+            target = step.begin + hs_max(length * factor, settings->min_length);
+            step.level = stop - target > settings->min_length;
         } else {
             if (accepted) continue;
-            next = 0.5 * (step.begin + step.end);
+            target = 0.5 * (step.begin + step.end);
             ++step.level;
         }
-        if (step.level > 0) ends[step.level] = next;
-        step.end = ends[step.level];
+        if (step.level > 0) targets[step.level] = target;
+        step.end = targets[step.level];
         if (!accepted && integrand->shorten) status = integrand->shorten(integrand, &step);
         if (status != HS_OK) return status;
     }
@@ -67,5 +72,5 @@ int hs_adapt(hs_integrand *integrand, double begin, double end) {
 
 void hs_coarsen(hs_adaptive *settings, double reached) {
     double factor = 2.0 / (reached * reached);
-    settings->tolerance *= hs_least(hs_most(factor, settings->least_coarser), settings->most_coarser);
+    settings->tolerance *= hs_min(hs_max(factor, settings->min_coarsening), settings->max_coarsening);
 }

@@ -12,9 +12,9 @@ static double load_of(double label) { return label * sqrt(label); }
 static const double *friction_of(const hs_batch *batch, int64_t i) { return batch->friction + (batch->frictions > 1 ? i : 0); }
 static const double *scale_of(const hs_batch *batch, int64_t i) { return batch->scale + (batch->scales > 1 ? i : 0); }
 
-/* Move the vertices of a contact to the end of the array, where it has room for at least `least` of them. */
-static int relocate(hs_batch *batch, int64_t i, int64_t least) {
-    const int64_t room = 2 * batch->room[i] > least ? 2 * batch->room[i] : least, needed = batch->used + room;
+/* Move the vertices of a contact to the end of the array, with room for at least `min_room` vertices. */
+static int relocate(hs_batch *batch, int64_t i, int64_t min_room) {
+    const int64_t room = 2 * batch->room[i] > min_room ? 2 * batch->room[i] : min_room, needed = batch->used + room;
     if (needed > batch->capacity) {
         const int64_t capacity = needed + batch->capacity / 2;
         hs_batch_vertex *grown = (hs_batch_vertex *)realloc(batch->vertices, (size_t)capacity * sizeof *grown);
@@ -54,7 +54,7 @@ static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double fricti
     } else {
         const hs_single front = hs_solve_single(labels, top, &path);
         slope = path.sign * friction;
-        top = front.kept;
+        top = front.inner_count;
         force = front_load = 0.0;
         if (top == 0) {
             stack[top++] = HS_MADE(hs_batch_vertex){0.0, v - slope * d, 0.0, 0.0};
@@ -75,7 +75,7 @@ static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double fricti
 
 int hs_batch_accepts(const hs_batch *batch, const double *approach, const double *displacement, double largest) {
     int good = 1;
-    /* comparisons with what is no number are false */
+    /* comparisons with NaN are false */
     for (int64_t i = 0; i < batch->count; ++i) good &= (fabs(approach[i]) <= largest) & (fabs(displacement[i]) <= largest);
     return good;
 }
@@ -110,15 +110,15 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
     return HS_OK;
 }
 
-/* Vertices that each contact has room for at the beginning: loops have up to five, and a step adds two. A power of two would
- * make the contacts compete for the same lines of the cache. */
-#define FIRST_ROOM 7
+/* Initial room of each contact, in vertices: loops have up to five, and a step adds two. A power of two would make contacts
+ * compete for the same lines of the cache. */
+#define INITIAL_ROOM 7
 
 hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales, const double *scale,
                        double displacement_ratio) {
     hs_batch *batch = (hs_batch *)calloc(1, sizeof *batch);
     int64_t *numbers = (int64_t *)calloc((size_t)(3 * count + frictions + scales), sizeof *numbers);
-    hs_batch_vertex *vertices = (hs_batch_vertex *)calloc((size_t)(FIRST_ROOM * (count + 1)), sizeof *vertices);
+    hs_batch_vertex *vertices = (hs_batch_vertex *)calloc((size_t)(INITIAL_ROOM * (count + 1)), sizeof *vertices);
     if (!batch || !numbers || !vertices) {
         free(batch);
         free(numbers);
@@ -127,12 +127,12 @@ hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
     }
     double *coefficient = (double *)(numbers + 3 * count);
     *batch = HS_MADE(hs_batch){count, frictions, scales, displacement_ratio, numbers, numbers + count, numbers + 2 * count,
-                               coefficient, coefficient + frictions, vertices, FIRST_ROOM * count, FIRST_ROOM * (count + 1)};
+                               coefficient, coefficient + frictions, vertices, INITIAL_ROOM * count, INITIAL_ROOM * (count + 1)};
     for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_bound_friction(friction[i]);
     for (int64_t i = 0; i < scales; ++i) batch->scale[i] = scale[i];
     for (int64_t i = 0; i < count; ++i) {
-        batch->place[i] = FIRST_ROOM * i;
-        batch->room[i] = FIRST_ROOM;
+        batch->place[i] = INITIAL_ROOM * i;
+        batch->room[i] = INITIAL_ROOM;
     }
     return batch;
 }
@@ -180,13 +180,13 @@ int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *v
     return batch->depth[contact];
 }
 
-/* Whether a contact of a coefficient may have such vertices. */
+/* True if vertices are valid for a friction coefficient: ascending labels, slopes within ±μ. */
 static int is_possible(const hs_batch_vertex *vertices, int64_t depth, double friction) {
     int good = depth >= 0 && depth != 1 && isfinite(vertices[0].label) && isfinite(vertices[0].anchor);
     for (int64_t j = 1; good && j < depth; ++j) {
-        const hs_batch_vertex *here = vertices + j;
-        good = isfinite(here->label) && isfinite(here->anchor) && isfinite(here->force) && here->label >= here[-1].label &&
-               fabs(here->slope) <= friction;
+        const hs_batch_vertex *vertex = vertices + j;
+        good = isfinite(vertex->label) && isfinite(vertex->anchor) && isfinite(vertex->force) && vertex->label >= vertex[-1].label &&
+               fabs(vertex->slope) <= friction;
     }
     return good && (depth > 0 ? vertices[0].label == 0.0 && vertices[0].force == 0.0 : vertices[0].label <= 0.0);
 }
@@ -200,23 +200,23 @@ int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertic
     return HS_OK;
 }
 
-/* Slope of the straight line that joins the neighbours of a vertex; and change of the load if it replaces the vertex. */
+/* Slope of the chord between the neighbours of a vertex; and change of the tangential load if the vertex is removed. */
 static double slope_across(const hs_batch_vertex *vertex) {
     return (vertex[1].anchor - vertex[-1].anchor) / (vertex[1].label - vertex[-1].label);
 }
 static double change_without(const hs_batch_vertex *vertex) {
-    double low = load_of(vertex[-1].label), here = load_of(vertex->label), high = load_of(vertex[1].label);
-    return slope_across(vertex) * (high - low) - vertex->slope * (here - low) - vertex[1].slope * (high - here);
+    double low = load_of(vertex[-1].label), middle = load_of(vertex->label), high = load_of(vertex[1].label);
+    return slope_across(vertex) * (high - low) - vertex->slope * (middle - low) - vertex[1].slope * (high - middle);
 }
 
-/* Anchors then differ on one side of zero between the neighbours. Springs that are moved alike come no further apart, and
- * T = ∫ v P'' da, so that no later load differs by more than the present one. */
-double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most) {
+/* Removes vertices in the order of the load changes. Anchors then change with one sign between the neighbours. Springs with equal
+ * motion do not move apart, and T = ∫ v P'' da, so that no later load differs by more than the present one. */
+double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t max_vertices) {
     hs_batch_vertex *stack = stack_of(batch, contact);
     double lost = 0.0;
     if (!stack) return NAN;
     int64_t depth = batch->depth[contact];
-    for (; depth > (most > 3 ? most : 3); --depth) {
+    for (; depth > (max_vertices > 3 ? max_vertices : 3); --depth) {
         int64_t best = 1;
         for (int64_t j = 2; j < depth - 1; ++j)
             if (fabs(change_without(stack + j)) < fabs(change_without(stack + best))) best = j;

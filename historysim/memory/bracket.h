@@ -1,4 +1,5 @@
-/* Bracket of a root, narrowed by false position (Illinois): the value of an end that stays twice is halved. */
+/* Bracket of a root and its reduction by regula falsi with the Illinois modification: the function value at a bound that is
+ * kept twice in sequence is halved. */
 #ifndef HISTORYSIM_BRACKET_H
 #define HISTORYSIM_BRACKET_H
 
@@ -6,18 +7,20 @@
 
 typedef struct hs_bracket {
     double low, high, at_low, at_high;
-    int replaced; /* the end replaced last: 1 the high one, -1 the low one */
+    int replaced; /* bound replaced by the last iteration: 1 high, -1 low */
 } hs_bracket;
+/* Intersection of the secant with zero; the midpoint if rounding puts that outside the bracket. */
 static inline double hs_false_position(const hs_bracket *root) {
-    double next = root->low + (root->high - root->low) * root->at_low / (root->at_low - root->at_high);
-    return root->low < next && next < root->high ? next : 0.5 * (root->low + root->high);
+    double estimate = root->low + (root->high - root->low) * root->at_low / (root->at_low - root->at_high);
+    return root->low < estimate && estimate < root->high ? estimate : 0.5 * (root->low + root->high);
 }
+/* Replace one bound by a trial with its function value. */
 static inline void hs_narrow(hs_bracket *root, double trial, double value, int replaces_high) {
-    double *end = replaces_high ? &root->high : &root->low, *at_end = replaces_high ? &root->at_high : &root->at_low;
-    double *at_other = replaces_high ? &root->at_low : &root->at_high;
-    *end = trial;
-    *at_end = value;
-    if (root->replaced == (replaces_high ? 1 : -1)) *at_other *= 0.5;
+    double *bound = replaces_high ? &root->high : &root->low, *bound_value = replaces_high ? &root->at_high : &root->at_low;
+    double *opposite_value = replaces_high ? &root->at_low : &root->at_high;
+    *bound = trial;
+    *bound_value = value;
+    if (root->replaced == (replaces_high ? 1 : -1)) *opposite_value *= 0.5;
     root->replaced = replaces_high ? 1 : -1;
 }
 

@@ -69,10 +69,10 @@ int hs_set_stations(walk *w, const hs_line *memory, double d, double load, doubl
         if (by_law && !evolved->friction_overridden[whose]) {
             double start = starts_at(w, memory, index) - contact->gap[i], end = d - contact->gap[i];
             double weight = contact->weight[i];
-            double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
+            double most = hs_max(start, end), least = hs_max(hs_min(start, end), 0.0), at[MOST_STATIONS];
             double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
             int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
-            double spacing = hs_most(STATION_SPACING * w->substep_length, (most - least) / (MAX_EVEN_STATIONS * least));
+            double spacing = hs_max(STATION_SPACING * w->substep_length, (most - least) / (MAX_EVEN_STATIONS * least));
             double ratio = 1.0 + (least > 0.0 ? spacing : TOUCH_SPACING);
             for (double next = most / ratio; bends && next > least && between < MOST_STATIONS - 1;) {
                 at[between++] = next;
@@ -91,7 +91,7 @@ int hs_set_stations(walk *w, const hs_line *memory, double d, double load, doubl
                 int touches = own > 0.0 && (load > 0.0 || law->depends_on != HS_ON_TOTAL_LOAD);
                 here->friction = touches ? ASKED : 0.0;
                 here->amid = bends && touches ? ASKED : 0.0;
-                if (touches && bends) ask(w, asked++, contact, weight, 0.5 * (hs_most(last, 0.0) + own), slid);
+                if (touches && bends) ask(w, asked++, contact, weight, 0.5 * (hs_max(last, 0.0) + own), slid);
                 if (touches) ask(w, asked++, contact, weight, own, slid);
             }
         } else {
@@ -134,16 +134,16 @@ static interval slipping(const way *on, double label, double anchor) {
     double last = friction[2] * (on->to.d - label) - on->side * (on->to.v - anchor);
     if (friction[0] == friction[2] && friction[1] == friction[2]) {
         interval straight = {HUGE_VAL, 1.0, 0.0};
-        if (first > last) straight.begin = hs_most(first, 0.0) / (first - last);
+        if (first > last) straight.begin = hs_max(first, 0.0) / (first - last);
         if (straight.begin < 1.0) straight.slip = (1.0 - straight.begin) * (first - last);
         return straight;
     }
     double linear = 4.0 * amid - 3.0 * first - last, square = 2.0 * (first + last - 2.0 * amid);
-    double under = linear * linear - 4.0 * hs_most(first, 0.0) * square;
+    double under = linear * linear - 4.0 * hs_max(first, 0.0) * square;
     interval found = {HUGE_VAL, 1.0, 0.0};
     if (under < 0.0) return found;
     if (linear < 0.0)
-        found.begin = 2.0 * hs_most(first, 0.0) / (sqrt(under) - linear);
+        found.begin = 2.0 * hs_max(first, 0.0) / (sqrt(under) - linear);
     else if (square < 0.0)
         found.begin = (linear + sqrt(under)) / (-2.0 * square);
     if (linear < 0.0 && 2.0 * square > -linear) found.end = linear / (-2.0 * square);
@@ -166,9 +166,9 @@ typedef struct common_slide {
 static void exclude(common_slide *all, double from, double to) {
     if (!(from < to)) return;
     if (from <= all->begin)
-        all->begin = hs_most(all->begin, to);
+        all->begin = hs_max(all->begin, to);
     else if (to >= all->end || all->end - to < from - all->begin)
-        all->end = hs_least(all->end, from);
+        all->end = hs_min(all->end, from);
     else
         all->begin = to;
 }
@@ -176,7 +176,7 @@ static void exclude(common_slide *all, double from, double to) {
 double hs_slid_together(const walk *w, const hs_line *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     common_slide all = {0.0, 1.0};
-    double touches = HUGE_VAL, leaves = -HUGE_VAL, deepest = hs_most(memory->approach, end->d);
+    double touches = HUGE_VAL, leaves = -HUGE_VAL, deepest = hs_max(memory->approach, end->d);
     if (end->v == memory->displacement) return 0.0;
     for (int64_t g = 0; g < contact->groups && all.begin < all.end; ++g) {
         double from = starts_at(w, memory, g), sunk = end->d - from;
@@ -184,17 +184,17 @@ double hs_slid_together(const walk *w, const hs_line *memory, const chord_end *e
         for (int64_t k = contact->first[g]; k < contact->first[g + 1]; ++k) {
             int64_t i = contact->order[k];
             double gap = w->gap[i];
-            if (gap >= hs_most(from, end->d)) continue;
+            if (gap >= hs_max(from, end->d)) continue;
             double first = gap < from ? 0.0 : (gap - from) / sunk, last = gap < end->d ? 1.0 : (from - gap) / -sunk;
-            touches = hs_least(touches, first);
-            leaves = hs_most(leaves, last);
-            exclude(&all, first, hs_least(w->slides_from[i], last));
-            exclude(&all, hs_most(w->slides_to[i], first), last);
+            touches = hs_min(touches, first);
+            leaves = hs_max(leaves, last);
+            exclude(&all, first, hs_min(w->slides_from[i], last));
+            exclude(&all, hs_max(w->slides_to[i], first), last);
         }
     }
     exclude(&all, 0.0, touches);
     exclude(&all, leaves, 1.0);
-    double share = touches < leaves ? hs_most(all.end - all.begin, 0.0) : 0.0;
+    double share = touches < leaves ? hs_max(all.end - all.begin, 0.0) : 0.0;
     return fabs(end->v - memory->displacement) * share * contact->units.displacement;
 }
 
@@ -211,7 +211,7 @@ static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int 
     int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
     double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
     if (moved == 0.0) return;
-    double edge = hs_least(on.from.d, on.to.d);
+    double edge = hs_min(on.from.d, on.to.d);
     double fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
     for (int against = 0; against < 2; ++against) {
         on.side = copysign(1.0, against ? -moved : moved);
@@ -221,7 +221,7 @@ static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int 
         for (int64_t i = group->curve.count - 1; i >= 0; --i) {
             double h = gap[whose[i]];
             interval own = {(h - on.from.d) / sunk, 1.0, HUGE_VAL};
-            if (h >= hs_most(on.from.d, on.to.d)) continue;
+            if (h >= hs_max(on.from.d, on.to.d)) continue;
             if (h < on.from.d) {
                 if (depth == 0) continue;
                 for (; j >= 0 && group->stack[j].label > h; --j) {
@@ -230,22 +230,22 @@ static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int 
                     double leaves = (on.from.d - group->stack[j].label) / -sunk;
                     /* what leaves holds nothing back afterwards */
                     int stays = group->stack[j].label <= on.to.d;
-                    all.begin = hs_most(all.begin, stays ? outer.begin : hs_least(outer.begin, leaves));
-                    if (stays) all.end = hs_least(all.end, outer.end);
+                    all.begin = hs_max(all.begin, stays ? outer.begin : hs_min(outer.begin, leaves));
+                    if (stays) all.end = hs_min(all.end, outer.end);
                 }
                 const hs_vertex *above = group->stack + (j + 1 < depth ? j + 1 : j);
                 own = slipping(&on, h, above->anchor - above->slope * (above->label - h));
-                own.begin = hs_most(own.begin, all.begin);
-                own.end = hs_least(own.end, h > on.to.d ? (on.from.d - h) / -sunk : all.end);
+                own.begin = hs_max(own.begin, all.begin);
+                own.end = hs_min(own.end, h > on.to.d ? (on.from.d - h) / -sunk : all.end);
             }
             if (!(own.begin < own.end && own.slip > tie)) continue;
             w->slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
-            w->slides_from[whose[i]] = hs_least(w->slides_from[whose[i]], hs_toward(on.share[0], on.share[1], own.begin));
-            w->slides_to[whose[i]] = hs_most(w->slides_to[whose[i]], hs_toward(on.share[0], on.share[1], own.end));
+            w->slides_from[whose[i]] = hs_min(w->slides_from[whose[i]], hs_toward(on.share[0], on.share[1], own.begin));
+            w->slides_to[whose[i]] = hs_max(w->slides_to[whose[i]], hs_toward(on.share[0], on.share[1], own.end));
         }
         /* against the way springs slip only where their limit falls faster than they move */
         double inmost = group->curve.gap[0];
-        fall = hs_most(fall, on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
+        fall = hs_max(fall, on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
         if (fall <= fabs(moved)) return;
     }
 }
@@ -361,7 +361,7 @@ static int carry_group(walk *w, hs_line *memory, int64_t index, const way *on, d
     double reached;
     if (make_room(w, memory, memory->depth[index]) != HS_OK) return HS_OUT_OF_MEMORY;
     hs_group group = hs_group_of(memory, index);
-    group.each = each + group.start;
+    group.asperity_energy = each + group.start;
     group.friction = on->to.d <= group.curve.gap[0] ? on->friction[0] : on->friction[2];
     return hs_move_group(memory, &group, losses, index, on->friction[0], on->from, on->to, load, hs_to_displacement(on->to.v),
                           w->scratch, &reached);
@@ -407,7 +407,7 @@ int hs_solve_slid_distances(walk *w, hs_line *memory, const chord_end *end, int 
     for (int64_t g = 0; g < contact->groups; ++g) {
         hs_group group = hs_group_of(memory, g);
         int64_t depth = memory->depth[g];
-        if (group.curve.gap[0] >= hs_most(on.from.d, on.to.d)) break;
+        if (group.curve.gap[0] >= hs_max(on.from.d, on.to.d)) break;
         on.from.d = starts_at(w, memory, g);
         on.friction[0] = group.friction * steeper(w, memory, g);
         on.friction[2] = g < end->touching ? w->friction[g] : group.friction;
@@ -449,7 +449,7 @@ void hs_add_slides(const walk *w, hs_line *memory) {
 /* Carry all groups to the end of a chord. */
 static int carry(walk *w, hs_line *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
-    double deepest = hs_most(memory->approach, end->d);
+    double deepest = hs_max(memory->approach, end->d);
     hs_losses losses;
     hs_init_losses(&losses, contact->groups);
     for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < deepest; ++g) {
@@ -494,9 +494,9 @@ static int find_sliding(walk *w, hs_line *memory, double share, chord_end *end, 
         }
         /* what wears may be held by it: it goes in small jerks then, and slides half the way */
         for (int64_t i = 0; i < contact->count; ++i)
-            w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
+            w->slid[i] = hs_max(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
         memcpy(w->ahead, w->slid, size);
-        w->together_ahead = hs_most(w->together, 0.5 * w->together_begun);
+        w->together_ahead = hs_max(w->together, 0.5 * w->together_begun);
         if (!*slides) return HS_OK;
         if (!w->wears) continue;
         status = hs_predict_wear(w, memory, end);
@@ -653,7 +653,7 @@ static void note_side(hs_pieces *pieces, double share, double side) {
     int last = pieces->count - 1;
     if (pieces->side[last] == (int)side) return;
     if (share > (last > 0 ? pieces->end[last - 1] : 0.0)) {
-        if (pieces->count == HS_MOST_PIECES_OF_REQUEST) return;
+        if (pieces->count == HS_MAX_PIECES) return;
         pieces->end[last] = share;
         pieces->end[++last] = 1.0;
         ++pieces->count;

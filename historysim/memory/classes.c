@@ -243,9 +243,9 @@ static int refine_front(hs_ring_class *ring_class, double friction, hs_vector in
     /* so small an increment is rounding */
     if (min_width < MIN_CELL_OF_DEPTH * (edge - hs_deepest_label(ring_class))) return HS_OK;
     /* labels must differ; factor chosen */
-    min_width = hs_most(min_width, 8.0 * HS_TIE * fabs(edge));
+    min_width = hs_max(min_width, 8.0 * HS_TIE * fabs(edge));
     for (int32_t i = 1; i <= inspected; ++i) {
-        double depth = edge - nodes[i].label, traction_factor = (sqrt(depth) - sqrt(hs_most(depth - edge_width, 0.0))) / edge_width;
+        double depth = edge - nodes[i].label, traction_factor = (sqrt(depth) - sqrt(hs_max(depth - edge_width, 0.0))) / edge_width;
         if (hs_norm(hs_add_scaled(hs_ring_traction(nodes, i), traction_factor, increment)) > friction * sqrt(depth))
             slipping_ring = i;
     }
@@ -254,7 +254,7 @@ static int refine_front(hs_ring_class *ring_class, double friction, hs_vector in
     for (int32_t k = slipping_ring; k < stop; ++k) {
         double inner_depth = edge - nodes[k + 1].label, depth = edge - nodes[k].label;
         for (;;) {
-            double width = hs_most(min_width, CELL_GROWTH * depth);
+            double width = hs_max(min_width, CELL_GROWTH * depth);
             /* so that the innermost cell is no smaller than half a width; chosen */
             if (depth + 1.5 * width > inner_depth || added == MAX_NEW_NODES) break;
             new_label[added++] = edge - (depth += width);
@@ -280,10 +280,10 @@ static int refine_front(hs_ring_class *ring_class, double friction, hs_vector in
 
 /* Add nodes that touch as the approach grows, and reserve the problem; returns a status. */
 static int add_touching_nodes(hs_ring_class *ring_class, double from, double to, int64_t rings_per_class) {
-    double deepest = hs_deepest_label(ring_class), old_edge = hs_most(from, deepest),
+    double deepest = hs_deepest_label(ring_class), old_edge = hs_max(from, deepest),
            cell_width = (to - deepest) / (double)rings_per_class;
     if (to > old_edge) {
-        int64_t cell_count = 1 + (int64_t)hs_least((to - old_edge) / cell_width, (double)rings_per_class),
+        int64_t cell_count = 1 + (int64_t)hs_min((to - old_edge) / cell_width, (double)rings_per_class),
                 is_new = ring_class->node_count == 0;
         int64_t added = cell_count - 1 + is_new;
         if (hs_reserve_nodes(ring_class, ring_class->node_count + added + 1) != HS_OK) return HS_OUT_OF_MEMORY;
@@ -361,7 +361,7 @@ static int is_cancelled(const hs_body *body) { return body->watch && body->watch
 static double max_deflection(const hs_body *body, double edge) {
     double maximum = 0.0;
     for (int64_t c = 0; c < body->class_count; ++c)
-        maximum = hs_most(maximum, hs_friction_at(body, body->classes[c].group, body->fraction) *
+        maximum = hs_max(maximum, hs_friction_at(body, body->classes[c].group, body->fraction) *
                                        (edge - hs_deepest_label(body->classes + c)));
     return maximum;
 }
@@ -414,7 +414,7 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
             /* factor chosen */
             if (slope_at_trial >= -0.5 * slope_at_start || is_cancelled(body)) break;
             /* root of the slope by the secant method; smallest factor chosen */
-            fraction *= hs_most(slope_at_start / (slope_at_start - slope_at_trial), 0.1);
+            fraction *= hs_max(slope_at_start / (slope_at_start - slope_at_trial), 0.1);
         }
         if (fraction == max_fraction && max_fraction < 1.0) max_step *= 2.0;
         if (trial.x == increment.x && trial.y == increment.y) break;
@@ -500,7 +500,7 @@ static void distribute_class_loss(hs_body *body, const hs_ring_class *start_clas
             add_node_loads(ring_class->curve.gap, ring_class->curve.weight, outer_count, outer->label, inner_slope - slope, weight);
         slope = inner_slope;
     }
-    for (int64_t i = 0; i < touching; ++i) sum += weight[i] = hs_most(weight[i], 0.0);
+    for (int64_t i = 0; i < touching; ++i) sum += weight[i] = hs_max(weight[i], 0.0);
     if (!(sum > 0.0)) distribute_by_elastic_energy(body, start_class->node_count ? start_class : ring_class, loss);
     for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
 }
@@ -514,7 +514,7 @@ static void distribute_losses(hs_body *body, const hs_body *start, const hs_body
 
 /* Reset the density of dissipation of a class: labels are those of the nodes and of the outer edge of the step. */
 static void reset_loss_nodes(hs_ring_class *ring_class, double from, double to) {
-    const hs_loss_node edge = {hs_most(from, to), 0.0};
+    const hs_loss_node edge = {hs_max(from, to), 0.0};
     int32_t has_new_edge = ring_class->nodes[0].label < edge.label;
     ring_class->loss_node_count = ring_class->node_count + has_new_edge;
     ring_class->loss_nodes[0] = edge;
@@ -546,12 +546,12 @@ static int prepare_step(hs_body *body, const hs_plane_target *target) {
     increment.x = factor_x > 0.0 ? increment.x / factor_x : 0.0;
     increment.y = factor_y > 0.0 ? increment.y / factor_y : 0.0;
     double merge_error =
-        limit > 0.0 ? hs_least(MERGE_ERROR_OF_STEP * stuck_stiffness * hs_norm(increment) / limit, MAX_MERGE_ERROR) : 0.0;
-    merge_error = hs_most(merge_error, MIN_MERGE_ERROR);
+        limit > 0.0 ? hs_min(MERGE_ERROR_OF_STEP * stuck_stiffness * hs_norm(increment) / limit, MAX_MERGE_ERROR) : 0.0;
+    merge_error = hs_max(merge_error, MIN_MERGE_ERROR);
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
         double friction = hs_friction_at(body, ring_class->group, body->fraction);
-        if (hs_most(target->approach, body->approach) <= hs_deepest_label(ring_class)) continue;
+        if (hs_max(target->approach, body->approach) <= hs_deepest_label(ring_class)) continue;
         if (regrid(ring_class, body->rings_per_class, friction, merge_error) != HS_OK ||
             refine_front(ring_class, friction, increment) != HS_OK ||
             add_touching_nodes(ring_class, body->approach, target->approach, body->rings_per_class) != HS_OK)
@@ -567,7 +567,7 @@ static int prepare_step(hs_body *body, const hs_plane_target *target) {
 
 /* True if a class touches during a step. */
 static int is_involved(const hs_body *body, const hs_ring_class *ring_class, const hs_plane_target *target) {
-    return hs_most(target->approach, body->approach) > hs_deepest_label(ring_class);
+    return hs_max(target->approach, body->approach) > hs_deepest_label(ring_class);
 }
 
 /* Deflection of a node if its spring sticks between two approaches: until it lifts off, or after it touches. */
@@ -582,7 +582,7 @@ static hs_vector stuck_deflection(const hs_node *node, double from, double to, h
 #define MAX_LINEAR_CHANGE 1e-3
 
 static int is_nearly_linear(const hs_ring_class *ring_class, double from, double to) {
-    return fabs(to - from) <= MAX_LINEAR_CHANGE * (hs_most(from, to) - hs_deepest_label(ring_class));
+    return fabs(to - from) <= MAX_LINEAR_CHANGE * (hs_max(from, to) - hs_deepest_label(ring_class));
 }
 
 /* Deflection of a spring between a node and its outer neighbour. */
@@ -614,7 +614,7 @@ static double stuck_energy(const hs_ring_class *ring_class, double from, double 
             edge_deflection = hs_add_scaled(deflection_at(nodes + outermost, to), 1.0, increment);
         }
         total = hs_dot(edge_deflection, edge_deflection) * (2.0 * inner_edge->slope + outer_edge->slope) / 6.0;
-        outer = HS_MADE(hs_node){hs_least(from, to), inner_edge->load, inner_edge->integral, edge_deflection};
+        outer = HS_MADE(hs_node){hs_min(from, to), inner_edge->load, inner_edge->integral, edge_deflection};
     } else if (nodes[0].label < to) {
         outer = HS_MADE(hs_node){to, problem->edge[2].load, problem->edge[2].integral, zero_vector};
         outermost = 0;
@@ -685,7 +685,7 @@ static hs_vector compute_relieved_load(const hs_ring_class *ring_class, double f
 static double class_dissipation(const hs_ring_class *ring_class, const hs_plane_target *stage_target, double from, double to,
                                 const hs_vector increment[2], double *curvature_energy) {
     const hs_ring_problem *problem = ring_class->problem;
-    double deepest = hs_deepest_label(ring_class), from_label = hs_most(from, deepest), to_label = hs_most(to, deepest);
+    double deepest = hs_deepest_label(ring_class), from_label = hs_max(from, deepest), to_label = hs_max(to, deepest);
     double touching_fraction = 1.0, stage_fraction = SDIRK2_GAMMA, linear_moment = 0.5,
            quadratic_moment = 1.0 / 3.0; /* ∫ y P' dy, ∫ y² P' dy */
     hs_vector relief[2] = {problem->relieved_load[0], problem->relieved_load[1]}, relief_curvature = zero_vector,
@@ -722,7 +722,7 @@ static double class_dissipation(const hs_ring_class *ring_class, const hs_plane_
     double relief_work = touching_fraction * (hs_dot(increment[1], relief[1]) * linear_moment +
                                               hs_dot(increment[1], relief_curvature) * (linear_moment - quadratic_moment)) +
                          hs_dot(increment_curvature, relief[1]) * (linear_moment - 2.0 * quadratic_moment);
-    return hs_most(stuck_energy(ring_class, from, to, increment[1]) - elastic_energy - relief_work, 0.0);
+    return hs_max(stuck_energy(ring_class, from, to, increment[1]) - elastic_energy - relief_work, 0.0);
 }
 
 /* Add the load relieved by slip of a class, and its difference from an extrapolation of the first stage. */
@@ -807,30 +807,30 @@ static int step_with_workspace(hs_body *body, hs_body *owner, const hs_plane_pat
 /* Error of two half steps, from their difference to the full step; 1 is just within the tolerance. */
 static double halving_error(const hs_body *body, const hs_body *full, const hs_body *half, const hs_body *halves) {
     double limit =
-        hs_most(hs_body_limit(body, body->approach, body->fraction), hs_body_limit(full, full->approach, full->fraction));
+        hs_max(hs_body_limit(body, body->approach, body->fraction), hs_body_limit(full, full->approach, full->fraction));
     double load_difference = hs_norm(hs_add_scaled(full->tangential_load, -1.0, halves->tangential_load));
     double displacement_change = hs_norm(hs_add_scaled(halves->displacement, -1.0, body->displacement));
     /* slip of springs by a fall of their limits, without displacement */
     if (body->initial_friction)
-        displacement_change += hs_most(max_deflection(body, body->approach) - max_deflection(full, body->approach), 0.0);
+        displacement_change += hs_max(max_deflection(body, body->approach) - max_deflection(full, body->approach), 0.0);
     double loss_difference = full->dissipated - halves->dissipated, loss = halves->dissipated - body->dissipated;
     double curvature_error = hs_error(half->curvature_energy + halves->curvature_energy, 0.0,
-                                      MAX_CURVATURE_LOSS * hs_most(loss, limit * displacement_change * body->tolerance));
+                                      MAX_CURVATURE_LOSS * hs_max(loss, limit * displacement_change * body->tolerance));
     double load_error = hs_error(load_difference, 0.0, LOAD_TOLERANCE_FACTOR * body->tolerance * limit);
     double energy_error =
         hs_error(loss_difference, 0.0,
-                 hs_most(LOSS_TOLERANCE_FACTOR * loss, WORK_TOLERANCE_FACTOR * limit * displacement_change) * body->tolerance);
-    return hs_most(curvature_error, hs_most(load_error, energy_error));
+                 hs_max(LOSS_TOLERANCE_FACTOR * loss, WORK_TOLERANCE_FACTOR * limit * displacement_change) * body->tolerance);
+    return hs_max(curvature_error, hs_max(load_error, energy_error));
 }
 
 /* True if both stages of a step slip so evenly that no halves are needed. */
 static int slips_evenly(const hs_body *body, const hs_body *full) {
     double limit = hs_body_limit(full, full->approach, full->fraction),
-           max_load = hs_least(EVEN_LIMIT_FACTOR * limit, EVEN_SLIP_FACTOR * full->slid_load);
-    double depth = hs_most(body->approach, full->approach) - body->contact->sorted_gap[0];
+           max_load = hs_min(EVEN_LIMIT_FACTOR * limit, EVEN_SLIP_FACTOR * full->slid_load);
+    double depth = hs_max(body->approach, full->approach) - body->contact->sorted_gap[0];
     int slides = full->slid_load > 0.0 || full->approach < body->approach;
     if (slides && fabs(full->approach - body->approach) > MAX_EVEN_APPROACH_CHANGE * depth) return 0;
-    return full->uneven_load <= hs_most(max_load, MIN_EVEN_LOAD * limit) * body->tolerance;
+    return full->uneven_load <= hs_max(max_load, MIN_EVEN_LOAD * limit) * body->tolerance;
 }
 
 /* Record the times at which asperities first slide as a whole on an accepted step, for a slip front that is linear in time. */
@@ -839,15 +839,15 @@ static void record_slide_times(hs_body *body, const hs_body *result) {
     for (int64_t c = 0; c < body->class_count; ++c) {
         const hs_ring_class *ring_class = body->classes + c, *result_class = result->classes + c;
         if (result_class->node_count == 0) continue;
-        double deepest = hs_deepest_label(ring_class), from = hs_least(hs_slip_front(body, ring_class), body->approach);
-        double to = hs_least(hs_slip_front(result, result_class), result->approach);
+        double deepest = hs_deepest_label(ring_class), from = hs_min(hs_slip_front(body, ring_class), body->approach);
+        double to = hs_min(hs_slip_front(result, result_class), result->approach);
         for (int64_t i = hs_count_touching(ring_class->curve.gap, ring_class->curve.count, result->approach) - 1; i >= 0; --i) {
             double gap = ring_class->curve.gap[i], *time = body->slide_time + ring_class->offset + i;
             if (gap < to) break;
             if (!isnan(*time)) continue;
-            double front_change = from - hs_most(to, deepest),
+            double front_change = from - hs_max(to, deepest),
                    fraction = front_change > 0.0 ? hs_clamp((from - gap) / front_change, 1.0) : 0.0;
-            *time = hs_toward(body->time, result->time, hs_most(fraction, 0.0));
+            *time = hs_toward(body->time, result->time, hs_max(fraction, 0.0));
             body->has_new_slide_times = 1;
         }
     }
@@ -881,7 +881,7 @@ static int is_stick_step(const hs_body *body, const hs_plane_target *target, hs_
     for (int64_t c = 0; c < body->class_count; ++c) {
         const hs_ring_class *ring_class = body->classes + c;
         if (target->approach <= hs_deepest_label(ring_class)) continue;
-        min_friction = hs_least(min_friction, hs_friction_at(body, ring_class->group, body->fraction));
+        min_friction = hs_min(min_friction, hs_friction_at(body, ring_class->group, body->fraction));
         /* cells are merged by steps with slip only */
         if (ring_class->node_count > MAX_NODES_PER_RING * body->rings_per_class) return 0;
     }
@@ -948,7 +948,7 @@ static const hs_adaptive step_settings = {
     1.0,
 };
 
-/* Status of a segment abandoned at `stop_fraction`, distinct from HS_TOO_MANY_CHORDS; it is not returned to users. */
+/* Status of a segment abandoned at `stop_fraction`, distinct from HS_TOO_MANY_SUBSTEPS; it is not returned to users. */
 #define SEGMENT_ABANDONED (-2)
 
 static void free_trials(segment_run *run, int level) {
@@ -1129,9 +1129,9 @@ int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]
         if (hs_reserve_rings(ring_class, ring_class->node_count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         const double friction = hs_friction_at(body, ring_class->group, body->fraction);
         set_up_stage(ring_class, edge, edge, friction, body->rings_per_class, 1);
-        full_slip = hs_most(full_slip, friction * (edge - hs_deepest_label(ring_class)));
+        full_slip = hs_max(full_slip, friction * (edge - hs_deepest_label(ring_class)));
         if (norm > 0.0) continue;
-        double label = hs_most(hs_least(hs_slip_front(body, ring_class), edge), hs_deepest_label(ring_class));
+        double label = hs_max(hs_min(hs_slip_front(body, ring_class), edge), hs_deepest_label(ring_class));
         stiffness[0][0] += hs_load_at(ring_class->curve, label).slope;
         stiffness[1][1] = stiffness[0][0];
     }

@@ -1,19 +1,19 @@
-/* Clusters: proxies of many asperities, with which sums of their loads and energies take a time that hardly grows with their
- * number.
+/* Clusters: sums of loads and energies of many asperities in logarithmic time, by a hierarchy of Chebyshev interpolants (the
+ * black-box fast multipole method in one dimension).
  *
- * A sum Σ k f(a - h) over asperities whose gaps h are far from a is the sum over a few proxies of other weights, as exact as
- * doubles are: f is smooth there, so its interpolation between Chebyshev's points of the interval of gaps is. Clusters of 256,
- * 512, 1024, … asperities have 16 proxies each; a cluster may be used at labels at least twice its width from its centre, where
- * the interpolation of √(a - h) is within 1e-16. So a sum is over some proxies of each level, and over the asperities next to
- * the label. */
+ * For gaps h far from a, Σ k f(a - h) over asperities equals, to rounding, a sum over a few proxies with other weights, as f is
+ * smooth and is interpolated at the Chebyshev points of the interval of gaps. Clusters of 256, 512, 1024, … asperities have 16
+ * proxies each; a cluster is used at labels at least twice its width from its centre, where the interpolation error of √(a - h) is
+ * below 1e-16. A sum runs over proxies of each level, and over the asperities next to the label. */
 #ifndef HISTORYSIM_CLUSTERS_H
 #define HISTORYSIM_CLUSTERS_H
 
 #include "lanes.h"
 
+/* Proxies of a cluster: Chebyshev points, for an interpolation error below 1e-16 (above). */
 #define HS_PROXIES 16
-/* Asperities from which on a curve has clusters: sums over fewer take no longer than sums over proxies. */
-#define HS_LEAST_CLUSTERED 16384
+/* Smallest number of asperities of a curve with clusters; sums over fewer take no longer than sums over proxies. */
+#define HS_MIN_CLUSTERED 16384
 
 typedef struct hs_cluster {
     double centre, half_width; /* of the interval of gaps */
@@ -21,7 +21,7 @@ typedef struct hs_cluster {
     double weight[HS_PROXIES];
 } hs_cluster;
 
-/* Clusters of asperities in ascending gap, in levels: those of one level have twice as many asperities as those of the one below. */
+/* Binary hierarchy of clusters of asperities in ascending gap: clusters of level n have HS_BLOCK·2^n asperities. */
 typedef struct hs_clusters {
     const double *gap, *weight; /* of the asperities */
     int64_t count;
@@ -30,31 +30,31 @@ typedef struct hs_clusters {
     hs_cluster memory[1];
 } hs_clusters;
 
-/* Make clusters, which are not filled in; NULL if out of memory. */
+/* Allocate clusters that are not filled; NULL if out of memory. */
 hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t count);
-/* Compute the proxies; a range of asperities is summed by clusters only where its gaps ascend. */
+/* Compute the proxies; a range of asperities may be summed by clusters only if its gaps ascend. */
 void hs_fill_clusters(hs_clusters *clusters);
-/* Points in [-1, 1] at which proxies are placed. */
+/* Chebyshev points in [-1, 1]. */
 extern const double hs_proxy_point[HS_PROXIES];
 
-/* Largest cluster that begins with asperity `begin`, ends before `end`, and is far enough below a label; NULL if there is none.
- * Sets its number of asperities, or how many come before the next cluster. */
-static inline const hs_cluster *hs_cluster_at(const hs_clusters *clusters, int64_t begin, int64_t end, double label, int64_t *size) {
-    int64_t block = begin / HS_BLOCK, width = HS_BLOCK;
-    *size = HS_BLOCK - begin % HS_BLOCK;
-    if (*size > end - begin) *size = end - begin;
-    if (begin % HS_BLOCK) return NULL;
+/* Largest cluster that begins with asperity `start`, is within `stop` and far enough below a label; NULL if there is none. Sets its
+ * number of asperities, or, without a cluster, the number of asperities to sum one by one. */
+static inline const hs_cluster *hs_cluster_at(const hs_clusters *clusters, int64_t start, int64_t stop, double label, int64_t *size) {
+    int64_t block = start / HS_BLOCK, width = HS_BLOCK;
+    *size = HS_BLOCK - start % HS_BLOCK;
+    if (*size > stop - start) *size = stop - start;
+    if (start % HS_BLOCK) return NULL;
     int level = 0;
-    while (level + 1 < clusters->levels && block % 2 == 0 && (begin + 2 * width <= end || end == clusters->count)) {
+    while (level + 1 < clusters->levels && block % 2 == 0 && (start + 2 * width <= stop || stop == clusters->count)) {
         block /= 2;
         width *= 2;
         ++level;
     }
     for (; level >= 0; --level, block *= 2, width /= 2) {
-        if (begin + width > end && end < clusters->count) continue;
+        if (start + width > stop && stop < clusters->count) continue;
         const hs_cluster *cluster = clusters->level[level] + block;
         if (label - cluster->centre < 4.0 * cluster->half_width) continue;
-        *size = width < end - begin ? width : end - begin;
+        *size = width < stop - start ? width : stop - start;
         return cluster;
     }
     return NULL;

@@ -3,83 +3,83 @@
 
 #include "contact.h"
 
-/* Merge sort; what is in order takes no time. */
-int hs_sort_by(const double *key, int64_t *place, int64_t count) {
+/* Merge sort, bottom-up; linear time if sorted. */
+int hs_sort_by(const double *key, int64_t *position, int64_t count) {
     int sorted = 1;
-    for (int64_t i = 1; i < count && sorted; ++i) sorted = key[place[i - 1]] <= key[place[i]];
+    for (int64_t i = 1; i < count && sorted; ++i) sorted = key[position[i - 1]] <= key[position[i]];
     if (sorted) return HS_OK;
-    int64_t *other = (int64_t *)malloc((size_t)count * sizeof *other), *source = place, *target = other;
-    if (!other) return HS_OUT_OF_MEMORY;
+    int64_t *buffer = (int64_t *)malloc((size_t)count * sizeof *buffer), *source = position, *target = buffer;
+    if (!buffer) return HS_OUT_OF_MEMORY;
     for (int64_t width = 1; width < count; width *= 2) {
-        for (int64_t begin = 0; begin < count; begin += 2 * width) {
-            int64_t middle = begin + width < count ? begin + width : count;
-            int64_t end = begin + 2 * width < count ? begin + 2 * width : count;
-            int64_t i = begin, j = middle, k = begin;
-            while (i < middle && j < end) target[k++] = key[source[j]] < key[source[i]] ? source[j++] : source[i++];
+        for (int64_t start = 0; start < count; start += 2 * width) {
+            int64_t middle = start + width < count ? start + width : count;
+            int64_t stop = start + 2 * width < count ? start + 2 * width : count;
+            int64_t i = start, j = middle, k = start;
+            while (i < middle && j < stop) target[k++] = key[source[j]] < key[source[i]] ? source[j++] : source[i++];
             while (i < middle) target[k++] = source[i++];
-            while (j < end) target[k++] = source[j++];
+            while (j < stop) target[k++] = source[j++];
         }
         int64_t *swap = source;
         source = target;
         target = swap;
     }
-    if (source != place) memcpy(place, source, (size_t)count * sizeof *place);
-    free(other);
+    if (source != position) memcpy(position, source, (size_t)count * sizeof *position);
+    free(buffer);
     return HS_OK;
 }
 
-/* Fill in the arrays of a contact from gaps and weights in the caller's numbering and the group of each asperity. */
+/* Fill the arrays of a contact from gaps and weights in the caller's numbering and the group of each asperity; returns a status. */
 static int put_in_order(hs_contact *contact, const double *gap, const double *weight, const int64_t *group) {
     int64_t count = contact->count, groups = contact->groups;
     double *sorted_gap = (double *)contact->sorted_gap, *sorted_weight = (double *)contact->sorted_weight;
-    double *own_gap = (double *)contact->gap, *own_weight = (double *)contact->weight;
-    int64_t *order = (int64_t *)contact->order, *first = (int64_t *)contact->first;
+    double *group_gap = (double *)contact->gap, *group_weight = (double *)contact->weight;
+    int64_t *order = (int64_t *)contact->order, *group_start = (int64_t *)contact->first;
     for (int64_t i = 0; i < count; ++i) order[i] = i;
     if (hs_sort_by(gap, order, count) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int64_t i = 0; i < count; ++i) {
         sorted_gap[i] = gap[order[i]];
         sorted_weight[i] = weight[order[i]];
     }
-    first[0] = 0;
-    first[1] = count;
+    group_start[0] = 0;
+    group_start[1] = count;
     if (groups > 1) {
-        /* groups are met in the order of their smallest gaps */
+        /* groups are numbered in the order of their smallest gaps */
         int64_t *rank = (int64_t *)malloc((size_t)(groups + count) * sizeof *rank), *ascending = rank + groups, met = 0;
         if (!rank) return HS_OUT_OF_MEMORY;
         memcpy(ascending, order, (size_t)count * sizeof *ascending);
         for (int64_t g = 0; g < groups; ++g) rank[g] = -1;
-        for (int64_t g = 0; g <= groups; ++g) first[g] = 0;
+        for (int64_t g = 0; g <= groups; ++g) group_start[g] = 0;
         for (int64_t i = 0; i < count; ++i) {
             int64_t g = group[ascending[i]];
             if (rank[g] < 0) rank[g] = met++;
-            ++first[rank[g] + 1];
+            ++group_start[rank[g] + 1];
         }
-        for (int64_t g = 0; g < groups; ++g) first[g + 1] += first[g];
-        for (int64_t i = 0; i < count; ++i) order[first[rank[group[ascending[i]]]]++] = ascending[i];
-        for (int64_t g = groups; g > 0; --g) first[g] = first[g - 1];
-        first[0] = 0;
+        for (int64_t g = 0; g < groups; ++g) group_start[g + 1] += group_start[g];
+        for (int64_t i = 0; i < count; ++i) order[group_start[rank[group[ascending[i]]]]++] = ascending[i];
+        for (int64_t g = groups; g > 0; --g) group_start[g] = group_start[g - 1];
+        group_start[0] = 0;
         free(rank);
     }
-    if (own_gap != sorted_gap)
+    if (group_gap != sorted_gap)
         for (int64_t i = 0; i < count; ++i) {
-            own_gap[i] = gap[order[i]];
-            own_weight[i] = weight[order[i]];
+            group_gap[i] = gap[order[i]];
+            group_weight[i] = weight[order[i]];
         }
     double *load = (double *)contact->load;
     if (load) load[0] = 0.0;
     for (int64_t i = 1; load && i < count; ++i)
-        load[i] = load[i - 1] + 0.5 * (own_weight[i - 1] + own_weight[i]) * (own_gap[i] - own_gap[i - 1]);
+        load[i] = load[i - 1] + 0.5 * (group_weight[i - 1] + group_weight[i]) * (group_gap[i] - group_gap[i - 1]);
     return HS_OK;
 }
 
-/* Gaps, weights, order, first asperities and loads of knots stand in one block. */
+/* Bytes of the block of gaps, weights, order, first positions and loads of knots. */
 static size_t size_of_arrays(int64_t count, int64_t groups, int knots) {
     return ((size_t)count * (groups > 1 ? 5 : 3) + (size_t)groups + 1 + (knots ? (size_t)count : 0)) * 8;
 }
 
-/* A contact of which no array is filled in. */
+/* Allocate a contact with arrays that are not filled; NULL if out of memory. */
 static hs_contact *blank(int64_t count, int64_t groups, int knots, const hs_units *units, double datum) {
-    /* of one group all stand in the one order, and the fewer arrays there are, the more of them a cache holds */
+    /* a single group has the sorted order, so that it needs no second pair of arrays */
     size_t n = (size_t)count, arrays = groups > 1 ? 4 : 2;
     hs_contact *contact = (hs_contact *)malloc(sizeof(hs_contact) + size_of_arrays(count, groups, knots));
     if (!contact) return NULL;
@@ -111,36 +111,36 @@ void hs_contact_changed(hs_contact *contact) {
 }
 
 const hs_columns *hs_contact_columns(hs_contact *contact) {
-    hs_columns *made = __atomic_load_n(&contact->columns, __ATOMIC_ACQUIRE), *present = NULL;
-    if (made) return made;
+    hs_columns *columns = __atomic_load_n(&contact->columns, __ATOMIC_ACQUIRE), *present = NULL;
+    if (columns) return columns;
     size_t count = (size_t)contact->count;
-    made = (hs_columns *)malloc(sizeof *made + 4 * count * sizeof(double));
-    if (!made) return NULL;
-    made->gap = (double *)(made + 1);
-    made->weight = made->gap + count;
-    made->place = (int64_t *)(made->weight + count);
-    made->group = made->place + count;
+    columns = (hs_columns *)malloc(sizeof *columns + 4 * count * sizeof(double));
+    if (!columns) return NULL;
+    columns->gap = (double *)(columns + 1);
+    columns->weight = columns->gap + count;
+    columns->position = (int64_t *)(columns->weight + count);
+    columns->group = columns->position + count;
     for (int64_t index = 0; index < contact->groups; ++index)
         for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
             int64_t asperity = contact->order[i];
-            made->gap[asperity] = contact->gap[i];
-            made->weight[asperity] = contact->weight[i];
-            made->place[asperity] = i;
-            made->group[asperity] = index;
+            columns->gap[asperity] = contact->gap[i];
+            columns->weight[asperity] = contact->weight[i];
+            columns->position[asperity] = i;
+            columns->group[asperity] = index;
         }
-    /* another thread may have made them meanwhile */
-    if (__atomic_compare_exchange_n(&contact->columns, &present, made, 0, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return made;
-    free(made);
+    /* another thread may have created them in the meantime */
+    if (__atomic_compare_exchange_n(&contact->columns, &present, columns, 0, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return columns;
+    free(columns);
     return present;
 }
 
-/* Make clusters for the groups that have many asperities, and for all asperities if they are many. */
+/* Create clusters for groups of many asperities, and for all asperities if they are many; returns a status. */
 static int make_clusters(hs_contact *contact) {
-    int64_t most = 0;
-    if (contact->load || contact->count < HS_LEAST_CLUSTERED) return HS_OK;
+    int64_t max_size = 0;
+    if (contact->load || contact->count < HS_MIN_CLUSTERED) return HS_OK;
     for (int64_t g = 0; g < contact->groups; ++g)
-        if (contact->first[g + 1] - contact->first[g] > most) most = contact->first[g + 1] - contact->first[g];
-    if (most >= HS_LEAST_CLUSTERED) {
+        if (contact->first[g + 1] - contact->first[g] > max_size) max_size = contact->first[g + 1] - contact->first[g];
+    if (max_size >= HS_MIN_CLUSTERED) {
         contact->clusters = hs_clusters_new(contact->gap, contact->weight, contact->count);
         if (!contact->clusters) return HS_OUT_OF_MEMORY;
     }
@@ -152,7 +152,6 @@ static int make_clusters(hs_contact *contact) {
     return HS_OK;
 }
 
-/* Make a contact with the units of another, in order; gaps and weights are in the caller's numbering. */
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
                           int knots, const hs_units *units, double datum) {
     hs_contact *contact = blank(count, groups, knots, units, datum);
@@ -161,7 +160,6 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
     return NULL;
 }
 
-/* Copy all arrays from a contact of as many asperities and groups. */
 void hs_contact_assign(hs_contact *contact, const hs_contact *from) {
     memcpy((double *)contact->gap, from->gap, size_of_arrays(from->count, from->groups, from->load != NULL));
     hs_contact_changed(contact);
@@ -176,12 +174,12 @@ hs_contact *hs_contact_copy(const hs_contact *contact) {
     return NULL;
 }
 
-int hs_contact_alike(const hs_contact *one, const hs_contact *other) {
-    return one->count == other->count && one->groups == other->groups && !one->load == !other->load &&
-           memcmp(&one->units, &other->units, sizeof one->units) == 0 && one->datum == other->datum &&
-           memcmp(one->gap, other->gap, size_of_arrays(one->count, one->groups, one->load != NULL)) == 0 &&
-           one->query_count == other->query_count &&
-           (!one->query_count || memcmp(one->query_label, other->query_label, (size_t)one->query_count * sizeof *one->query_label) == 0);
+int hs_contact_alike(const hs_contact *contact, const hs_contact *reference) {
+    return contact->count == reference->count && contact->groups == reference->groups && !contact->load == !reference->load &&
+           memcmp(&contact->units, &reference->units, sizeof contact->units) == 0 && contact->datum == reference->datum &&
+           memcmp(contact->gap, reference->gap, size_of_arrays(contact->count, contact->groups, contact->load != NULL)) == 0 &&
+           contact->query_count == reference->query_count &&
+           (!contact->query_count || memcmp(contact->query_label, reference->query_label, (size_t)contact->query_count * sizeof *contact->query_label) == 0);
 }
 
 hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *stiffness,
@@ -189,8 +187,8 @@ hs_contact *hs_contact_new(int64_t count, const double *summit_height, const dou
     double highest = summit_height[0], largest = summit_radius[0];
     int64_t groups = 1;
     for (int64_t i = 0; i < count; ++i) {
-        highest = hs_most(highest, summit_height[i]);
-        largest = hs_most(largest, summit_radius[i]);
+        highest = hs_max(highest, summit_height[i]);
+        largest = hs_max(largest, summit_radius[i]);
         if (group && group[i] >= groups) groups = group[i] + 1;
     }
     hs_units units;

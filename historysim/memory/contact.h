@@ -1,27 +1,30 @@
-/* Contact: its summits, their groups and their order; it is never changed once it is shared. */
+/* Contact: summits, their groups and their order; immutable when shared. */
 #ifndef HISTORYSIM_CONTACT_H
 #define HISTORYSIM_CONTACT_H
 
 #include "clusters.h"
 
-/* Sort positions by a key; equal keys keep their order. */
-int hs_sort_by(const double *key, int64_t *place, int64_t count);
-/* Make a contact with given units; gaps and weights are in the caller's numbering, of asperities or of knots. */
+/* Sort positions by a key, stably; returns a status. */
+int hs_sort_by(const double *key, int64_t *position, int64_t count);
+/* Create a contact with given units, from gaps and weights of asperities or knots in the caller's numbering; NULL if
+ * out of memory. */
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
                           int knots, const hs_units *units, double datum);
-/* Count one more reference. */
+/* Add a reference. */
 hs_contact *hs_contact_retain(hs_contact *contact);
-/* All asperities in the order of columns, which is the caller's numbering. */
+/* Arrays of all asperities in the caller's numbering, the order of columns. */
 typedef struct hs_columns {
     double *gap, *weight;
-    int64_t *place, *group; /* position, and group there */
+    int64_t *position, *group; /* position in the arrays of the contact, and group */
 } hs_columns;
-/* Return them, made when they are first needed; NULL if out of memory. */
+/* Columns of a contact, created on first use, thread-safe; NULL if out of memory. */
 const hs_columns *hs_contact_columns(hs_contact *contact);
-/* Have what is derived from gaps and weights follow their change in place. */
+/* Recompute the data derived from gaps and weights after a change in place. */
 void hs_contact_changed(hs_contact *contact);
+/* Copy all arrays from a contact of equal numbers of asperities and groups. */
 void hs_contact_assign(hs_contact *contact, const hs_contact *from);
 hs_contact *hs_contact_copy(const hs_contact *contact);
-int hs_contact_alike(const hs_contact *one, const hs_contact *other);
+/* True if two contacts are equal. */
+int hs_contact_alike(const hs_contact *contact, const hs_contact *reference);
 
 #endif

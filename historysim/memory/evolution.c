@@ -100,10 +100,10 @@ static int cut_path(walk *w, const hs_line *memory, int touches, int graded) {
     int64_t count = 0, apart = 0, each = contact->count, sets = w->yield.onset < 1.0 ? 2 : touches;
     int64_t events = sets * each + (graded ? CLOSE_TO_TOUCH : 0);
     double *at = (double *)malloc((size_t)events * 2 * sizeof *at);
-    double low = hs_least(c->d[0], c->d[1]), high = hs_most(c->d[0], c->d[1]);
+    double low = hs_min(c->d[0], c->d[1]), high = hs_max(c->d[0], c->d[1]);
     int64_t *place = (int64_t *)(at + events);
     if (!at) return HS_OUT_OF_MEMORY;
-    if (w->yield.onset < 1.0) low = hs_most(low, w->yield.next);
+    if (w->yield.onset < 1.0) low = hs_max(low, w->yield.next);
     double least = AS_ONE * (high - low), closer = high - contact->gap[0];
     for (int64_t k = 0; k < events; ++k) {
         double d = k >= sets * each ? contact->gap[0] + (closer /= CLOSER)
@@ -130,7 +130,7 @@ static int begin_course(walk *w, const hs_line *memory, const hs_path *path) {
     route *c = &w->course;
     hs_target target;
     double request = memory->tangential_load + (w->drive->saturate ? memory->excess : 0.0);
-    hs_path_end(memory, path, w->compliance, request, &c->d[1], &c->load[1], &target);
+    hs_path_targets(memory, path, w->compliance, request, &c->d[1], &c->load[1], &target);
     c->times[0] = path->begin;
     c->times[1] = path->end;
     c->d[0] = memory->approach;
@@ -150,14 +150,14 @@ static int begin_course(walk *w, const hs_line *memory, const hs_path *path) {
     if (w->yields) {
         if (isnan(w->yield.next)) w->yield.next = hs_next_yield(memory, &evolution->yielding);
         /* what is elastic now is so up to where it is */
-        double next = hs_most(w->yield.next, memory->approach);
+        double next = hs_max(w->yield.next, memory->approach);
         if (c->d[1] > next + HS_TIE * fabs(next)) {
             int status = HS_OK;
             if (c->normal_by_load) status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
             if (status != HS_OK) return status;
             w->yield.onset = (next - c->d[0]) / (c->d[1] - c->d[0]);
             if (c->both_loads) w->yield.onset = (hs_load_at(hs_all_of(contact), next).load - c->load[0]) / (c->load[1] - c->load[0]);
-            w->yield.onset = hs_least(hs_most(w->yield.onset, 0.0), 1.0);
+            w->yield.onset = hs_min(hs_max(w->yield.onset, 0.0), 1.0);
         }
     }
     if (w->wears && c->normal_by_load && !c->both_loads && !(c->first = hs_contact_copy(contact))) return HS_OUT_OF_MEMORY;
@@ -188,7 +188,7 @@ static int walk_still(walk *w, hs_line *memory, const hs_plan *plan, double befo
     hs_line *start = w->spare[0];
     int bent = c->both_loads && c->load[0] != c->load[1], status = HS_OK;
     for (int k = 0; before < share && status == HS_OK; ++k) {
-        double stop = !bent && k < plan->pieces.count ? hs_least(plan->pieces.end[k], share) : share;
+        double stop = !bent && k < plan->pieces.count ? hs_min(plan->pieces.end[k], share) : share;
         if (stop <= before) continue;
         if (w->yields) hs_contact_assign(start->contact, memory->contact);
         status = hs_line_assign(start, memory);
@@ -197,7 +197,7 @@ static int walk_still(walk *w, hs_line *memory, const hs_plan *plan, double befo
             status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, stop) : (int)HS_OUT_OF_MEMORY;
             hs_line_free(fine);
         }
-        if (status == HS_OK) status = hs_integrate_part(memory, plan, before, stop, w->drive);
+        if (status == HS_OK) status = hs_follow_plan(memory, plan, before, stop, w->drive);
         if (status != HS_OK) return status;
         if (bent) {
             memcpy(memory->evolved->slid_distance, start->evolved->slid_distance,
@@ -326,13 +326,13 @@ static int walk_elastic(walk *w, hs_line *memory, double before, double share) {
                     hs_toward(c->times[0], c->times[1], before), hs_toward(c->times[0], c->times[1], share)};
     int status = hs_plan_path(memory, &path, 0.0, 0, 1, &plan, w->refusal);
     if (status != HS_OK) return status;
-    return w->alone ? hs_integrate_part(memory, &plan, 0.0, 1.0, w->drive) : walk_still(w, memory, &plan, 0.0, 1.0);
+    return w->alone ? hs_follow_plan(memory, &plan, 0.0, 1.0, w->drive) : walk_still(w, memory, &plan, 0.0, 1.0);
 }
 
 /* Integrate a part of a path within one piece of its request. */
 static int walk_part(walk *w, hs_line *memory, const leg *on, double before, double share) {
     const route *c = &w->course;
-    double end = hs_least(share, on->elastic);
+    double end = hs_min(share, on->elastic);
     int status = HS_OK;
     if (on->aims) status = make_spares(w, memory);
     if (before < end && status == HS_OK) {
@@ -341,7 +341,7 @@ static int walk_part(walk *w, hs_line *memory, const leg *on, double before, dou
         else if (on->aims)
             status = walk_elastic(w, memory, before, end);
         else if (w->alone)
-            status = hs_integrate_part(memory, &on->plan, before / on->elastic, end / on->elastic, w->drive);
+            status = hs_follow_plan(memory, &on->plan, before / on->elastic, end / on->elastic, w->drive);
         else
             status = walk_still(w, memory, &on->plan, before / on->elastic, end / on->elastic);
         before = end;
@@ -390,8 +390,8 @@ static int aim(walk *w, const hs_line *memory, const leg *on, hs_line **reached)
         }
         if (turn == 0) continue;
         double gap = tried->displacement - c->aim[1], rate = (gap - missed) / (c->aim[1] - aimed);
-        double top = hs_most(hs_most(memory->approach, tried->approach) - touch, 0.0);
-        double tolerated = AIM * w->drive->tolerance * hs_friction_range(tried, HUGE_VAL).most * top;
+        double top = hs_max(hs_max(memory->approach, tried->approach) - touch, 0.0);
+        double tolerated = AIM * w->drive->tolerance * hs_friction_range(tried, HUGE_VAL).max * top;
         if (fabs(gap) <= tolerated || turn == MOST_AIMS) break;
         aimed = c->aim[1];
         missed = gap;
@@ -477,7 +477,7 @@ static int walk_pieces(walk *w, hs_line *memory, leg *on, double before, double 
     int status = HS_OK;
     if (!on->aims) return walk_part(w, memory, on, before, share);
     for (int k = 0; k < on->pieces.count && before < share && status == HS_OK; ++k) {
-        double end = on->pieces.end[k], stop = hs_least(end, share);
+        double end = on->pieces.end[k], stop = hs_min(end, share);
         hs_line *reached = NULL;
         if (end <= before) continue;
         if (on->pieces.side[k] != 0) {
@@ -592,7 +592,7 @@ int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const h
               !evolution->goal && !evolution->follow_sliding;
     w.compliance = drive->compliance[0] * memory->contact->units.stiffness;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
-    status = hs_begin_recording(&recorder, memory->contact, rows);
+    status = hs_recorder_init(&recorder, memory->contact, rows);
     if (status == HS_OK && !w.alone) {
         /* it changes places with copies whose summits change */
         if (w.wears || w.yields) status = hs_line_unshare_contact(memory);
@@ -604,7 +604,7 @@ int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const h
         status = walk_path(&w, memory, &path, until, &recorder, &flag);
     }
     for (int k = 0; k < 2; ++k) hs_line_free(w.spare[k]);
-    hs_end_recording(&recorder);
+    hs_recorder_clear(&recorder);
     free_buffers(&w);
     return status;
 }

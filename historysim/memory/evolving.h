@@ -86,7 +86,7 @@ typedef struct walk {
     double *edge;          /* (group) approach at which it starts the chord */
     uint8_t *steep;        /* (group) */
     int64_t cuts;          /* shares of the path at which chords end: what happens begins there */
-    double cut[MOST_CUTS + HS_MOST_PIECES_OF_REQUEST];
+    double cut[MOST_CUTS + HS_MAX_PIECES];
     double size[SIZES], whole[SIZES]; /* what changes are measured by, and what that is at least on this path */
     int64_t room, kept_room; /* vertices in `scratch` and `kept` */
     hs_vertex *scratch, *kept;

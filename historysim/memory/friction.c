@@ -100,7 +100,7 @@ static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int 
     double work = 0.5 * (memory->tangential_load + hs_total_force(f->fine)) * (f->fine->displacement - memory->displacement);
     f->balance = work + f->stored - hs_elastic_energy(f->fine, NULL);
     f->lost = f->fine->dissipated - memory->dissipated;
-    *error = hs_most(hs_error(f->fine->displacement - f->reached, 0.0, tolerance * f->reach),
+    *error = hs_max(hs_error(f->fine->displacement - f->reached, 0.0, tolerance * f->reach),
                      hs_error(f->lost - f->balance, 0.0, ENERGY_OF_PARTS * f->lost + tolerance * tolerance * f->stored));
     f->reached = f->fine->displacement;
     return HS_OK;
@@ -110,7 +110,7 @@ static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int 
 static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
     friction_fall *f = (friction_fall *)integrand->context;
     hs_line *memory = f->memory, *fine = f->fine;
-    double factor = f->lost > 0.0 ? hs_most(f->balance, 0.0) / f->lost : 1.0;
+    double factor = f->lost > 0.0 ? hs_max(f->balance, 0.0) / f->lost : 1.0;
     (void)step;
     for (int64_t i = 0; i < memory->contact->count; ++i)
         fine->dissipated_each[i] = memory->dissipated_each[i] + factor * (fine->dissipated_each[i] - memory->dissipated_each[i]);
@@ -126,7 +126,7 @@ static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
  * the asperities share it. */
 static int fall_in_parts(hs_line *memory, const double *friction, hs_target target, double tolerance) {
     int64_t groups = memory->contact->groups;
-    double reach = hs_friction_range(memory, HUGE_VAL).most * (memory->approach - memory->contact->sorted_gap[0]);
+    double reach = hs_friction_range(memory, HUGE_VAL).max * (memory->approach - memory->contact->sorted_gap[0]);
     double *first = (double *)malloc(2 * (size_t)groups * sizeof *first);
     if (!first) return HS_OUT_OF_MEMORY;
     memcpy(first, memory->friction, (size_t)groups * sizeof *first);
@@ -163,7 +163,7 @@ static int change(hs_line *memory, const double *friction, hs_target target, dou
     hs_flag_steep(memory);
     memcpy(memory->friction, first, groups * sizeof *first);
     if (target.rigid == 0.0 && fabs(force) > after)
-        held = hs_least(hs_most((before - fabs(force)) / (before - after), 0.0), 1.0);
+        held = hs_min(hs_max((before - fabs(force)) / (before - after), 0.0), 1.0);
     if (target.compliance > 0.0 && held > 0.0) {
         mix(first, friction, held, there, (int64_t)groups);
         status = fall_in_parts(memory, there, target, tolerance);

@@ -1,5 +1,5 @@
-/* Group: the asperities of one friction coefficient, which share one polyline w(a) (README.md, theory 6), and the straight
- * paths in approach and displacement on which it is moved. */
+/* Group: the asperities of one friction coefficient, which share one polyline w(a) (README.md, theory 6), and the ends and targets
+ * of its straight paths in approach and displacement. */
 #ifndef HISTORYSIM_GROUP_H
 #define HISTORYSIM_GROUP_H
 
@@ -7,12 +7,12 @@
 
 typedef struct hs_group {
     hs_curve curve;
-    double *each; /* energy dissipated by each of its asperities */
+    double *asperity_energy; /* energy dissipated by each asperity of the group */
     hs_vertex *stack;
     double friction;
-    int64_t start;     /* position of its first asperity */
+    int64_t start;     /* position of its first asperity in the arrays of the contact */
     hs_line *memory;
-    hs_line *single; /* the memory if it has no other group, which caches P' for it; otherwise NULL */
+    hs_line *single; /* the memory, which caches P', if it has a single group; otherwise NULL */
 } hs_group;
 
 static inline hs_group hs_group_of(const hs_line *memory, int64_t index) {
@@ -23,13 +23,13 @@ static inline hs_group hs_group_of(const hs_line *memory, int64_t index) {
                              (hs_line *)memory, contact->groups == 1 ? (hs_line *)memory : NULL};
 }
 
-/* Approach and displacement, dimensionless. */
+/* Approach d and tangential displacement v, dimensionless. */
 typedef struct hs_point {
     double d;
     double v;
 } hs_point;
-/* Target of the tangential channel: rigid·V + compliance·T = value. A displacement has (1, 0), a load (0, 1), the displacement
- * of a drive behind a spring (1, c). */
+/* Target of the tangential channel: rigid·V + compliance·T = value, with (rigid, compliance) = (1, 0) for a displacement, (0, 1)
+ * for a load, and (1, c) for the displacement of a drive behind a spring of compliance c. */
 typedef struct hs_target {
     double value;
     double rigid;

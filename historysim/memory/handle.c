@@ -1,5 +1,4 @@
-/* Handle: the public functions of a state. Each chooses what holds the memory: the line, the evolution of its asperities, or the
- * plane (README.md, "Layout"). */
+/* Handle: the public functions of a state. Each dispatches to the line, to its evolution, or to the plane (README.md, "Layout"). */
 
 #include "plane.h"
 
@@ -18,9 +17,9 @@ int hs_state_yield(hs_state *state) { return state->plane ? (int)HS_FOREIGN : hs
 
 hs_state *hs_state_of_one(const hs_state *state, int64_t asperity) {
     if (asperity < 0 || asperity >= state->line.contact->count) return NULL;
-    hs_state *one = (hs_state *)calloc(1, sizeof *one);
-    if (one && hs_line_init_one(&one->line, &state->line, asperity) == HS_OK) return one;
-    free(one);
+    hs_state *single = (hs_state *)calloc(1, sizeof *single);
+    if (single && hs_line_init_single(&single->line, &state->line, asperity) == HS_OK) return single;
+    free(single);
     return NULL;
 }
 
@@ -43,17 +42,17 @@ int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_
 
 hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_drive *drive, hs_refusal *refusal) {
     hs_path direct = *path;
-    hs_state *after = hs_state_copy(state);
+    hs_state *result = hs_state_copy(state);
     int status = HS_OUT_OF_MEMORY;
     direct.parts = 1;
-    if (after) status = hs_integrate(after, &direct, 1, NULL, drive, 1.0, NULL, refusal);
+    if (result) status = hs_integrate(result, &direct, 1, NULL, drive, 1.0, NULL, refusal);
     if (refusal) refusal->status = status;
-    if (status == HS_OK) return after;
-    hs_state_free(after);
+    if (status == HS_OK) return result;
+    hs_state_free(result);
     return NULL;
 }
 
-/* Return a new state after a path in a plane; NaN holds a channel as it was controlled last. */
+/* Create the state after a path in a plane; NaN keeps the previous control of a channel. NULL on failure. */
 static hs_state *advance_in_plane(const hs_state *state, int normal_control, double normal_target, const int control[2],
                                   const double target[2], const hs_drive *drive, hs_refusal *refusal) {
     hs_path path = {0.0, 0.0, {0.0, 0.0}, {0.0, 0.0}, 1, 0, state->line.normal_control, {HS_HELD, HS_HELD}, 0, NAN, NAN};
@@ -75,12 +74,12 @@ static int step_in_plane(hs_state *state, int normal_control, double normal_targ
                          const hs_drive *drive, hs_refusal *refusal) {
     hs_refusal unread;
     if (!refusal) refusal = &unread;
-    hs_state *after = advance_in_plane(state, normal_control, normal_target, control, target, drive, refusal);
-    if (!after) return (int)refusal->status;
-    hs_state before = *state;
-    *state = *after;
-    *after = before;
-    hs_state_free(after);
+    hs_state *result = advance_in_plane(state, normal_control, normal_target, control, target, drive, refusal);
+    if (!result) return (int)refusal->status;
+    hs_state previous = *state;
+    *state = *result;
+    *result = previous;
+    hs_state_free(result);
     return HS_OK;
 }
 
@@ -109,7 +108,7 @@ void hs_stepper_observe(hs_stepper *stepper, double start) {
     const hs_state *state = stepper->state;
     const hs_line *line = &state->line;
     int is_ramp = line->normal_control == HS_LOAD && line->tangential_control == HS_LOAD;
-    /* a ramp of both loads begins where the contact touches */
+    /* a ramp of both loads begins at first contact */
     stepper->start = (is_ramp && start < 0.0 ? 0.0 : start) * line->contact->units.length;
     hs_vector reached = {line->displacement, 0.0};
     if (state->plane) reached = state->plane->displacement;
@@ -121,7 +120,7 @@ void hs_stepper_observe(hs_stepper *stepper, double start) {
     stepper->move = move;
 }
 
-/* Return how a channel is controlled that goes to a goal, fill in the target, and forget the goal. */
+/* Convert a goal to the control of a channel, which is returned, and a target; resets the goal to NaN. */
 static int take_goal(hs_goal *goal, double *target) {
     int by_load = isnan(goal->displacement);
     *target = by_load ? goal->load : goal->displacement;

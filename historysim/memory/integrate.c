@@ -1,13 +1,13 @@
-/* Integrate: follows a sequence of paths. Each is planned from its targets, cut at the friction limit, and integrated by a move, a
- * ramp or pieces of both; rows are recorded between its ends. Row writers: worker threads project finished states while the main
- * thread integrates the next part. */
+/* Integrate: integrates a sequence of paths. Each is planned from its targets, cut at the friction limit, and integrated by moves
+ * (straight in d, V) and ramps (straight in N, T); rows are recorded at equal path fractions. Row writers: worker threads write
+ * rows while the main thread integrates. */
 
 #include "integrate.h"
 #include "drive.h"
 #include "line.h"
 #include "readout.h"
 
-void hs_path_end(const hs_line *memory, const hs_path *path, double compliance, double request, double *d,
+void hs_path_targets(const hs_line *memory, const hs_path *path, double compliance, double request, double *d,
                     double *load, hs_target *target) {
     if (path->normal_control == HS_LOAD) {
         *load = hs_toward(memory->normal_load, path->normal_target, path->normal_fraction);
@@ -29,11 +29,11 @@ void hs_path_end(const hs_line *memory, const hs_path *path, double compliance, 
 int hs_plan_path(hs_line *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal) {
     double force0 = memory->tangential_load + (saturate ? memory->excess : 0.0), d1, load;
-    hs_path_end(memory, path, compliance, force0, &d1, &load, &plan->target);
+    hs_path_targets(memory, path, compliance, force0, &d1, &load, &plan->target);
     int by_force = plan->target.rigid == 0.0, both = path->normal_control == HS_LOAD && by_force;
     double touch = memory->contact->sorted_gap[0];
     const hs_request request = {both,
-                                {both && load > 0.0 ? hs_most(memory->approach, touch) : memory->approach, d1},
+                                {both && load > 0.0 ? hs_max(memory->approach, touch) : memory->approach, d1},
                                 {memory->normal_load, load},
                                 {force0, plan->target.value}};
     plan->request = request;
@@ -49,54 +49,54 @@ int hs_plan_path(hs_line *memory, const hs_path *path, double compliance, int sa
                : (int)HS_OK;
 }
 
-int hs_integrate_part(hs_line *memory, const hs_plan *plan, double before, double share, const hs_drive *drive) {
+int hs_follow_plan(hs_line *memory, const hs_plan *plan, double from, double to, const hs_drive *drive) {
     const hs_request *request = &plan->request;
-    double time = hs_toward(plan->times[0], plan->times[1], share);
+    double time = hs_toward(plan->times[0], plan->times[1], to);
     int side = 0, status;
     if (plan->pieces.count) {
-        status = hs_follow_limit(memory, request, &plan->pieces, before, share, plan->times, drive, &side);
+        status = hs_follow_limit(memory, request, &plan->pieces, from, to, plan->times, drive, &side);
     } else if (request->both_loads) {
-        status = hs_ramp(memory, hs_toward(request->load[0], request->load[1], share),
-                         hs_toward(request->force[0], request->force[1], share), time, drive);
+        status = hs_ramp(memory, hs_toward(request->load[0], request->load[1], to),
+                         hs_toward(request->force[0], request->force[1], to), time, drive);
     } else {
-        double d = hs_toward(request->d[0], request->d[1], share);
+        double d = hs_toward(request->d[0], request->d[1], to);
         double load = d == request->d[1] ? request->load[1] : hs_load_at(hs_all_of(memory->contact), d).load;
-        hs_target target = hs_to_displacement(hs_toward(plan->v[0], plan->v[1], share));
-        /* what has left the contact on the way says no more where it was to go */
-        if (share == 1.0 && !(plan->ends_separated && before > 0.0)) target = plan->target;
+        hs_target target = hs_to_displacement(hs_toward(plan->v[0], plan->v[1], to));
+        /* a tangential load that ends on a separated contact is no target after the first row: the path stays straight in V */
+        if (to == 1.0 && !(plan->ends_separated && from > 0.0)) target = plan->target;
         hs_tick(memory, time);
         status = hs_move(memory, d, load, target);
-        if (status == HS_OK && plan->ends_separated && share == 1.0) memory->tangential_load = plan->target.value;
+        if (status == HS_OK && plan->ends_separated && to == 1.0) memory->tangential_load = plan->target.value;
     }
     if (status != HS_OK) return status;
     memory->excess = 0.0;
     if (side != 0) {
-        /* what a load at the limit asks for beyond it, if that is more than rounding */
-        double excess = hs_toward(request->force[0], request->force[1], share) - memory->tangential_load;
+        /* excess of the request over the friction limit, unless it is rounding */
+        double excess = hs_toward(request->force[0], request->force[1], to) - memory->tangential_load;
         if (fabs(excess) > HS_LIMIT_SLACK * fabs(memory->tangential_load)) memory->excess = excess;
     }
     return HS_OK;
 }
 
-/* A load or approach that is too small for a float would press on springs without any stiffness. */
-static double scaled(double target, double unit, double least) {
-    double found = target / unit;
-    return fabs(found) < least ? 0.0 : found;
+/* Scale a target by a unit; magnitudes below `smallest` are 0, because the stiffness of so small a contact rounds to 0. */
+static double scale_target(double target, double unit, double smallest) {
+    double result = target / unit;
+    return fabs(result) < smallest ? 0.0 : result;
 }
 
 hs_path hs_scale_path(const hs_units *units, const hs_path *path) {
-    hs_path found = *path;
+    hs_path scaled = *path;
     int by_load = path->normal_control == HS_LOAD;
-    found.normal_target = scaled(path->normal_target, by_load ? units->load : units->length,
-                                 by_load ? HS_LEAST_LOAD : HS_LEAST_APPROACH);
-    found.tangential_target[0] /= path->tangential_control[0] == HS_LOAD ? units->load : units->displacement;
-    return found;
+    scaled.normal_target = scale_target(path->normal_target, by_load ? units->load : units->length,
+                                 by_load ? HS_MIN_LOAD : HS_MIN_APPROACH);
+    scaled.tangential_target[0] /= path->tangential_control[0] == HS_LOAD ? units->load : units->displacement;
+    return scaled;
 }
 
 int hs_line_step(hs_line *memory, int normal_control, double normal_target, int tangential_control,
                  double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
-    /* NaN holds a channel as it was controlled last */
+    /* NaN keeps the previous control of a channel */
     int presses = !isnan(normal_target), moves = !isnan(tangential_target);
     hs_path path = {presses ? normal_target : 0.0, (double)presses, {moves ? tangential_target : 0.0, 0.0}, {(double)moves, 0.0},
                     1, 0, presses ? normal_control : memory->normal_control,
@@ -108,7 +108,7 @@ int hs_line_step(hs_line *memory, int normal_control, double normal_target, int 
     path = hs_scale_path(units, &path);
     hs_set_clock(memory, NAN);
     int status = hs_plan_path(memory, &path, drive->compliance[0] * units->stiffness, drive->saturate, 1, &plan, refusal);
-    if (status == HS_OK) status = hs_integrate_part(memory, &plan, 0.0, 1.0, drive);
+    if (status == HS_OK) status = hs_follow_plan(memory, &plan, 0.0, 1.0, drive);
     refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
@@ -116,11 +116,10 @@ int hs_line_step(hs_line *memory, int normal_control, double normal_target, int 
     return HS_OK;
 }
 
-/* Threads that write rows while the next ones are walked.
+/* Threads that write rows during the integration.
  *
- * The walk itself is one thread: each step goes on from the one before. It hands on copies of the memory, rows do not
- * depend on one another, and no sum runs over more than one of them; so the bits are the same whatever the number of
- * threads. Where all threads are busy, the walk writes a row itself. */
+ * The integration is sequential, in one thread, which passes copies of the memory to writers. Rows are independent, and no sum runs
+ * over several rows, so the bits do not depend on the number of threads. If all writers are busy, the main thread writes the row. */
 typedef struct row_writers row_writers;
 
 #if defined(_WIN32) || defined(HS_ONE_THREAD)
@@ -128,21 +127,22 @@ typedef struct row_writers row_writers;
 static row_writers *start_writers(int threads, const hs_line *memory, const hs_rows *rows) {
     return (void)threads, (void)memory, (void)rows, (row_writers *)NULL;
 }
-static int hand_over(row_writers *writers, const hs_line *memory, int64_t row, int saturated) {
+static int pass_to_writer(row_writers *writers, const hs_line *memory, int64_t row, int saturated) {
     return (void)writers, (void)memory, (void)row, (void)saturated, 0;
 }
-static int end_writers(row_writers *writers) { return (void)writers, (int)HS_OK; }
+static int stop_writers(row_writers *writers) { return (void)writers, (int)HS_OK; }
 
 #else
 
 #include <pthread.h>
 
-#define MOST_THREADS 64
-/* rows that may wait for each thread */
+/* Writer threads, at most; chosen. */
+#define MAX_THREADS 64
+/* Copies of rows for each thread, so that one may wait while one is written; chosen. */
 #define WAITING 2
 
 enum { FREE, FILLED, TAKEN };
-/* A memory as it was at a row. */
+/* Copy of a memory at a row. */
 typedef struct copy_of_row {
     hs_line *memory;
     int64_t row;
@@ -153,17 +153,17 @@ typedef struct copy_of_row {
 struct row_writers {
     pthread_mutex_t lock;
     pthread_cond_t changed;
-    pthread_t thread[MOST_THREADS];
-    copy_of_row copies[WAITING * MOST_THREADS];
+    pthread_t thread[MAX_THREADS];
+    copy_of_row copies[WAITING * MAX_THREADS];
     const hs_rows *rows;
     hs_contact *contact;
     int threads;
     int count;  /* of copies */
-    int ends;   /* whether no more rows come */
-    int status; /* of what went wrong in a thread */
+    int ends;   /* true if no more rows follow */
+    int status; /* error of a thread, else HS_OK */
 };
 
-static copy_of_row *first_in(row_writers *writers, int state) {
+static copy_of_row *find_copy(row_writers *writers, int state) {
     for (int i = 0; i < writers->count; ++i)
         if (writers->copies[i].state == state) return writers->copies + i;
     return NULL;
@@ -172,28 +172,28 @@ static copy_of_row *first_in(row_writers *writers, int state) {
 static void *write_rows(void *argument) {
     row_writers *writers = (row_writers *)argument;
     hs_recorder recorder;
-    int status = hs_begin_recording(&recorder, writers->contact, writers->rows);
+    int status = hs_recorder_init(&recorder, writers->contact, writers->rows);
     pthread_mutex_lock(&writers->lock);
     for (;;) {
-        copy_of_row *next = first_in(writers, FILLED);
-        if (!next && writers->ends) break;
-        if (!next) {
+        copy_of_row *copy = find_copy(writers, FILLED);
+        if (!copy && writers->ends) break;
+        if (!copy) {
             pthread_cond_wait(&writers->changed, &writers->lock);
             continue;
         }
-        next->state = TAKEN;
+        copy->state = TAKEN;
         pthread_mutex_unlock(&writers->lock);
-        if (status == HS_OK) status = hs_record(&recorder, next->memory, next->row, next->saturated);
+        if (status == HS_OK) status = hs_record(&recorder, copy->memory, copy->row, copy->saturated);
         pthread_mutex_lock(&writers->lock);
-        next->state = FREE;
+        copy->state = FREE;
         if (status != HS_OK) writers->status = status;
     }
     pthread_mutex_unlock(&writers->lock);
-    hs_end_recording(&recorder);
+    hs_recorder_clear(&recorder);
     return NULL;
 }
 
-static int end_writers(row_writers *writers) {
+static int stop_writers(row_writers *writers) {
     if (!writers) return HS_OK;
     pthread_mutex_lock(&writers->lock);
     writers->ends = 1;
@@ -214,7 +214,7 @@ static row_writers *start_writers(int threads, const hs_line *memory, const hs_r
     if (!writers) return NULL;
     writers->rows = rows;
     writers->contact = memory->contact;
-    if (threads - 1 > MOST_THREADS) threads = MOST_THREADS + 1;
+    if (threads - 1 > MAX_THREADS) threads = MAX_THREADS + 1;
     pthread_mutex_init(&writers->lock, NULL);
     pthread_cond_init(&writers->changed, NULL);
     while (writers->count < WAITING * (threads - 1)) {
@@ -227,21 +227,21 @@ static row_writers *start_writers(int threads, const hs_line *memory, const hs_r
         ++writers->threads;
     }
     if (writers->threads) return writers;
-    end_writers(writers);
+    stop_writers(writers);
     return NULL;
 }
 
-static int hand_over(row_writers *writers, const hs_line *memory, int64_t row, int saturated) {
+static int pass_to_writer(row_writers *writers, const hs_line *memory, int64_t row, int saturated) {
     pthread_mutex_lock(&writers->lock);
-    copy_of_row *free_one = first_in(writers, FREE);
-    if (free_one) free_one->state = TAKEN;
+    copy_of_row *copy = find_copy(writers, FREE);
+    if (copy) copy->state = TAKEN;
     pthread_mutex_unlock(&writers->lock);
-    if (!free_one) return 0;
-    int copied = hs_line_assign(free_one->memory, memory) == HS_OK;
-    free_one->row = row;
-    free_one->saturated = saturated;
+    if (!copy) return 0;
+    int copied = hs_line_assign(copy->memory, memory) == HS_OK;
+    copy->row = row;
+    copy->saturated = saturated;
     pthread_mutex_lock(&writers->lock);
-    free_one->state = copied ? FILLED : FREE;
+    copy->state = copied ? FILLED : FREE;
     pthread_cond_signal(&writers->changed);
     pthread_mutex_unlock(&writers->lock);
     return copied;
@@ -249,8 +249,8 @@ static int hand_over(row_writers *writers, const hs_line *memory, int64_t row, i
 
 #endif
 
-/* numbers of paths times recorded asperities from which threads are worth their start */
-#define HS_LEAST_SHARED (1 << 19)
+/* Product of paths and recorded asperities from which threads are faster in spite of their start; chosen. */
+#define MIN_SHARED_WORK (1 << 19)
 
 int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                       double until, hs_refusal *refusal) {
@@ -261,30 +261,30 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
     hs_refusal unread;
     int flag = 0;
     if (!refusal) refusal = &unread;
-    int64_t work = 0, each = 1 + (memory->contact->count + (rows ? rows->columns : 0)) / 16;
-    int status = hs_begin_recording(&recorder, memory->contact, rows);
+    int64_t work = 0, work_per_row = 1 + (memory->contact->count + (rows ? rows->columns : 0)) / 16;
+    int status = hs_recorder_init(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;
-    row_writers *writers = count * (rows ? rows->columns : 0) < HS_LEAST_SHARED
+    row_writers *writers = count * (rows ? rows->columns : 0) < MIN_SHARED_WORK
                               ? NULL
                               : start_writers(drive->threads, memory, rows);
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         hs_path path = hs_scale_path(units, paths + p);
-        double before = 0.0;
+        double previous_fraction = 0.0;
         refusal->path = p;
         hs_set_clock(memory, path.begin);
         status = hs_plan_path(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
-        for (int64_t part = 1; part <= path.parts && status == HS_OK; ++part) {
-            double share = until * ((double)part / (double)path.parts);
-            status = hs_integrate_part(memory, &plan, before, share, drive);
-            before = share;
-            if (status == HS_OK) status = hs_count_work(drive, &work, each);
+        for (int64_t division = 1; division <= path.parts && status == HS_OK; ++division) {
+            double fraction = until * ((double)division / (double)path.parts);
+            status = hs_follow_plan(memory, &plan, previous_fraction, fraction, drive);
+            previous_fraction = fraction;
+            if (status == HS_OK) status = hs_count_work(drive, &work, work_per_row);
             if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
             if (status != HS_OK) break;
-            /* several paths may lead to one row */
+            /* several paths may share one row */
             flag |= memory->excess != 0.0;
-            if (rows && (part < path.parts || path.recorded)) {
-                int64_t row = path.first_row + part - 1;
-                if (!(writers && hand_over(writers, memory, row, flag)))
+            if (rows && (division < path.parts || path.recorded)) {
+                int64_t row = path.first_row + division - 1;
+                if (!(writers && pass_to_writer(writers, memory, row, flag)))
                     status = hs_record(&recorder, memory, row, flag);
                 flag = 0;
             }
@@ -292,9 +292,9 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
         memory->normal_control = path.normal_control;
         memory->tangential_control = path.tangential_control[0];
     }
-    int written = end_writers(writers);
+    int written = stop_writers(writers);
     if (status == HS_OK) status = written;
-    hs_end_recording(&recorder);
+    hs_recorder_clear(&recorder);
     refusal->status = status;
     return status;
 }

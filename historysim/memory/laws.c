@@ -60,7 +60,7 @@ int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *load, cons
     if (wear->kind == HS_CALLERS_WEAR)
         return wear->function(wear->user, count, load, slid, energy, volume) ? HS_LAW_FAILED : HS_OK;
     for (int64_t i = 0; i < count; ++i)
-        volume[i] = wear->kind == HS_ARCHARD ? wear->rate * load[i] * slid[i] : wear->rate * hs_most(energy[i], 0.0);
+        volume[i] = wear->kind == HS_ARCHARD ? wear->rate * load[i] * slid[i] : wear->rate * hs_max(energy[i], 0.0);
     return HS_OK;
 }
 
@@ -73,7 +73,7 @@ static double quartic(double p, double q) {
 }
 
 double hs_mean_load(double first, double last, double weight) {
-    double p = sqrt(hs_most(first, 0.0)), q = sqrt(hs_most(last, 0.0));
+    double p = sqrt(hs_max(first, 0.0)), q = sqrt(hs_max(last, 0.0));
     return p + q > 0.0 ? weight * 0.4 * quartic(p, q) / (p + q) : 0.0;
 }
 
@@ -85,11 +85,11 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
                       double volume, double *height, double *radius) {
     if (wear->shape == HS_TRUNCATED) {
         /* what was foreseen too large is taken back, as far as there is any */
-        double area = PI * *radius, taken = hs_most(waiting + volume, -shaped);
+        double area = PI * *radius, taken = hs_max(waiting + volume, -shaped);
         *height -= sqrt((shaped + taken) / area) - sqrt(shaped / area);
         return taken;
     }
-    double p = sqrt(hs_most(first, 0.0)), q = sqrt(hs_most(last, 0.0)), whole = quartic(p, q), grown = 1.0;
+    double p = sqrt(hs_max(first, 0.0)), q = sqrt(hs_max(last, 0.0)), whole = quartic(p, q), grown = 1.0;
     /* a cap over the contact circle holds πa⁴/(4R); what is more than that waits for a larger contact */
     double part = p > 0.0 ? 4.0 * *radius * waiting / (PI * first * first) : HUGE_VAL;
     if (-0.5 < part && part <= 1.0) {
@@ -150,7 +150,7 @@ static state kogut_etsion(double x, double most_pressure) {
         found.area = 2.0 * x;
         found.load = found.area * most_pressure;
     }
-    found.load = hs_least(found.load, found.area * most_pressure);
+    found.load = hs_min(found.load, found.area * most_pressure);
     return found;
 }
 
@@ -197,7 +197,7 @@ static double flat_at(const hs_contact *contact, double d) { return contact->dat
 
 /* Approach of a virgin summit beyond which it yields, or yields on [m]. */
 static double elastic_to(const hs_yielding *law, const hs_evolved *evolved, int64_t i) {
-    return hs_most(law->critical_approach[i], evolved->yielded_to[i]);
+    return hs_max(law->critical_approach[i], evolved->yielded_to[i]);
 }
 
 double hs_yields_at(const hs_line *memory, const hs_yielding *law, int64_t asperity) {
@@ -208,7 +208,7 @@ double hs_yields_at(const hs_line *memory, const hs_yielding *law, int64_t asper
 
 double hs_next_yield(const hs_line *memory, const hs_yielding *law) {
     double next = HUGE_VAL;
-    for (int64_t i = 0; i < memory->contact->count; ++i) next = hs_least(next, hs_yields_at(memory, law, i));
+    for (int64_t i = 0; i < memory->contact->count; ++i) next = hs_min(next, hs_yields_at(memory, law, i));
     return next;
 }
 
@@ -274,7 +274,7 @@ int hs_yielding_load(const hs_line *memory, const hs_evolution *evolution, doubl
 }
 
 int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, double load, double *approach) {
-    double low = hs_most(hs_approach_at_load(memory, load), memory->approach);
+    double low = hs_max(hs_approach_at_load(memory, load), memory->approach);
     double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch);
     hs_bracket root = {low, low, 0.0, 0.0, 0};
     yielding_summits place;
@@ -335,7 +335,7 @@ static int take_energy(const hs_evolution *evolution, hs_evolved *evolved, const
             double depth = start - (evolved->virgin_height[i] - evolved->summit_height[i]);
             if (before == 0.0) before = 4.0 / 3.0 * evolution->contact_modulus * sqrt(radius * depth) * depth;
             double held = 0.75 * at->load[k] / (evolution->contact_modulus * at->contact_radius[k]);
-            evolved->yielding_energy[i] += hs_most(work - 0.4 * (at->load[k] * held - before * depth), 0.0);
+            evolved->yielding_energy[i] += hs_max(work - 0.4 * (at->load[k] * held - before * depth), 0.0);
         }
         along.count = used;
         int status = pass ? (int)HS_OK : on_first_loading(evolution, &along);

@@ -1,209 +1,209 @@
-/* Limit: the path fractions at which a requested tangential load crosses the friction limit Σ μ P(a), and the motion along the
- * limit (README.md, theory 2).
+/* Limit: the path fractions at which a requested tangential load crosses the friction limit Σ μ P(a), by interval bisection with
+ * bounds of the slope, and the motion along the limit (README.md, theory 2).
  *
- * A request beyond the limit is held at the limit, and the contact slides. At every moment of a path the tangential load is
- * the request, or the limit where that is less; the displacement takes the value nearest to its present one at which it is.
- * So with the normal load falling while everything slides the displacement stays, and with the normal load rising it goes
- * just so far that the new springs slide, too. That does not depend on how finely the path is divided.
+ * A request beyond the limit is clipped to the limit, and the contact slides: at each path fraction T = min(|request|, limit), with
+ * the displacement nearest to the present one. While all springs slide, the displacement is constant for a falling normal load; for
+ * a rising one it increases just enough for new springs to slide. The result does not depend on the number of rows.
  *
- * Requests go straight with the share s of a path: with both loads prescribed the normal load does, too, otherwise the
- * approach. The limit Σ μ P(a) of several groups is straight in neither, so a request may meet it more than once. */
+ * Requests are linear in the path fraction s, as is the normal load if both loads are prescribed, else the approach. The limit of
+ * several groups is linear in neither, so a request may cross it several times. */
 
 #include "limit.h"
 #include "bracket.h"
 #include "state.h"
 
-/* shares of a path below which a request that touches the limit does not meet it */
-#define NARROWEST 1e-12
-/* places that are looked at: a request that runs along the limit all the way would have it looked at everywhere */
-#define MOST_LOOKED 4096
-/* of a path, one after the other, that lead to less than that */
-#define MOST_HALVINGS 64
+/* Width in path fraction below which an interval is not bisected; chosen. */
+#define MIN_WIDTH 1e-12
+/* Evaluations of the limit for one crossing: bounds the search for a request that follows the limit; chosen. */
+#define MAX_EVALUATIONS 4096
+/* Nested bisections, at most: more than the 40 that lead to the minimum width; chosen. */
+#define MAX_HALVINGS 64
 
-/* A point of a request: its share, the limit, and the slopes in the approach of limit and normal load. */
-typedef struct station {
-    double share;
+/* Point of a request: path fraction, approach, and the friction limit with the slopes of limit and normal load. */
+typedef struct request_point {
+    double fraction;
     double d;
     hs_limit at;
-} station;
+} request_point;
 
-static double approach_on(const hs_line *memory, const hs_request *request, double share) {
-    double d = hs_toward(request->d[0], request->d[1], share);
+static double approach_on(const hs_line *memory, const hs_request *request, double fraction) {
+    double d = hs_toward(request->d[0], request->d[1], fraction);
     if (!request->both_loads) return d;
-    double load = hs_toward(request->load[0], request->load[1], share);
+    double load = hs_toward(request->load[0], request->load[1], fraction);
     return hs_label_at(hs_all_of(memory->contact), load, d, 0.0, 1.0);
 }
 
-static station station_at(const hs_line *memory, const hs_request *request, double share) {
-    double d = approach_on(memory, request, share);
-    return HS_MADE(station){share, d, hs_limit_and_slopes(memory, d)};
+static request_point evaluate_at(const hs_line *memory, const hs_request *request, double fraction) {
+    double d = approach_on(memory, request, fraction);
+    return HS_MADE(request_point){fraction, d, hs_limit_and_slopes(memory, d)};
 }
 
-/* How far a request is beyond the limit on one side; 0 within rounding counts as beyond. */
-static double excess(const hs_request *request, const station *place, double side) {
-    return side * hs_toward(request->force[0], request->force[1], place->share) - (1.0 - HS_TIE) * place->at.limit;
+/* Excess of a request over the limit on one side, positive within rounding of the limit. */
+static double excess(const hs_request *request, const request_point *point, double side) {
+    return side * hs_toward(request->force[0], request->force[1], point->fraction) - (1.0 - HS_TIE) * point->at.limit;
 }
 
-/* Bounds of the limit's slope in the share between two places: the slopes in the approach rise with the approach. */
-static void slopes_of_limit(const hs_line *memory, const hs_request *request, const station *low, const station *high,
-                            double *flattest, double *steepest) {
-    double limit_least = hs_least(low->at.limit_slope, high->at.limit_slope);
-    double limit_most = hs_most(low->at.limit_slope, high->at.limit_slope);
-    double rate = request->d[1] - request->d[0], least = limit_least, most = limit_most;
+/* Bounds of the derivative of the limit with respect to the path fraction between two points; its derivative with respect to the
+ * approach is monotone. */
+static void bound_limit_slopes(const hs_line *memory, const hs_request *request, const request_point *low, const request_point *high,
+                            double *min_rate, double *max_rate) {
+    double min_limit_slope = hs_min(low->at.limit_slope, high->at.limit_slope);
+    double max_limit_slope = hs_max(low->at.limit_slope, high->at.limit_slope);
+    double rate = request->d[1] - request->d[0], min_slope = min_limit_slope, max_slope = max_limit_slope;
     if (request->both_loads) {
-        double load_least = hs_least(low->at.load_slope, high->at.load_slope);
-        double load_most = hs_most(low->at.load_slope, high->at.load_slope);
-        hs_range friction = hs_friction_range(memory, hs_most(low->d, high->d));
-        least = load_most > 0.0 ? hs_most(friction.least, limit_least / load_most) : friction.least;
-        most = load_least > 0.0 ? hs_least(friction.most, limit_most / load_least) : friction.most;
+        double min_load_slope = hs_min(low->at.load_slope, high->at.load_slope);
+        double max_load_slope = hs_max(low->at.load_slope, high->at.load_slope);
+        hs_range friction = hs_friction_range(memory, hs_max(low->d, high->d));
+        min_slope = max_load_slope > 0.0 ? hs_max(friction.min, min_limit_slope / max_load_slope) : friction.min;
+        max_slope = min_load_slope > 0.0 ? hs_min(friction.max, max_limit_slope / min_load_slope) : friction.max;
         rate = request->load[1] - request->load[0];
     }
-    *flattest = hs_least(rate * least, rate * most);
-    *steepest = hs_most(rate * least, rate * most);
+    *min_rate = hs_min(rate * min_slope, rate * max_slope);
+    *max_rate = hs_max(rate * min_slope, rate * max_slope);
 }
 
-/* Share at which the one change of sign of `excess` between two places is, by false position (Illinois). */
-static double crossing_between(const hs_line *memory, const hs_request *request, double side, const station *start,
-                               const station *end) {
-    hs_bracket root = {start->share, end->share, excess(request, start, side), excess(request, end, side), 0};
-    for (int turn = 0; turn < 200; ++turn) {
-        double share = hs_false_position(&root);
-        if (share == root.low || share == root.high || root.high - root.low <= 1e-15) break;
-        station place = station_at(memory, request, share);
-        double here = excess(request, &place, side);
-        if (here == 0.0) return share;
-        hs_narrow(&root, share, here, (here > 0.0) == (root.at_high > 0.0));
+/* Path fraction of the single root of `excess` between two points, by regula falsi (Illinois). */
+static double find_crossing(const hs_line *memory, const hs_request *request, double side, const request_point *start,
+                               const request_point *stop) {
+    hs_bracket root = {start->fraction, stop->fraction, excess(request, start, side), excess(request, stop, side), 0};
+    for (int iteration = 0; iteration < 200; ++iteration) {
+        double fraction = hs_false_position(&root);
+        if (fraction == root.low || fraction == root.high || root.high - root.low <= 1e-15) break;
+        request_point point = evaluate_at(memory, request, fraction);
+        double value = excess(request, &point, side);
+        if (value == 0.0) return fraction;
+        hs_narrow(&root, fraction, value, (value > 0.0) == (root.at_high > 0.0));
     }
     return root.high;
 }
 
-/* Share between two places at which the request first comes to be beyond the limit on one side, or within it.
- *
- * Infinity where it does not; at the start it is not. Intervals are halved until bounds of the slopes say that the excess
- * is monotone or has no sign to change to. */
-static double first_change(const hs_line *memory, const hs_request *request, double side, const station *start,
-                           const station *end, int beyond) {
-    /* the right ends of the intervals that are still to be looked at, the nearest last */
-    station waiting[MOST_HALVINGS], low = *start;
-    int count = 1, looked = 0;
-    waiting[0] = *end;
-    double rate = side * (request->force[1] - request->force[0]), wanted = beyond ? 1.0 : -1.0;
+/* Smallest path fraction between two points at which the request crosses the limit on one side, outward (`beyond`) or inward;
+ * infinity if there is none. Intervals are bisected until bounds of the slope show that the excess is monotone or has no root. */
+static double next_crossing(const hs_line *memory, const hs_request *request, double side, const request_point *start,
+                           const request_point *stop, int beyond) {
+    /* stack of the upper ends of pending intervals, the lowest on top */
+    request_point pending[MAX_HALVINGS], low = *start;
+    int count = 1, evaluations = 0;
+    pending[0] = *stop;
+    double rate = side * (request->force[1] - request->force[0]), sign = beyond ? 1.0 : -1.0;
     while (count > 0) {
-        station high = waiting[count - 1];
-        double at_low = wanted * excess(request, &low, side), at_high = wanted * excess(request, &high, side);
-        double least, most;
-        slopes_of_limit(memory, request, &low, &high, &least, &most);
-        double fastest = beyond ? rate - least : most - rate, slowest = beyond ? rate - most : least - rate;
-        double width = high.share - low.share;
-        int monotone = slowest >= 0.0 || fastest <= 0.0;
+        request_point high = pending[count - 1];
+        double at_low = sign * excess(request, &low, side), at_high = sign * excess(request, &high, side);
+        double min_rate, max_rate;
+        bound_limit_slopes(memory, request, &low, &high, &min_rate, &max_rate);
+        double max_excess_rate = beyond ? rate - min_rate : max_rate - rate;
+        double min_excess_rate = beyond ? rate - max_rate : min_rate - rate;
+        double width = high.fraction - low.fraction;
+        int monotone = min_excess_rate >= 0.0 || max_excess_rate <= 0.0;
         if (monotone && at_high > 0.0)
-            return at_low < 0.0 ? crossing_between(memory, request, side, &low, &high) : low.share;
-        int hopeless = monotone || hs_least(at_low + fastest * width, at_high - slowest * width) <= 0.0;
-        int last = width <= NARROWEST || looked == MOST_LOOKED;
-        if (at_high <= 0.0 && (hopeless || last)) {
+            return at_low < 0.0 ? find_crossing(memory, request, side, &low, &high) : low.fraction;
+        int is_excluded = monotone || hs_min(at_low + max_excess_rate * width, at_high - min_excess_rate * width) <= 0.0;
+        int is_limit_reached = width <= MIN_WIDTH || evaluations == MAX_EVALUATIONS;
+        if (at_high <= 0.0 && (is_excluded || is_limit_reached)) {
             --count;
             low = high;
-        } else if (last || count == MOST_HALVINGS) {
-            return high.share;
+        } else if (is_limit_reached || count == MAX_HALVINGS) {
+            return high.fraction;
         } else {
-            ++looked;
-            waiting[count++] = station_at(memory, request, 0.5 * (low.share + high.share));
+            ++evaluations;
+            pending[count++] = evaluate_at(memory, request, 0.5 * (low.fraction + high.fraction));
         }
     }
     return HUGE_VAL;
 }
 
-/* Whether a request has to be cut: it is at a limit or beyond it somewhere. */
-static int meets_limit(const hs_line *memory, const hs_request *request) {
+/* True if a request reaches a limit on the path, so that it has to be cut. */
+static int reaches_limit(const hs_line *memory, const hs_request *request) {
     const double held = 1.0 - HS_TIE, *force = request->force;
     if (fabs(force[1]) > held * hs_friction_limit(memory, request->d[1], request->load[1])) return 1;
-    /* a straight path to an end within the limit prescribes no load before it */
+    /* a path that is straight in (d, V) prescribes the load at its end only */
     double start = held * hs_friction_limit(memory, request->d[0], request->load[0]);
     if (!request->both_loads) return fabs(force[0]) > (1.0 + HS_LIMIT_SLACK) * start;
     if (fabs(force[0]) > start) return 1;
     if (memory->contact->groups == 1 || request->d[0] == request->d[1]) return 0;
-    station low = station_at(memory, request, 0.0), high = station_at(memory, request, 1.0);
-    return first_change(memory, request, 1.0, &low, &high, 1) < 1.0 ||
-           first_change(memory, request, -1.0, &low, &high, 1) < 1.0;
+    request_point low = evaluate_at(memory, request, 0.0), high = evaluate_at(memory, request, 1.0);
+    return next_crossing(memory, request, 1.0, &low, &high, 1) < 1.0 ||
+           next_crossing(memory, request, -1.0, &low, &high, 1) < 1.0;
 }
 
-/* Cut a request where it meets the limit, or leaves it. */
-static void cut(const hs_line *memory, const hs_request *request, hs_pieces *pieces) {
-    station low = station_at(memory, request, 0.0), end = station_at(memory, request, 1.0);
+/* Cut a request at its crossings of the limit. */
+static void cut_request(const hs_line *memory, const hs_request *request, hs_pieces *pieces) {
+    request_point low = evaluate_at(memory, request, 0.0), stop = evaluate_at(memory, request, 1.0);
     int side = excess(request, &low, 1.0) > 0.0 ? 1 : excess(request, &low, -1.0) > 0.0 ? -1 : 0;
-    for (int count = 0; count < HS_MOST_PIECES_OF_REQUEST; ++count) {
+    for (int count = 0; count < HS_MAX_PIECES; ++count) {
         pieces->side[count] = side;
         pieces->end[count] = 1.0;
         pieces->count = count + 1;
-        double share;
-        int next = 0;
+        double fraction;
+        int following_side = 0;
         if (side != 0) {
-            share = first_change(memory, request, side, &low, &end, 0);
+            fraction = next_crossing(memory, request, side, &low, &stop, 0);
         } else {
-            double above = first_change(memory, request, 1.0, &low, &end, 1);
-            double below = first_change(memory, request, -1.0, &low, &end, 1);
-            share = hs_least(above, below);
-            next = above < below ? 1 : -1;
+            double above = next_crossing(memory, request, 1.0, &low, &stop, 1);
+            double below = next_crossing(memory, request, -1.0, &low, &stop, 1);
+            fraction = hs_min(above, below);
+            following_side = above < below ? 1 : -1;
         }
-        if (share >= 1.0 || count + 1 == HS_MOST_PIECES_OF_REQUEST) return;
-        pieces->end[count] = share;
-        side = next;
-        low = station_at(memory, request, share);
+        if (fraction >= 1.0 || count + 1 == HS_MAX_PIECES) return;
+        pieces->end[count] = fraction;
+        side = following_side;
+        low = evaluate_at(memory, request, fraction);
     }
 }
 
-/* The request, and the limit there, at the end, or amid the piece that exceeds the limit most; whether it is beyond. */
-static int is_overload(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
+/* True if a request exceeds the limit: at its end, or at the middle of the first segment beyond the limit. Returns the request and
+ * the limit at this point. */
+static int is_overload(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, double *requested,
                        double *limit) {
-    double begin = 0.0;
-    *asked = request->force[1];
+    double start = 0.0;
+    *requested = request->force[1];
     *limit = hs_friction_limit(memory, request->d[1], request->load[1]);
     for (int k = 0; k < pieces->count; ++k) {
-        if (pieces->side[k] != 0 && fabs(*asked) <= *limit * (1.0 + HS_LIMIT_SLACK)) {
-            double share = 0.5 * (begin + pieces->end[k]);
-            *asked = hs_toward(request->force[0], request->force[1], share);
-            *limit = hs_limit_and_slopes(memory, approach_on(memory, request, share)).limit;
+        if (pieces->side[k] != 0 && fabs(*requested) <= *limit * (1.0 + HS_LIMIT_SLACK)) {
+            double fraction = 0.5 * (start + pieces->end[k]);
+            *requested = hs_toward(request->force[0], request->force[1], fraction);
+            *limit = hs_limit_and_slopes(memory, approach_on(memory, request, fraction)).limit;
         }
-        begin = pieces->end[k];
+        start = pieces->end[k];
     }
-    return fabs(*asked) > *limit * (1.0 + HS_LIMIT_SLACK);
+    return fabs(*requested) > *limit * (1.0 + HS_LIMIT_SLACK);
 }
 
 int hs_cut_at_limit(const hs_line *memory, const hs_request *request, int saturate, hs_pieces *pieces,
                     hs_refusal *refusal) {
-    double asked, limit;
+    double requested, limit;
     pieces->count = 0;
-    if (!meets_limit(memory, request)) return HS_OK;
-    cut(memory, request, pieces);
-    if (saturate || !is_overload(memory, request, pieces, &asked, &limit)) return HS_OK;
-    refusal->request = asked * memory->contact->units.load;
+    if (!reaches_limit(memory, request)) return HS_OK;
+    cut_request(memory, request, pieces);
+    if (saturate || !is_overload(memory, request, pieces, &requested, &limit)) return HS_OK;
+    refusal->request = requested * memory->contact->units.load;
     refusal->limit = limit * memory->contact->units.load;
     return HS_BEYOND_LIMIT;
 }
 
-/* Approach and normal load at a share. */
-static void place_on(const hs_line *memory, const hs_request *request, double share, double *d, double *load) {
-    if (share == 1.0) {
+/* Approach and normal load at a path fraction. */
+static void channels_at(const hs_line *memory, const hs_request *request, double fraction, double *d, double *load) {
+    if (fraction == 1.0) {
         *d = request->d[1];
         *load = request->load[1];
     } else if (request->both_loads) {
-        *load = hs_toward(request->load[0], request->load[1], share);
+        *load = hs_toward(request->load[0], request->load[1], fraction);
         *d = hs_approach_at_load(memory, *load);
     } else {
-        *d = hs_toward(request->d[0], request->d[1], share);
+        *d = hs_toward(request->d[0], request->d[1], fraction);
         *load = hs_load_at(hs_all_of(memory->contact), *d).load;
     }
 }
 
-/* Tangential load at a share within the limits: where the piece ends at a limit, that limit. */
-static double request_at(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, int piece,
-                         double share, double d, double load) {
+/* Tangential load at a path fraction, clipped to the limits; exactly a limit where a segment ends at it. */
+static double limited_request(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, int piece,
+                         double fraction, double d, double load) {
     double limit = hs_friction_limit(memory, d, load);
-    if (share == pieces->end[piece] && piece + 1 < pieces->count) return pieces->side[piece + 1] * limit;
-    return hs_clamp(hs_toward(request->force[0], request->force[1], share), limit);
+    if (fraction == pieces->end[piece] && piece + 1 < pieces->count) return pieces->side[piece + 1] * limit;
+    return hs_clamp(hs_toward(request->force[0], request->force[1], fraction), limit);
 }
 
-/* Let the clock go on along the limit, where a load is straight in time if both are prescribed. */
+/* Advance the clock along the limit; loads are linear in time if both are prescribed. */
 static void tick_along_limit(hs_line *memory, int both, double load, double side, double time) {
     hs_tick(memory, time);
     if (!both) return;
@@ -211,20 +211,20 @@ static void tick_along_limit(hs_line *memory, int both, double load, double side
     memory->clock.force = side * memory->friction[0] * load;
 }
 
-/* Carry the contact along the friction limit to approach d, where it carries `load`.
+/* Move along the friction limit to approach d with normal load `load`.
  *
- * With the approach falling the displacement stays. With the approach rising it keeps pace with the springs that need most
- * to slide as soon as they touch. */
-static int slide(hs_line *memory, const hs_request *request, double d, double load, double side, double time) {
+ * The displacement is constant for a falling approach. For a rising one it increases by μ Δd with the largest μ of the groups in
+ * contact, so that all new springs slide. */
+static int slide_along_limit(hs_line *memory, const hs_request *request, double d, double load, double side, double time) {
     const hs_contact *contact = memory->contact;
     double limit = hs_friction_limit(memory, memory->approach, memory->normal_load), steepest = 0.0;
     if (side * memory->tangential_load < (1.0 - HS_TIE) * limit) {
-        /* at once */
+        /* reach the limit at the present approach */
         hs_tick(memory, memory->clock.end);
         int status = hs_move(memory, memory->approach, memory->normal_load, hs_to_load(side * limit));
         if (status != HS_OK) return status;
     }
-    const double from = memory->approach, load0 = memory->normal_load, begin = memory->clock.end;
+    const double from = memory->approach, load0 = memory->normal_load, start_time = memory->clock.end;
     if (d <= from) {
         tick_along_limit(memory, request->both_loads, load, side, time);
         return hs_move(memory, d, load, hs_to_displacement(memory->displacement));
@@ -235,10 +235,10 @@ static int slide(hs_line *memory, const hs_request *request, double d, double lo
         if (memory->friction[index] <= steepest) continue;
         if (touch > memory->approach) {
             double reached = memory->displacement + side * steepest * (touch - memory->approach);
-            double there = hs_load_at(hs_all_of(contact), touch).load;
-            double share = request->both_loads ? (there - load0) / (load - load0) : (touch - from) / (d - from);
-            tick_along_limit(memory, request->both_loads, there, side, hs_toward(begin, time, share));
-            int status = hs_move(memory, touch, there, hs_to_displacement(reached));
+            double touch_load = hs_load_at(hs_all_of(contact), touch).load;
+            double fraction = request->both_loads ? (touch_load - load0) / (load - load0) : (touch - from) / (d - from);
+            tick_along_limit(memory, request->both_loads, touch_load, side, hs_toward(start_time, time, fraction));
+            int status = hs_move(memory, touch, touch_load, hs_to_displacement(reached));
             if (status != HS_OK) return status;
         }
         steepest = memory->friction[index];
@@ -247,37 +247,36 @@ static int slide(hs_line *memory, const hs_request *request, double d, double lo
     return hs_move(memory, d, load, hs_to_displacement(memory->displacement + side * steepest * (d - memory->approach)));
 }
 
-/* Walk a request, cut into pieces, from one share to another; tell which limit it follows there. */
-int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
+int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces *pieces, double from, double to,
               const double *times, const hs_drive *drive, int *side) {
     *side = 0;
     for (int k = 0; k < pieces->count; ++k) {
-        double end = pieces->end[k], stop = hs_least(end, share), d, load;
+        double segment_fraction = pieces->end[k], stop = hs_min(segment_fraction, to), d, load;
         int status;
-        if (end <= before && k < pieces->count - 1) continue;
+        if (segment_fraction <= from && k < pieces->count - 1) continue;
         *side = pieces->side[k];
-        place_on(memory, request, stop, &d, &load);
+        channels_at(memory, request, stop, &d, &load);
         double time = hs_toward(times[0], times[1], stop);
         if (*side != 0) {
-            status = slide(memory, request, d, load, *side, time);
+            status = slide_along_limit(memory, request, d, load, *side, time);
         } else if (request->both_loads) {
-            status = hs_ramp(memory, load, request_at(memory, request, pieces, k, stop, d, load), time, drive);
+            status = hs_ramp(memory, load, limited_request(memory, request, pieces, k, stop, d, load), time, drive);
         } else {
-            double d_end, load_end;
-            place_on(memory, request, end, &d_end, &load_end);
-            hs_target target = hs_to_load(request_at(memory, request, pieces, k, end, d_end, load_end));
+            double d1, load1;
+            channels_at(memory, request, segment_fraction, &d1, &load1);
+            hs_target target = hs_to_load(limited_request(memory, request, pieces, k, segment_fraction, d1, load1));
             status = HS_OK;
-            if (stop < end) {
+            if (stop < segment_fraction) {
                 double reached = 0.0;
-                status = hs_solve_displacement(memory, d_end, load_end, target, &reached);
-                target = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - before) / (end - before)));
+                status = hs_solve_displacement(memory, d1, load1, target, &reached);
+                target = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - from) / (segment_fraction - from)));
             }
             hs_tick(memory, time);
             if (status == HS_OK) status = hs_move(memory, d, load, target);
         }
         if (status != HS_OK) return status;
-        before = stop;
-        if (stop == share) break;
+        from = stop;
+        if (stop == to) break;
     }
     return HS_OK;
 }

@@ -1,5 +1,5 @@
-/* Line: the memory along one line, which is stepped, integrated and read as a whole; of a path the first tangential component is
- * that along the line. Functions do what those of `historysim.h` with the same endings do for a state. */
+/* Line: public functions of `historysim.h` for a memory in one direction, with the same suffixes. The first tangential component
+ * of a path is along the line. */
 #ifndef HISTORYSIM_LINE_H
 #define HISTORYSIM_LINE_H
 

@@ -11,11 +11,11 @@ typedef struct hs_slip {
     double drag_low, drag_high;
 } hs_slip;
 
-/* Energy dissipated on a path. Pieces of groups of one asperity are queued, because each is a chain of dependent roots and
- * quotients: several at a time take no longer than one. */
+/* Energy dissipated on a path. Losses of groups of one asperity are queued and computed together, as vectors: each is a chain of
+ * dependent roots and quotients. Size of the queue: chosen. */
 #define HS_QUEUE_SIZE 128
 typedef struct hs_losses {
-    int queues; /* whether pieces are queued */
+    int queues; /* true if losses of groups of one asperity are queued */
     int number;
     int64_t position[HS_QUEUE_SIZE];
     double gap[HS_QUEUE_SIZE], weight[HS_QUEUE_SIZE];
@@ -23,19 +23,19 @@ typedef struct hs_losses {
     double slip_low[HS_QUEUE_SIZE], slip_high[HS_QUEUE_SIZE];
     double drag_low[HS_QUEUE_SIZE], drag_high[HS_QUEUE_SIZE];
     double energy[HS_QUEUE_SIZE];
-    double total; /* of what was not queued, or is no longer */
+    double total; /* sum of the losses that are not in the queue */
 } hs_losses;
 
-/* ∫ slip·drag·N'' da over labels, added to each asperity unless that is NULL; returns the sum. */
-double hs_add_energy(hs_curve curve, double *each, const hs_slip *slip);
+/* ∫ slip·drag·N'' da over labels, dimensionless, added to `asperity_energy` unless NULL; returns the sum. */
+double hs_add_energy(hs_curve curve, double *asperity_energy, const hs_slip *slip);
 void hs_init_losses(hs_losses *losses, int64_t groups);
-/* Compute the queued energies and add them to the array of all asperities. */
-void hs_flush_losses(hs_losses *losses, double *each);
-/* Queue the loss of a group of one asperity; `position` is its index in the array of all. */
-static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, int64_t position, double *each,
+/* Compute the queued energies and add them to the energies of all asperities. */
+void hs_flush_losses(hs_losses *losses, double *asperity_energy);
+/* Queue the loss of a group of one asperity; `position` is its index in the arrays of the contact. */
+static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, int64_t position, double *asperity_energy,
                               const hs_slip *slip) {
     if (!(slip->low < slip->high && slip->high > gap)) return;
-    if (losses->number == HS_QUEUE_SIZE) hs_flush_losses(losses, each);
+    if (losses->number == HS_QUEUE_SIZE) hs_flush_losses(losses, asperity_energy);
     int p = losses->number++;
     losses->position[p] = position;
     losses->gap[p] = gap;
@@ -54,7 +54,7 @@ void hs_commit_losses(hs_losses *losses, hs_line *memory);
 /* Add the losses of springs that separate on a straight path, down to a segment of the polyline. */
 void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
                        const hs_point *to);
-/* Elastic energy ½ ∫ v² N'' da of a memory, added per asperity (position) to `each` unless that is NULL. */
-double hs_elastic_energy(const hs_line *memory, double *each);
+/* Elastic energy ½ ∫ v² N'' da of a memory, dimensionless, added by position to `asperity_energy` unless NULL. */
+double hs_elastic_energy(const hs_line *memory, double *asperity_energy);
 
 #endif

@@ -1,6 +1,6 @@
-/* Memory: allocates, copies and compares states, and regroups their asperities: groups are split or joined, and summits get other
- * gaps and weights. Histories w(a) are copied unchanged; loads of their vertices follow (README.md, theory 6 and 9). Sliding times
- * are shared by copies and copied before they are changed. */
+/* Memory: allocates, copies and compares traction memories, and regroups their asperities: splits and joins groups, and replaces
+ * gaps and weights. Polylines w(a) are copied unchanged; loads of their vertices are recomputed (README.md, theory 6 and 9).
+ * Sliding times are shared by copies, copied on write. */
 
 #include "state.h"
 #include "contact.h"
@@ -48,21 +48,21 @@ int hs_slides_assign(hs_line *memory, const double *time) {
     return HS_OK;
 }
 
-static hs_evolved *evolved_of(int64_t count, int yields) {
-    size_t n = (size_t)count, arrays = hs_evolved_arrays(yields);
-    hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + arrays * n * sizeof(double) + n);
+static hs_evolved *new_evolved(int64_t count, int yields) {
+    size_t n = (size_t)count, array_count = hs_evolved_arrays(yields);
+    hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + array_count * n * sizeof(double) + n);
     if (!evolved) return NULL;
     double *numbers = (double *)(evolved + 1);
-    double **each[] = {&evolved->summit_height,  &evolved->summit_radius,  &evolved->slid_distance,
+    double **arrays[] = {&evolved->summit_height,  &evolved->summit_radius,  &evolved->slid_distance,
                        &evolved->worn_volume,    &evolved->waiting_volume, &evolved->shaped_volume,
                        &evolved->virgin_height,  &evolved->virgin_radius,  &evolved->yielded_to,
                        &evolved->yielding_load,  &evolved->yielding_energy};
-    for (size_t k = 0; k < arrays; ++k) *each[k] = numbers + k * n;
-    evolved->friction_overridden = (uint8_t *)(numbers + arrays * n);
+    for (size_t k = 0; k < array_count; ++k) *arrays[k] = numbers + k * n;
+    evolved->friction_overridden = (uint8_t *)(numbers + array_count * n);
     return evolved;
 }
 
-/* Copy what asperities have become; the target may also follow how they yield, where the source does not. */
+/* Copy evolved summits; the target may have arrays of yielding that the source has not. */
 static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t count) {
     size_t n = (size_t)count, arrays = hs_evolved_arrays(source->virgin_height != NULL);
     memcpy(target->summit_height, source->summit_height, arrays * n * sizeof(double));
@@ -73,18 +73,17 @@ static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t c
     target->yielded_energy = source->yielded_energy;
 }
 
-/* friction, what each has dissipated, depths and whether steep stand in one block */
+/* Bytes of the block of friction, dissipated energies, depths and steep flags. */
 static size_t size_of_numbers(const hs_contact *contact) {
     return (size_t)contact->groups * 17 + (size_t)contact->count * 8;
 }
 
-/* Set up the memory of a contact that does not touch; its arrays are not filled in. */
 int hs_line_init(hs_line *memory, hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
     memory->contact = hs_contact_retain(contact);
     memory->friction = (double *)malloc(size_of_numbers(contact));
     memory->vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *memory->vertices);
-    memory->evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
+    memory->evolved = evolves ? new_evolved(contact->count, evolves > 1) : NULL;
     if (!memory->friction || !memory->vertices || (evolves && !memory->evolved)) {
         hs_line_clear(memory);
         return HS_OUT_OF_MEMORY;
@@ -106,33 +105,33 @@ hs_line *hs_line_blank(hs_contact *contact, int64_t capacity, int evolves) {
     return NULL;
 }
 
-/* FNV-1a of words in place of bytes, each of which is spread over all bits. */
-uint64_t hs_digest(uint64_t before, const void *bytes, size_t size) {
-    const unsigned char *at = (const unsigned char *)bytes;
+/* FNV-1a hash of words of 8 bytes, with a shift after each word that spreads its upper bits. */
+uint64_t hs_digest(uint64_t digest, const void *bytes, size_t size) {
+    const unsigned char *data = (const unsigned char *)bytes;
     for (size_t done = 0; done < size; done += 8) {
         uint64_t word = 0;
-        memcpy(&word, at + done, size - done < 8 ? size - done : 8);
-        before = (before ^ word) * 1099511628211u;
-        before ^= before >> 32;
+        memcpy(&word, data + done, size - done < 8 ? size - done : 8);
+        digest = (digest ^ word) * 1099511628211u;
+        digest ^= digest >> 32;
     }
-    return before;
+    return digest;
 }
 
-/* All that a contact is made of, and its coefficients at the start. */
+/* Hash of the units, datum, arrays and initial friction coefficients of a contact. */
 static uint64_t identity_of(const hs_contact *contact, const double *friction) {
     size_t size = (size_t)contact->count * sizeof(double);
-    uint64_t found = hs_digest((uint64_t)contact->count, &contact->units, sizeof contact->units);
-    found = hs_digest(found, &contact->datum, sizeof contact->datum);
+    uint64_t digest = hs_digest((uint64_t)contact->count, &contact->units, sizeof contact->units);
+    digest = hs_digest(digest, &contact->datum, sizeof contact->datum);
     const void *arrays[] = {contact->gap, contact->weight, contact->order, friction};
-    for (int k = 0; k < 4; ++k) found = hs_digest(found, arrays[k], size);
-    return hs_digest(found, contact->first, (size_t)(contact->groups + 1) * sizeof *contact->first);
+    for (int k = 0; k < 4; ++k) digest = hs_digest(digest, arrays[k], size);
+    return hs_digest(digest, contact->first, (size_t)(contact->groups + 1) * sizeof *contact->first);
 }
 
 int hs_line_belongs(const hs_line *memory, const hs_line *like) {
-    const hs_contact *one = memory->contact, *other = like->contact;
-    /* all but the first are so where nobody has forged it */
-    return memory->identity == like->identity && one->count == other->count && !one->load == !other->load &&
-           memcmp(&one->units, &other->units, sizeof one->units) == 0 && one->datum == other->datum &&
+    const hs_contact *contact = memory->contact, *reference = like->contact;
+    /* the identity implies all other conditions, except in forged bytes */
+    return memory->identity == like->identity && contact->count == reference->count && !contact->load == !reference->load &&
+           memcmp(&contact->units, &reference->units, sizeof contact->units) == 0 && contact->datum == reference->datum &&
            (hs_evolves(memory) > 1) == (hs_evolves(like) > 1);
 }
 
@@ -153,7 +152,7 @@ int hs_line_start(hs_line *memory, hs_contact *contact, const double *friction) 
 int hs_line_add_evolved(hs_line *memory) {
     const hs_contact *contact = memory->contact;
     if (memory->evolved) return HS_OK;
-    memory->evolved = evolved_of(contact->count, 0);
+    memory->evolved = new_evolved(contact->count, 0);
     if (!memory->evolved) return HS_OUT_OF_MEMORY;
     for (int64_t i = 0; i < contact->count; ++i) {
         double weight = contact->weight[i];
@@ -172,7 +171,7 @@ int hs_line_add_yielded(hs_line *memory) {
     size_t count = (size_t)memory->contact->count;
     if (memory->evolved && memory->evolved->virgin_height) return HS_OK;
     int status = hs_line_add_evolved(memory);
-    hs_evolved *evolved = status == HS_OK ? evolved_of(memory->contact->count, 1) : NULL;
+    hs_evolved *evolved = status == HS_OK ? new_evolved(memory->contact->count, 1) : NULL;
     if (!evolved) return HS_OUT_OF_MEMORY;
     copy_evolved(evolved, memory->evolved, memory->contact->count);
     memcpy(evolved->virgin_height, evolved->summit_height, count * sizeof(double));
@@ -196,18 +195,18 @@ void hs_line_free(hs_line *memory) {
     free(memory);
 }
 
-void hs_line_swap(hs_line *one, hs_line *other) {
-    hs_line kept = *one;
-    *one = *other;
-    *other = kept;
+void hs_line_swap(hs_line *memory, hs_line *counterpart) {
+    hs_line copy = *memory;
+    *memory = *counterpart;
+    *counterpart = copy;
 }
 
-void hs_line_take(hs_line *memory, hs_line *other) {
-    hs_line_swap(memory, other);
-    hs_line_free(other);
+void hs_line_take(hs_line *memory, hs_line *replacement) {
+    hs_line_swap(memory, replacement);
+    hs_line_free(replacement);
 }
 
-static void copy_now(hs_line *target, const hs_line *source) {
+static void copy_scalars(hs_line *target, const hs_line *source) {
     if (target->slides != source->slides) {
         hs_slides_release(target->slides);
         target->slides = hs_slides_retain(source->slides);
@@ -216,7 +215,7 @@ static void copy_now(hs_line *target, const hs_line *source) {
 }
 
 static void copy_numbers(hs_line *target, const hs_line *source) {
-    copy_now(target, source);
+    copy_scalars(target, source);
     memcpy(target->friction, source->friction, size_of_numbers(source->contact));
     if (target->evolved) copy_evolved(target->evolved, source->evolved, source->contact->count);
 }
@@ -228,11 +227,11 @@ static void copy_stacks(hs_line *target, const hs_line *source) {
 }
 
 int64_t hs_max_depth(const hs_line *memory) {
-    int64_t most = 0;
-    /* amid a chord summits that yield stand after some that touch on it, and have no vertices yet */
+    int64_t max_depth = 0;
+    /* within a substep, groups without vertices may stand before others that have some: summits that yield */
     for (int64_t index = 0; index < memory->contact->groups; ++index)
-        if (memory->depth[index] > most) most = memory->depth[index];
-    return most;
+        if (memory->depth[index] > max_depth) max_depth = memory->depth[index];
+    return max_depth;
 }
 
 int hs_has_steep(const hs_line *memory) {
@@ -315,109 +314,104 @@ void hs_touch_unstrained(hs_line *memory, int64_t index) {
     memory->steep[index] = 0;
 }
 
-/* The memory of a contact whose groups are parts of those of another: each part keeps what its group (`parent`) remembers,
- * unless its asperities are fresh: then springs are not strained. `place` has the earlier positions. Arrays are in the
- * caller's numbering. */
-static hs_line *of_parts(const hs_line *memory, hs_contact *contact, const int64_t *parent, const int64_t *place,
+/* Create the memory of a contact whose groups are subsets of the groups of another. Each subset keeps the polyline of its group
+ * (`parent`), unless its asperities are `fresh`: their springs are unstrained. `position` holds the previous positions. Arrays are
+ * in the caller's numbering. NULL if out of memory. */
+static hs_line *subdivide(const hs_line *memory, hs_contact *contact, const int64_t *parent, const int64_t *position,
                            const uint8_t *fresh, int evolves) {
-    hs_line *parts = hs_line_blank(contact, hs_max_depth(memory) + 2, evolves);
-    if (!parts) return NULL;
-    copy_now(parts, memory);
-    parts->slid_labels[0] = parts->slid_labels[1] = 0.0;
-    if (parts->evolved) copy_evolved(parts->evolved, memory->evolved, contact->count);
-    for (int64_t i = 0; i < contact->count; ++i) parts->dissipated_each[i] = memory->dissipated_each[place[contact->order[i]]];
+    hs_line *result = hs_line_blank(contact, hs_max_depth(memory) + 2, evolves);
+    if (!result) return NULL;
+    copy_scalars(result, memory);
+    result->slid_labels[0] = result->slid_labels[1] = 0.0;
+    if (result->evolved) copy_evolved(result->evolved, memory->evolved, contact->count);
+    for (int64_t i = 0; i < contact->count; ++i) result->dissipated_each[i] = memory->dissipated_each[position[contact->order[i]]];
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t leader = contact->order[contact->first[index]], from = parent[leader];
         int touches = contact->gap[contact->first[index]] < memory->approach;
-        parts->friction[index] = memory->friction[from];
-        parts->depth[index] = touches ? memory->depth[from] : 0;
-        parts->steep[index] = touches && memory->steep[from];
-        if ((fresh && fresh[leader]) || parts->depth[index] == 0)
-            hs_touch_unstrained(parts, index);
+        result->friction[index] = memory->friction[from];
+        result->depth[index] = touches ? memory->depth[from] : 0;
+        result->steep[index] = touches && memory->steep[from];
+        if ((fresh && fresh[leader]) || result->depth[index] == 0)
+            hs_touch_unstrained(result, index);
         else
-            memcpy(parts->vertices + index * parts->capacity, memory->vertices + from * memory->capacity,
-                   (size_t)parts->depth[index] * sizeof *parts->vertices);
+            memcpy(result->vertices + index * result->capacity, memory->vertices + from * memory->capacity,
+                   (size_t)result->depth[index] * sizeof *result->vertices);
     }
-    hs_refresh_loads(parts);
-    return parts;
+    hs_refresh_loads(result);
+    return result;
 }
 
-/* Put asperities (all arrays) into so many other groups, with other gaps and weights unless these are NULL. */
-static int regroup(hs_line *memory, int64_t parts, const int64_t *group, const double *gap, const double *weight,
+/* Assign asperities to other groups, with other gaps and weights unless these are NULL; arrays are in the caller's numbering. */
+static int regroup(hs_line *memory, int64_t groups, const int64_t *group, const double *gap, const double *weight,
                    const uint8_t *fresh) {
     const hs_contact *contact = memory->contact;
-    int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent), *place = parent + count;
+    int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent), *position = parent + count;
     if (!parent) return HS_OUT_OF_MEMORY;
-    double *own_gap = (double *)(place + count), *own_weight = own_gap + count;
+    double *present_gap = (double *)(position + count), *present_weight = present_gap + count;
     for (int64_t index = 0; index < contact->groups; ++index)
         for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
             parent[contact->order[i]] = index;
-            place[contact->order[i]] = i;
-            own_gap[contact->order[i]] = contact->gap[i];
-            own_weight[contact->order[i]] = contact->weight[i];
+            position[contact->order[i]] = i;
+            present_gap[contact->order[i]] = contact->gap[i];
+            present_weight[contact->order[i]] = contact->weight[i];
         }
-    hs_contact *shaped = hs_contact_of(count, parts, gap ? gap : own_gap, weight ? weight : own_weight, group, 0,
+    hs_contact *shaped = hs_contact_of(count, groups, gap ? gap : present_gap, weight ? weight : present_weight, group, 0,
                                        &contact->units, contact->datum);
-    hs_line *found = shaped ? of_parts(memory, shaped, parent, place, fresh, hs_evolves(memory)) : NULL;
-    if (found && fresh) {
-        found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
-        found->tangential_load = hs_total_force(found);
+    hs_line *result = shaped ? subdivide(memory, shaped, parent, position, fresh, hs_evolves(memory)) : NULL;
+    if (result && fresh) {
+        result->normal_load = hs_load_at(hs_all_of(shaped), result->approach).load;
+        result->tangential_load = hs_total_force(result);
     }
-    if (found) hs_line_take(memory, found);
+    if (result) hs_line_take(memory, result);
     hs_contact_free(shaped);
     free(parent);
-    return found ? HS_OK : HS_OUT_OF_MEMORY;
+    return result ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
-/* Number parts of groups by pairs of keys (asperity); those of one group that are alike in both stay together. */
-static int part(const hs_contact *contact, const double *first_key, const double *second_key, int64_t *group,
-                int64_t *parts) {
-    int64_t *place = (int64_t *)malloc((size_t)contact->count * sizeof *place), number = 0;
-    if (!place) return HS_OUT_OF_MEMORY;
+/* Number subsets of groups by pairs of keys, given by asperity: asperities of one group with equal keys form one subset. */
+static int number_subgroups(const hs_contact *contact, const double *primary_key, const double *secondary_key, int64_t *group,
+                int64_t *groups) {
+    int64_t *position = (int64_t *)malloc((size_t)contact->count * sizeof *position), number = 0;
+    if (!position) return HS_OUT_OF_MEMORY;
     for (int64_t index = 0; index < contact->groups; ++index) {
-        int64_t begin = contact->first[index], size = contact->first[index + 1] - begin;
-        memcpy(place, contact->order + begin, (size_t)size * sizeof *place);
-        if (hs_sort_by(second_key, place, size) != HS_OK || hs_sort_by(first_key, place, size) != HS_OK) {
-            free(place);
+        int64_t start = contact->first[index], size = contact->first[index + 1] - start;
+        memcpy(position, contact->order + start, (size_t)size * sizeof *position);
+        if (hs_sort_by(secondary_key, position, size) != HS_OK || hs_sort_by(primary_key, position, size) != HS_OK) {
+            free(position);
             return HS_OUT_OF_MEMORY;
         }
         for (int64_t i = 0; i < size; ++i) {
-            int alike = i > 0 && first_key[place[i]] == first_key[place[i - 1]] &&
-                        second_key[place[i]] == second_key[place[i - 1]];
+            int alike = i > 0 && primary_key[position[i]] == primary_key[position[i - 1]] &&
+                        secondary_key[position[i]] == secondary_key[position[i - 1]];
             number += !alike;
-            group[place[i]] = number - 1;
+            group[position[i]] = number - 1;
         }
     }
-    *parts = number;
-    free(place);
+    *groups = number;
+    free(position);
     return HS_OK;
 }
 
-/* Split groups of which asperities are not alike in a pair of keys (asperity) any more. */
-int hs_split_groups(hs_line *memory, const double *first_key, const double *second_key) {
+int hs_split_groups(hs_line *memory, const double *primary_key, const double *secondary_key) {
     const hs_contact *contact = memory->contact;
-    int64_t parts = 0, *group = (int64_t *)malloc((size_t)contact->count * sizeof *group);
-    int status = group ? part(contact, first_key, second_key, group, &parts) : (int)HS_OUT_OF_MEMORY;
-    /* knots are one contact */
-    if (status == HS_OK && parts > contact->groups)
-        status = contact->load ? (int)HS_FOREIGN : regroup(memory, parts, group, NULL, NULL, NULL);
+    int64_t groups = 0, *group = (int64_t *)malloc((size_t)contact->count * sizeof *group);
+    int status = group ? number_subgroups(contact, primary_key, secondary_key, group, &groups) : (int)HS_OUT_OF_MEMORY;
+    /* a curve with knots cannot be split */
+    if (status == HS_OK && groups > contact->groups)
+        status = contact->load ? (int)HS_FOREIGN : regroup(memory, groups, group, NULL, NULL, NULL);
     free(group);
     return status;
 }
 
-/* Give asperities other gaps and weights at the present approach and displacement; arrays are in the caller's numbering.
- *
- * Where one is fresh, its contact is new. All others keep the anchors of their springs, as far as these are still in
- * contact. The present loads follow. */
 int hs_reshape(hs_line *memory, const double *gap, const double *weight, const uint8_t *fresh) {
     size_t count = (size_t)memory->contact->count;
-    int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group);
+    int64_t groups = 0, *group = (int64_t *)malloc(2 * count * sizeof *group);
     double *key = (double *)(group + count);
     if (!group) return HS_OUT_OF_MEMORY;
-    /* asperities of a group that are fresh together share what they remember from now on */
+    /* fresh asperities of a group form one group */
     for (size_t i = 0; i < count; ++i) key[i] = fresh[i];
-    int status = part(memory->contact, key, key, group, &parts);
-    if (status == HS_OK) status = regroup(memory, parts, group, gap, weight, fresh);
+    int status = number_subgroups(memory->contact, key, key, group, &groups);
+    if (status == HS_OK) status = regroup(memory, groups, group, gap, weight, fresh);
     free(group);
     return status;
 }
@@ -440,39 +434,37 @@ int hs_slides_alike(const hs_line *memory) {
     return side != 0.0;
 }
 
-/* Have those of one coefficient of friction share what they remember from now on, which is the same: nothing where no
- * spring is strained, or that all slide. They get gaps and weights at an approach, in the caller's numbering. */
 int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach, int unstrained) {
     const hs_contact *contact = memory->contact;
     size_t count = (size_t)contact->count, groups = (size_t)contact->groups;
-    int64_t parts = 0, *group = (int64_t *)malloc((count + groups) * sizeof *group + count), *part_of = group + count;
-    uint8_t *fresh = (uint8_t *)(part_of + groups);
+    int64_t joined_count = 0, *group = (int64_t *)malloc((count + groups) * sizeof *group + count), *joined_group = group + count;
+    uint8_t *fresh = (uint8_t *)(joined_group + groups);
     if (!group) return HS_OUT_OF_MEMORY;
     for (size_t index = 0; index < groups; ++index) {
         size_t k = 0;
         while (k < index && memory->friction[k] != memory->friction[index]) ++k;
-        part_of[index] = k < index ? part_of[k] : parts++;
-        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) group[contact->order[i]] = part_of[index];
+        joined_group[index] = k < index ? joined_group[k] : joined_count++;
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) group[contact->order[i]] = joined_group[index];
     }
     memset(fresh, unstrained, count);
     memory->approach = approach;
-    int status = regroup(memory, parts, group, gap, weight, fresh);
+    int status = regroup(memory, joined_count, group, gap, weight, fresh);
     free(group);
     return status;
 }
 
-int hs_line_init_one(hs_line *memory, const hs_line *from, int64_t asperity) {
+int hs_line_init_single(hs_line *memory, const hs_line *from, int64_t asperity) {
     const hs_contact *contact = from->contact;
     int64_t position = 0, group = 0;
     while (contact->order[position] != asperity) ++position;
     while (contact->first[group + 1] <= position) ++group;
-    hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
+    hs_contact *single_contact = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
                                     contact->datum);
-    hs_line *found = one ? of_parts(from, one, &group, &position, NULL, 0) : NULL;
-    hs_contact_free(one);
-    if (!found) return HS_OUT_OF_MEMORY;
-    *memory = *found;
-    free(found);
+    hs_line *result = single_contact ? subdivide(from, single_contact, &group, &position, NULL, 0) : NULL;
+    hs_contact_free(single_contact);
+    if (!result) return HS_OUT_OF_MEMORY;
+    *memory = *result;
+    free(result);
     hs_line_forget_slides(memory);
     memory->identity = hs_digest(from->identity, &asperity, sizeof asperity);
     memory->steep[0] = from->steep[group];

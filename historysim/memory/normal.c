@@ -1,9 +1,9 @@
-/* Normal curve: the load P(a) at an approach, and the approach at a load, from the gaps and weights of asperities,
- * P = Σ k (a - h)^(3/2), or from knots, between which P is a parabola (README.md, theory 8). */
+/* Normal curve: load P(a) with derivative and integrals, P = Σ k (a - h)^(3/2) over asperities in contact, or piecewise quadratic
+ * between knots; and its inverse, by Newton's method in a bracket (README.md, theory 8). */
 
 #include "normal.h"
 
-/* Count asperities, in ascending gap, whose gap is below an approach. */
+/* By bisection. */
 int64_t hs_count_touching(const double *gap, int64_t count, double approach) {
     int64_t low = 0, high = count;
     if (count == 0 || gap[count - 1] < approach) return count;
@@ -17,7 +17,7 @@ int64_t hs_count_touching(const double *gap, int64_t count, double approach) {
     return low;
 }
 
-/* k √(a - h) and its product with a - h, of asperities that touch. */
+/* k √(a - h) and k (a - h)^(3/2) of asperities in contact. */
 static inline void half_chords(const double *restrict gap, const double *restrict weight, int count, double approach,
                                double *restrict load, double *restrict half_chord) {
     for (int i = 0; i < count; ++i) {
@@ -27,20 +27,20 @@ static inline void half_chords(const double *restrict gap, const double *restric
     }
 }
 
-/* P(a) and P'(a) of the first asperities, all of which touch. */
+/* P(a) and P'(a) of asperities 0 to touching - 1, all in contact. */
 static HS_WIDE hs_load sum_of_loads(hs_curve curve, int64_t touching, double approach) {
     double load[HS_BLOCK], half_chord[HS_BLOCK], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
-    hs_part part;
-    for (int64_t begin = 0; begin < touching; begin += part.size) {
-        hs_next_part(curve, begin, touching, approach, &part);
-        half_chords(part.gap, part.weight, part.count, approach - part.origin, load, half_chord);
-        hs_add(loads, load, part.count);
-        hs_add(slopes, half_chord, part.count);
+    hs_chunk chunk;
+    for (int64_t start = 0; start < touching; start += chunk.size) {
+        hs_next_chunk(curve, start, touching, approach, &chunk);
+        half_chords(chunk.gap, chunk.weight, chunk.count, approach - chunk.origin, load, half_chord);
+        hs_add(loads, load, chunk.count);
+        hs_add(slopes, half_chord, chunk.count);
     }
     return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
 }
 
-/* The same of few asperities, for which vectors do not pay. */
+/* Load and stiffness of few asperities, without vectors. */
 static hs_load sum_of_few(hs_curve curve, int64_t touching, double approach) {
     double loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
     for (int64_t i = 0; i < touching; ++i) {
@@ -51,23 +51,23 @@ static hs_load sum_of_few(hs_curve curve, int64_t touching, double approach) {
     return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
 }
 
-/* The versions for several processors cannot be hidden from programs that link the library, unless they are static. */
+/* A function with versions for several processors is only hidden from programs that link the library if it is static. */
 hs_load hs_sum_of_loads(hs_curve curve, int64_t touching, double approach) {
     return touching <= 2 * HS_LANES && !curve.clusters ? sum_of_few(curve, touching, approach) : sum_of_loads(curve, touching, approach);
 }
 
-/* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */
+/* P(a) and P'(a) of a curve with knots; linear beyond the outermost one. */
 hs_load hs_load_between_knots(hs_curve curve, double approach) {
     int64_t i = hs_count_touching(curve.gap, curve.count, approach) - 1;
-    hs_load found = {0.0, 0.0};
-    if (i < 0) return found;
+    hs_load result = {0.0, 0.0};
+    if (i < 0) return result;
     double x = approach - curve.gap[i], half = 0.5 * hs_bend_at(curve, i) * x;
-    found.load = curve.load[i] + x * (curve.weight[i] + half);
-    found.slope = curve.weight[i] + 2.0 * half;
-    return found;
+    result.load = curve.load[i] + x * (curve.weight[i] + half);
+    result.slope = curve.weight[i] + 2.0 * half;
+    return result;
 }
 
-/* k (a - h)^(n/2) for n = 1, 3, 5 and 7, of asperities that touch. */
+/* k (a - h)^(n/2) for n = 1, 3, 5 and 7 of asperities in contact. */
 static inline void half_powers(const double *restrict gap, const double *restrict weight, int count, double approach,
                                double (*restrict power)[HS_BLOCK]) {
     for (int i = 0; i < count; ++i) {
@@ -80,26 +80,26 @@ static inline void half_powers(const double *restrict gap, const double *restric
 }
 
 static hs_normal normal_between_knots(hs_curve curve, double approach) {
-    hs_load there = hs_load_between_knots(curve, approach);
-    hs_normal found = {there.load, there.slope, 0.0, 0.0};
+    hs_load knot_load = hs_load_between_knots(curve, approach);
+    hs_normal result = {knot_load.load, knot_load.slope, 0.0, 0.0};
     for (int64_t i = 0; i < curve.count && curve.gap[i] < approach; ++i) {
-        double width = (i + 1 < curve.count ? hs_least(curve.gap[i + 1], approach) : approach) - curve.gap[i];
+        double width = (i + 1 < curve.count ? hs_min(curve.gap[i + 1], approach) : approach) - curve.gap[i];
         if (width <= 0.0) continue;
         double load = curve.load[i], slope = curve.weight[i], bend = hs_bend_at(curve, i);
-        found.twice += width * (found.integral + width * (load / 2.0 + width * (slope / 6.0 + width * bend / 24.0)));
-        found.integral += width * (load + width * (slope / 2.0 + width * bend / 6.0));
+        result.twice += width * (result.integral + width * (load / 2.0 + width * (slope / 6.0 + width * bend / 24.0)));
+        result.integral += width * (load + width * (slope / 2.0 + width * bend / 6.0));
     }
-    return found;
+    return result;
 }
 
-/* P(a), P'(a) and both integrals of the first asperities, all of which touch. */
+/* P(a), P'(a) and both integrals of asperities 0 to touching - 1, all in contact. */
 HS_WIDE static hs_normal sum_of_normals(hs_curve curve, int64_t touching, double approach) {
     double power[4][HS_BLOCK], lane[4][HS_LANES] = {{0}}, sum[4];
-    hs_part part;
-    for (int64_t begin = 0; begin < touching; begin += part.size) {
-        hs_next_part(curve, begin, touching, approach, &part);
-        half_powers(part.gap, part.weight, part.count, approach - part.origin, power);
-        for (int n = 0; n < 4; ++n) hs_add(lane[n], power[n], part.count);
+    hs_chunk chunk;
+    for (int64_t start = 0; start < touching; start += chunk.size) {
+        hs_next_chunk(curve, start, touching, approach, &chunk);
+        half_powers(chunk.gap, chunk.weight, chunk.count, approach - chunk.origin, power);
+        for (int n = 0; n < 4; ++n) hs_add(lane[n], power[n], chunk.count);
     }
     for (int n = 0; n < 4; ++n) sum[n] = hs_lanes_sum(lane[n]);
     return HS_MADE(hs_normal){sum[1], 1.5 * sum[0], sum[2] / 2.5, sum[3] / (2.5 * 3.5)};
@@ -110,7 +110,7 @@ hs_normal hs_normal_at(hs_curve curve, double approach) {
     return sum_of_normals(curve, hs_count_touching(curve.gap, curve.count, approach), approach);
 }
 
-/* Label a at which rigid·(a - h) + compliance·P(a) is a total, with the first knot h. */
+/* `hs_label_at` for a curve with knots: bisection for the interval, then a quadratic equation. */
 static double label_between_knots(hs_curve curve, double total, double rigid, double compliance) {
     int64_t low = 0, high = curve.count;
     while (high - low > 1) {
@@ -120,46 +120,44 @@ static double label_between_knots(hs_curve curve, double total, double rigid, do
         else
             high = middle;
     }
-    double left = total - (rigid * (curve.gap[low] - curve.gap[0]) + compliance * curve.load[low]);
+    double remaining = total - (rigid * (curve.gap[low] - curve.gap[0]) + compliance * curve.load[low]);
     double slope = rigid + compliance * curve.weight[low], bend = compliance * hs_bend_at(curve, low);
-    double label = curve.gap[low] + 2.0 * left / (slope + sqrt(slope * slope + 2.0 * bend * left));
-    return high < curve.count ? hs_least(label, curve.gap[high]) : label;
+    double label = curve.gap[low] + 2.0 * remaining / (slope + sqrt(slope * slope + 2.0 * bend * remaining));
+    return high < curve.count ? hs_min(label, curve.gap[high]) : label;
 }
 
-/* Cube root for x > 0 by Halley's method, which triples the digits each time: libm's differs from machine to machine. */
+/* Halley's method, of third order, and one Newton iteration; the cube root of libm differs between machines. */
 double hs_cube_root(double x) {
     int exponent;
-    double part = frexp(x, &exponent);
+    double mantissa = frexp(x, &exponent);
     while (exponent % 3 != 0) {
-        part *= 0.5;
+        mantissa *= 0.5;
         ++exponent;
     }
-    double root = 0.47 + 0.55 * part;
+    double root = 0.47 + 0.55 * mantissa;
     for (int i = 0; i < 3; ++i) {
         double cube = root * root * root;
-        root *= (cube + 2.0 * part) / (2.0 * cube + part);
+        root *= (cube + 2.0 * mantissa) / (2.0 * cube + mantissa);
     }
-    root -= (root * root * root - part) / (3.0 * root * root);
+    root -= (root * root * root - mantissa) / (3.0 * root * root);
     return ldexp(root, exponent / 3);
 }
 
-/* Label a at which rigid·(a - h) + compliance·P(a), with the smallest gap h, is a total.
- *
- * Of asperities by Newton on the power 2/3, bracketed. */
+/* For asperities by Newton's method for the power 2/3 of the equation, in a bracket. */
 double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance) {
     double gap = curve.gap[0], low = gap;
     if (total <= 0.0) return low;
     if (curve.load) return label_between_knots(curve, total, rigid, compliance);
-    /* the deepest asperity alone would carry it here */
+    /* upper bound: the deepest asperity carries the total alone */
     double root = hs_cube_root(total / (compliance * curve.weight[0])), high = low + root * root;
     if (rigid > 0.0)
-        high = hs_least(high, low + total / rigid);
+        high = hs_min(high, low + total / rigid);
     else if (curve.count == 1)
         return high;
     double approach = low < guess && guess <= high ? guess : high;
-    for (int turn = 0; turn < 100; ++turn) {
-        hs_load here = hs_load_at(curve, approach);
-        double present = rigid * (approach - gap) + compliance * here.load, slope = rigid + compliance * here.slope;
+    for (int iteration = 0; iteration < 100; ++iteration) {
+        hs_load current = hs_load_at(curve, approach);
+        double present = rigid * (approach - gap) + compliance * current.load, slope = rigid + compliance * current.slope;
         if (present == total) return approach;
         if (present < total)
             low = approach;
@@ -169,15 +167,15 @@ double hs_label_at(hs_curve curve, double total, double guess, double rigid, dou
          * c - 1 = (c³ - 1)/(c² + c + 1) */
         double ratio = total / present, c = hs_cube_root(ratio);
         double step = 1.5 * present / slope * ((total - present) / present / (c * c + c + 1.0) * (c + 1.0));
-        double next = approach + step;
-        if (!(low <= next && next <= high)) {
-            next = 0.5 * (low + high);
-            if (next == low || next == high) return next;
-        } else if (fabs(step) <= 1e-10 * (next - gap)) {
-            /* Newton squares the error, so this step was the last that matters */
-            return next;
+        double trial = approach + step;
+        if (!(low <= trial && trial <= high)) {
+            trial = 0.5 * (low + high);
+            if (trial == low || trial == high) return trial;
+        } else if (fabs(step) <= 1e-10 * (trial - gap)) {
+            /* quadratic convergence: the error of `trial` is below rounding */
+            return trial;
         }
-        approach = next;
+        approach = trial;
     }
     return approach;
 }

@@ -252,7 +252,7 @@ static int create_nodes(const hs_state *state, hs_ring_class *ring_class) {
 static int64_t divide_group(const hs_state *state, int64_t group, int64_t *class_stop) {
     const hs_contact *contact = state->line.contact;
     int64_t position = contact->first[group], stop = contact->first[group + 1], class_count = 0;
-    double approach = state->line.approach, max_depth = hs_most(approach - contact->gap[position], 0.0);
+    double approach = state->line.approach, max_depth = hs_max(approach - contact->gap[position], 0.0);
     for (int64_t k = state->plane->height_classes - 1; k > 0 && !contact->load; --k) {
         double fraction = (double)k / (double)state->plane->height_classes, bound = approach - max_depth * fraction * fraction;
         int64_t upper = position;
@@ -371,7 +371,7 @@ static void add_knot_loads(const hs_ring_class *ring_class, double *x, double *y
         int64_t lowest = hs_count_touching(curve->gap, curve->count, inner->label) - 1;
         for (int64_t i = lowest > 0 ? lowest : 0; i < curve->count && curve->gap[i] < outer->label; ++i) {
             int is_outermost = i + 1 == curve->count || curve->gap[i + 1] >= outer->label;
-            double high = is_outermost ? outer->normal : curve->load[i + 1], low = hs_most(inner->normal, curve->load[i]);
+            double high = is_outermost ? outer->normal : curve->load[i + 1], low = hs_max(inner->normal, curve->load[i]);
             x[i] += slope.x * (high - low);
             y[i] += slope.y * (high - low);
         }
@@ -443,13 +443,13 @@ int hs_plane_read(const hs_state *state, const hs_rows *rows, int64_t row) {
     }
     for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
         int64_t i = position[rows->asperity[c]], cell = row * columns + c;
-        double gap = contact->gap[i], label = hs_least(front[i], body->approach);
+        double gap = contact->gap[i], label = hs_min(front[i], body->approach);
         int touches = gap < body->approach;
         rows->tangential_load[2 * cell] = touches ? load[i] * units->load : 0.0;
         rows->tangential_load[2 * cell + 1] = touches ? load[count + i] * units->load : 0.0;
         /* knots have no weight; the stick radius is a measure of their label */
         double weight = contact->load ? 1.0 : contact->weight[i];
-        rows->stick_radius[cell] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
+        rows->stick_radius[cell] = weight * sqrt(hs_max(label - gap, 0.0)) * units->radius;
         rows->slip_state[cell] = hs_slip_state_of(touches, front[i] != HUGE_VAL, label > gap);
     }
     free(load);

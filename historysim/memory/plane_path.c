@@ -50,7 +50,7 @@ static int prescribes_loads(const hs_plane_path *path) { return path->rigid.x ==
 
 static double approach_at_load(const hs_body *body, double load) {
     if (load == body->normal_load) return body->approach;
-    if (load <= 0.0) return hs_least(body->approach, body->contact->sorted_gap[0]);
+    if (load <= 0.0) return hs_min(body->approach, body->contact->sorted_gap[0]);
     return hs_label_at(hs_all_of(body->contact), load, body->approach, 0.0, 1.0);
 }
 
@@ -108,8 +108,8 @@ static double overload(const hs_body *body, const hs_plane_path *path, double fr
 /* True if the request remains within the limit with its margin. A straight request is largest at fraction 0 or 1, and the limit, which
  * is monotonic, smallest there: both extremes are compared. */
 static int stays_within(const hs_body *body, const hs_plane_path *path) {
-    double request = hs_most(requested_load(path, 0.0), requested_load(path, 1.0));
-    double limit = hs_least(hs_body_limit(body, path->approach[0], 0.0), hs_body_limit(body, path->approach[1], 1.0));
+    double request = hs_max(requested_load(path, 0.0), requested_load(path, 1.0));
+    double limit = hs_min(hs_body_limit(body, path->approach[0], 0.0), hs_body_limit(body, path->approach[1], 1.0));
     return request <= (1.0 - path->margin) * limit;
 }
 
@@ -188,8 +188,8 @@ static double choose_margin(const hs_body *body, const hs_plane_path *path, int 
         return body->tolerance;
     hs_vector load = controlled_loads(path, request_at(path, meeting_fraction));
     double turn_sine = sine_between(load, controlled_loads(path, path->value[1]));
-    double margin = hs_most(turn_sine, MARGIN_FACTOR * transverse_deficit(body, load));
-    return hs_least(hs_most(margin, MIN_MARGIN), body->tolerance);
+    double margin = hs_max(turn_sine, MARGIN_FACTOR * transverse_deficit(body, load));
+    return hs_min(hs_max(margin, MIN_MARGIN), body->tolerance);
 }
 
 void hs_begin_segments(const hs_body *body, hs_plane_path *path) {
@@ -224,7 +224,7 @@ double hs_next_cut(const hs_body *body, hs_plane_path *path, int *is_straight) {
         double crossing = find_limit_crossing(body, path, from_fraction, is_beyond);
         if (crossing <= from_fraction) crossing = find_limit_crossing(body, path, from_fraction, is_beyond = !is_beyond);
         path->is_beyond = crossing < 1.0 ? !is_beyond : is_beyond;
-        to_fraction = hs_least(crossing, 1.0);
+        to_fraction = hs_min(crossing, 1.0);
     }
     if (from_fraction < path->lift_off && path->lift_off < to_fraction) {
         to_fraction = path->lift_off;

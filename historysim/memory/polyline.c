@@ -1,17 +1,17 @@
-/* Polyline: the exact update of one group's w(a) on one straight path in (d, V), from its vertices and the target of the path
+/* Polyline: exact update of the history w(a) of one group on one straight path in (d, V) to a target, in closed form per segment
  * (README.md, theory 7): solved first, then applied.
  *
- * Since dw = m da and dT = m dP along the polyline, any r w + c T over r a + c P(a) is a polyline with the same slopes m,
- * within the same cone: a displacement (r = 1, c = 0), a load (r = 0, c = 1) and the displacement of a drive behind a
- * spring of compliance c (r = 1) all move the contact by one update. */
+ * As dw = m da and dT = m dP along the polyline, r w + c T as a function of r a + c P(a) is a polyline with the same slopes m, within
+ * the same cone: one update serves a displacement (r = 1, c = 0), a load (r = 0, c = 1) and the displacement of a drive behind a
+ * spring of compliance c (r = 1). */
 
 #include "polyline.h"
 
-/* length of the newest of three segments of which two are made, over that of the older two at least; chosen */
+/* Smallest length of the outer of three segments, over that of the middle one, that are merged to two; chosen. */
 #define MIN_NEW_LENGTH 0.25
 
-/* Start the empty stack of a group that first touches on a straight path; returns its depth. */
-static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
+/* Start the empty stack of a group at first contact on a straight path; returns its depth. */
+static int64_t start_stack(const hs_group *group, hs_point from, hs_point to) {
     double h = group->curve.gap[0];
     double anchor = from.v;
     if (h > from.d) anchor += (to.v - from.v) * (h - from.d) / (to.d - from.d);
@@ -20,16 +20,16 @@ static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
 }
 
 hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load) {
-    const hs_vertex *last = stack + depth - 1;
-    if (d >= last->label) return HS_MADE(hs_edge){depth - 1, last->label, last->anchor, last->normal, last->tangential};
+    const hs_vertex *vertex = stack + depth - 1;
+    if (d >= vertex->label) return HS_MADE(hs_edge){depth - 1, vertex->label, vertex->anchor, vertex->normal, vertex->tangential};
     const int64_t segment = hs_cut_segment(hs_labels_of(stack), depth, d);
-    last = stack + segment;
-    return HS_MADE(hs_edge){segment, d, last->anchor - last->slope * (last->label - d), load,
-                            last->tangential - last->slope * (last->normal - load)};
+    vertex = stack + segment;
+    return HS_MADE(hs_edge){segment, d, vertex->anchor - vertex->slope * (vertex->label - d), load,
+                            vertex->tangential - vertex->slope * (vertex->normal - load)};
 }
 
-/* Find the slip front, from the edge inward; vertices outside it are erased. x is rigid·a + compliance·P(a), y the same of
- * anchor and tangential load. The front is at the last vertex kept if the label is that vertex's. */
+/* Find the slip front, searching from the edge inward; vertices outside it are erased. x is rigid·a + compliance·P(a), y is
+ * rigid·anchor + compliance·T. The front is at the outermost remaining vertex if the labels are equal. */
 static void find_slip_front(const hs_vertex *stack, int64_t segment, double x_edge, double y_edge, double x1, double y1,
                             double friction, double rigid, double compliance, hs_update *update) {
     double sign = y1 >= y_edge ? 1.0 : -1.0;
@@ -45,8 +45,8 @@ static void find_slip_front(const hs_vertex *stack, int64_t segment, double x_ed
         double y_low = rigid * low->anchor + compliance * low->tangential;
         double slip_low = sign * (y1 - y_low) - friction * (x1 - x_low);
         if (slip_low < -tie && slope != sign * friction) {
-            update->kept = segment;
-            update->x = hs_most(x - slip / (friction - sign * slope), x_low);
+            update->inner_count = segment;
+            update->x = hs_max(x - slip / (friction - sign * slope), x_low);
             return;
         }
         --segment;
@@ -55,32 +55,32 @@ static void find_slip_front(const hs_vertex *stack, int64_t segment, double x_ed
         met_vertex = slip <= tie;
     }
     if (!met_vertex) {
-        update->kept = 0;
+        update->inner_count = 0;
         update->x = x;
         update->slip = slip;
         return;
     }
     while (segment > 0 && stack[segment].slope == sign * friction) --segment;
-    update->kept = segment + 1;
+    update->inner_count = segment + 1;
     update->x = rigid * stack[segment].label + compliance * stack[segment].normal;
 }
 
-/* Of the springs between the slip front and the edge d1 that slipped on a straight path.
+/* Add the losses of the springs between the slip front and the edge d1 on a straight path.
  *
- * While spring a slips by g, ending at approach d1, its mean deflection is μ (d1 - a - g Δd/(2 G)), where G is the slip of
- * a spring that slips all the way. */
-static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_point *from, const hs_update *update) {
+ * While spring a slips by g up to approach d1, its mean deflection is μ (d1 - a - g Δd/(2 G)), where G is the slip of a spring that
+ * slips on the full path. */
+static void add_slip_losses(const hs_group *group, hs_losses *losses, const hs_point *from, const hs_update *update) {
     const hs_edge *edge = &update->edge;
     const hs_point *to = &update->to;
     double friction = group->friction, sign = update->sign;
-    double whole = sign * (to->v - from->v) - friction * (to->d - from->d);
-    double lag = whole > 0.0 ? 0.5 * (to->d - from->d) / whole : 0.0;
+    double full_slip = sign * (to->v - from->v) - friction * (to->d - from->d);
+    double lag = full_slip > 0.0 ? 0.5 * (to->d - from->d) / full_slip : 0.0;
     hs_slip piece;
     piece.low = update->front.label;
     piece.slip_low = update->slip;
-    piece.drag_low = friction * hs_most(to->d - piece.low - lag * update->slip, 0.0);
-    /* the last turn is for the springs that touched on the way and slipped at once */
-    for (int64_t j = update->kept > 1 ? update->kept : 1; j <= edge->segment + 1; ++j) {
+    piece.drag_low = friction * hs_max(to->d - piece.low - lag * update->slip, 0.0);
+    /* the last iteration is for the springs that came into contact on the path and slip immediately */
+    for (int64_t j = update->inner_count > 1 ? update->inner_count : 1; j <= edge->segment + 1; ++j) {
         if (j > edge->segment) {
             piece.high = to->d;
             piece.slip_high = 0.0;
@@ -88,7 +88,7 @@ static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_poin
         } else {
             piece.high = j == edge->segment ? edge->label : group->stack[j].label;
             piece.slip_high = piece.slip_low + (friction - sign * group->stack[j].slope) * (piece.high - piece.low);
-            piece.drag_high = friction * hs_most(to->d - piece.high - lag * piece.slip_high, 0.0);
+            piece.drag_high = friction * hs_max(to->d - piece.high - lag * piece.slip_high, 0.0);
         }
         if (piece.high > piece.low) hs_add_loss(group, losses, &piece);
         piece.low = piece.high;
@@ -97,40 +97,40 @@ static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_poin
     }
 }
 
-/* Solve for the slip front and the displacement of a group of which springs slip, the front having been found in x. */
+/* Compute the vertex at the slip front and the displacement of a group with slipping springs, from the front in x. */
 static void solve_slip(const hs_group *group, hs_target target, hs_update *update) {
     const hs_vertex *stack = group->stack;
-    int64_t kept = update->kept;
+    int64_t inner_count = update->inner_count;
     double rigid = target.rigid, compliance = target.compliance, slope = update->sign * group->friction;
     double d1 = update->to.d, load = update->load;
-    hs_vertex front = stack[kept > 1 ? kept - 1 : 0];
-    update->makes_vertex = kept > 0 && update->x != rigid * front.label + compliance * front.normal;
+    hs_vertex front = stack[inner_count > 1 ? inner_count - 1 : 0];
+    update->makes_vertex = inner_count > 0 && update->x != rigid * front.label + compliance * front.normal;
     update->inner_slope = 0.0;
     if (update->makes_vertex) {
         double label = update->x;
-        update->inner_slope = stack[kept].slope;
+        update->inner_slope = stack[inner_count].slope;
         if (compliance > 0.0) {
-            double outer = kept == update->edge.segment ? update->edge.label : stack[kept].label;
+            double outer = inner_count == update->edge.segment ? update->edge.label : stack[inner_count].label;
             double total = update->x - rigid * group->curve.gap[0];
             label = hs_label_at(group->curve, total, outer, rigid, compliance);
-            label = hs_least(hs_most(label, front.label), outer);
+            label = hs_min(hs_max(label, front.label), outer);
         }
-        hs_load there = {update->x, HUGE_VAL};
+        hs_load front_load = {update->x, HUGE_VAL};
         if (rigid != 0.0) {
-            there = hs_load_at(group->curve, label);
+            front_load = hs_load_at(group->curve, label);
             if (group->single) {
                 group->single->known_label = label;
-                group->single->known_slope = there.slope;
+                group->single->known_slope = front_load.slope;
             }
         }
         front.anchor += update->inner_slope * (label - front.label);
-        front.tangential += update->inner_slope * (there.load - front.normal);
+        front.tangential += update->inner_slope * (front_load.load - front.normal);
         front.label = label;
-        front.normal = there.load;
-        /* measured from what was prescribed, so that rounding does not add up from loop to loop within one another; the
-         * one that changes faster along the polyline takes it up */
-        double y = target.value - slope * (rigid * (d1 - label) + compliance * (load - there.load));
-        if (rigid >= compliance * there.slope)
+        front.normal = front_load.load;
+        /* computed from the target, so that rounding does not accumulate over nested loops; assigned to anchor or load, whichever
+         * changes faster along the polyline */
+        double y = target.value - slope * (rigid * (d1 - label) + compliance * (load - front_load.load));
+        if (rigid >= compliance * front_load.slope)
             front.anchor = y - compliance * front.tangential;
         else
             front.tangential = (y - rigid * front.anchor) / compliance;
@@ -138,7 +138,7 @@ static void solve_slip(const hs_group *group, hs_target target, hs_update *updat
     update->to.v = target.value;
     if (compliance != 0.0)
         update->to.v = front.anchor + slope * (d1 - front.label) + rigid * update->sign * update->slip;
-    if (kept == 0) {
+    if (inner_count == 0) {
         front.anchor = update->to.v - slope * (d1 - front.label);
         front.normal = front.tangential = 0.0;
     }
@@ -148,9 +148,8 @@ static void solve_slip(const hs_group *group, hs_target target, hs_update *updat
     update->force = rigid == 0.0 ? target.value : front.tangential + slope * (load - front.normal);
 }
 
-/* Displacement that a group reaches which first touches on its straight path: all its springs are strained alike, or all
- * slide. */
-static double first_reach(const hs_group *group, const hs_point *from, double d1, double load, hs_target target) {
+/* Displacement of a group at first contact on a straight path: w(a) has one slope, that of the path or of the cone. */
+static double displacement_of_first_contact(const hs_group *group, const hs_point *from, double d1, double load, hs_target target) {
     if (target.compliance == 0.0) return target.value;
     double slope = (target.value - target.rigid * from->v) / (target.rigid * (d1 - from->d) + target.compliance * load);
     if (target.rigid > 0.0 && fabs(slope) > group->friction)
@@ -163,8 +162,8 @@ void hs_solve_update(const hs_group *group, int64_t depth, const hs_point *from,
     const hs_vertex *stack = group->stack;
     double friction = group->friction, y1 = target.value, rigid = target.rigid, compliance = target.compliance;
     if (depth == 0) {
-        hs_point to = {d1, first_reach(group, from, d1, load, target)};
-        depth = touch(group, *from, to);
+        hs_point to = {d1, displacement_of_first_contact(group, from, d1, load, target)};
+        depth = start_stack(group, *from, to);
     }
     update->depth = depth;
     update->load = load;
@@ -196,9 +195,9 @@ int64_t hs_apply_update(const hs_group *group, hs_losses *losses, const hs_point
     int64_t top = edge->segment;
     if (d1 < from->d) hs_add_separation_losses(group, losses, update->depth, top, from, &update->to);
     if (update->slips) {
-        lose_slipped(group, losses, from, update);
+        add_slip_losses(group, losses, from, update);
         const hs_vertex *front = &update->front;
-        top = update->kept;
+        top = update->inner_count;
         if (top == 0 || update->makes_vertex)
             stack[top++] =
                 HS_MADE(hs_vertex){front->label, front->anchor, update->inner_slope, v1, front->normal, front->tangential};
@@ -214,20 +213,20 @@ int64_t hs_apply_update(const hs_group *group, hs_losses *losses, const hs_point
     return top + 1;
 }
 
-/* Note on which segment of its polyline a group slips; returns whether that is of use: where there are several groups, and
- * this is of one asperity. So many vertices were kept, which are none where all springs slide. */
-static int note_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, int64_t kept, double sign) {
-    int64_t segment = kept > 1 ? kept : 1;
+/* Cache the segment that contains the slip front, above `inner_count` vertices (0 if all springs slide). Returns 1 if cached: for
+ * groups of one asperity among several groups. */
+static int cache_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, int64_t inner_count, double sign) {
+    int64_t segment = inner_count > 1 ? inner_count : 1;
     if (group->curve.count > 1 || fronts->groups == 1 || segment >= depth) return 0;
     const hs_vertex *low = group->stack + segment - 1, *high = low + 1;
     double slope = high->slope;
-    double jump = -sign * hs_most(group->friction - sign * slope, 0.0);
-    if (jump == 0.0 && kept > 0) return 0;
+    double jump = -sign * hs_max(group->friction - sign * slope, 0.0);
+    if (jump == 0.0 && inner_count > 0) return 0;
     fronts->cone[index] = sign * group->friction;
     fronts->below[index] = low->label;
     fronts->anchor[index] = low->anchor;
     fronts->jump[index] = jump;
-    fronts->rate[index] = jump != 0.0 ? 1.0 / jump : -sign * HS_STEEPEST;
+    fronts->rate[index] = jump != 0.0 ? 1.0 / jump : -sign * HS_MAX_RATE;
     fronts->force[index] = low->tangential - slope * low->normal;
     fronts->low[index] = segment > 1 ? low->label : -HUGE_VAL;
     fronts->high[index] = high->label;
@@ -238,20 +237,20 @@ static int note_front(hs_fronts *fronts, int64_t index, const hs_group *group, i
 
 void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, double sign) {
     int slides = group->stack[depth - 1].slope == sign * group->friction;
-    note_front(fronts, index, group, depth, slides ? depth - 2 : depth - 1, sign);
+    cache_front(fronts, index, group, depth, slides ? depth - 2 : depth - 1, sign);
 }
 
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index) {
-    hs_vertex first;
-    hs_group met = *group;
+    hs_vertex touch_vertex;
+    hs_group touching = *group;
     double friction = group->friction;
-    hs_force none = {0.0, 0.0, 0.0};
+    hs_force cached = {0.0, 0.0, 0.0};
     if (depth == 0) {
-        met.stack = &first;
-        depth = touch(&met, from, to);
+        touching.stack = &touch_vertex;
+        depth = start_stack(&touching, from, to);
     }
-    const hs_vertex *stack = met.stack;
+    const hs_vertex *stack = touching.stack;
     hs_edge edge = hs_edge_at(stack, depth, to.d, load);
     if (to.d > edge.label && fabs(to.v - edge.anchor) <= friction * (to.d - edge.label)) {
         double slope = (to.v - edge.anchor) / (to.d - edge.label);
@@ -261,34 +260,33 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
         return HS_MADE(hs_force){edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
     }
     hs_single_path path = hs_single_path_to(to.d, to.v, friction, edge.label, edge.anchor, 0);
-    hs_single at = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
-    if (note_front(fronts, index, &met, depth, at.kept, path.sign)) return none;
+    hs_single front = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
+    if (cache_front(fronts, index, &touching, depth, front.inner_count, path.sign)) return cached;
     double slope = path.sign * friction;
-    if (at.kept == 0) {
+    if (front.inner_count == 0) {
         return HS_MADE(hs_force){slope * load, 0.0, 0.0};
     }
-    hs_load there = hs_load_at(group->curve, at.label);
-    const hs_vertex *low = stack + at.kept - 1;
-    hs_force found = {low->tangential, there.slope, 0.0};
-    if (at.label != low->label) {
-        double inner_slope = stack[at.kept].slope;
-        found.force += inner_slope * (there.load - low->normal);
-        /* a single parabola through the foremost asperity stands for P'' here: only the speed depends on it */
-        found.curvature = 0.5 * there.slope / ((at.label - group->curve.gap[0]) * (inner_slope - slope));
+    hs_load front_load = hs_load_at(group->curve, front.label);
+    const hs_vertex *low = stack + front.inner_count - 1;
+    hs_force result = {low->tangential, front_load.slope, 0.0};
+    if (front.label != low->label) {
+        double inner_slope = stack[front.inner_count].slope;
+        result.force += inner_slope * (front_load.load - low->normal);
+        /* P'' is approximated by the deepest asperity alone; affects only the rate of convergence */
+        result.curvature = 0.5 * front_load.slope / ((front.label - group->curve.gap[0]) * (inner_slope - slope));
     }
-    found.force += slope * (load - there.load);
-    return found;
+    result.force += slope * (load - front_load.load);
+    return result;
 }
 
-/* Polylines steeper than the cone, as a fall of μ leaves them: several zones may slip at once. */
 int hs_is_steep(const hs_vertex *stack, int64_t depth, double friction) {
     for (int64_t j = 1; j < depth; ++j)
         if (fabs(stack[j].slope) > friction) return 1;
     return 0;
 }
 
-/* Replace the two inner ones of four adjacent vertices by one, halfway between them, with which the load of the outermost is the
- * same; returns 0 if that changes the load by more than the tolerances.
+/* Replace the two inner vertices of four adjacent ones by their midpoint, with the anchor that preserves the load of the outermost;
+ * returns 0 if loads between would change by more than the tolerances.
  *
  * With deviations e from the chord of the outer two, and quotients q = ΔP/Δa of segments, the load is that of the chord plus the
  * sum of e (q_below - q_above) over the inner vertices. */
@@ -296,37 +294,37 @@ static int merge_pair(const hs_group *group, hs_vertex *vertex, double limit_tol
     const hs_vertex *low = vertex, *high = vertex + 3;
     const double length = high->label - low->label, chord_slope = (high->anchor - low->anchor) / length;
     double deviation[2], stiffness[3], variation = 0.0, max_slope = 0.0;
-    /* repeated merges lengthen segments by a factor, so that their errors are a geometric series */
+    /* repeated merges lengthen segments by a constant factor, so that errors form a geometric series */
     if (high->label - vertex[2].label < MIN_NEW_LENGTH * (vertex[2].label - low->label)) return 0;
     for (int k = 0; k < 3; ++k) {
         double load = vertex[k + 1].normal - vertex[k].normal;
         stiffness[k] = load / (vertex[k + 1].label - vertex[k].label);
         variation += fabs(vertex[k + 1].slope) * load;
-        max_slope = hs_most(max_slope, fabs(vertex[k + 1].slope));
+        max_slope = hs_max(max_slope, fabs(vertex[k + 1].slope));
     }
     for (int k = 0; k < 2; ++k)
         deviation[k] = vertex[k + 1].anchor - low->anchor - chord_slope * (vertex[k + 1].label - low->label);
     const double limit = group->friction * (high->normal - low->normal), stiffness_rise = stiffness[2] - stiffness[0];
-    const double max_load_error = 0.5 * hs_least(limit_tolerance * limit, variation_tolerance * variation);
+    const double max_load_error = 0.5 * hs_min(limit_tolerance * limit, variation_tolerance * variation);
     if (fabs(deviation[0] - deviation[1]) * stiffness_rise > max_load_error) return 0;
     hs_vertex merged = vertex[2];
     merged.label = 0.5 * (vertex[1].label + vertex[2].label);
     merged.normal = hs_load_at(group->curve, merged.label).load;
     const double below = merged.label - low->label, above = high->label - merged.label;
     const double jump = (merged.normal - low->normal) / below - (high->normal - merged.normal) / above;
-    double wanted = deviation[0] * (stiffness[0] - stiffness[1]) + deviation[1] * (stiffness[1] - stiffness[2]);
+    double load_moment = deviation[0] * (stiffness[0] - stiffness[1]) + deviation[1] * (stiffness[1] - stiffness[2]);
     if (!(jump < 0.0)) return 0;
-    const double own = wanted / jump;
-    double difference = fabs(own - 0.5 * (deviation[0] + deviation[1]));
-    difference = hs_most(difference, fabs(own * (vertex[1].label - low->label) / below - deviation[0]));
-    difference = hs_most(difference, fabs(own * (high->label - vertex[2].label) / above - deviation[1]));
+    const double deviation_at_merged = load_moment / jump;
+    double difference = fabs(deviation_at_merged - 0.5 * (deviation[0] + deviation[1]));
+    difference = hs_max(difference, fabs(deviation_at_merged * (vertex[1].label - low->label) / below - deviation[0]));
+    difference = hs_max(difference, fabs(deviation_at_merged * (high->label - vertex[2].label) / above - deviation[1]));
     if (!(difference * stiffness_rise <= max_load_error)) return 0;
-    const double inner_slope = chord_slope + own / below, outer_slope = chord_slope - own / above;
-    /* a convex part keeps within its slopes, apart from the rounding of its anchors */
-    const double rounding = HS_TIE * (fabs(low->anchor) + fabs(high->anchor)) / hs_least(below, above);
-    if (hs_most(fabs(inner_slope), fabs(outer_slope)) > max_slope + rounding) return 0;
+    const double inner_slope = chord_slope + deviation_at_merged / below, outer_slope = chord_slope - deviation_at_merged / above;
+    /* slopes of a convex part stay within the previous bounds, except for the rounding of anchors */
+    const double rounding = HS_TIE * (fabs(low->anchor) + fabs(high->anchor)) / hs_min(below, above);
+    if (hs_max(fabs(inner_slope), fabs(outer_slope)) > max_slope + rounding) return 0;
     merged.slope = hs_clamp(inner_slope, max_slope);
-    merged.anchor = low->anchor + chord_slope * below + own;
+    merged.anchor = low->anchor + chord_slope * below + deviation_at_merged;
     merged.tangential = low->tangential + merged.slope * (merged.normal - low->normal);
     vertex[1] = merged;
     vertex[2] = *high;
@@ -345,23 +343,23 @@ int64_t hs_merge_vertices(const hs_group *group, int64_t depth, double limit_tol
     return count;
 }
 
-/* Label where v, straight from v_low to v_high, crosses side·(d - a); `high` where that is not inside. */
+/* Label at which v, linear from v_low to v_high, crosses side·(d - a); `high` if there is no crossing inside. */
 static double crossing(double low, double high, double v_low, double v_high, double d, double side) {
     double over_low = v_low - side * (d - low), over_high = v_high - side * (d - high);
     double tie = HS_TIE * (fabs(v_low) + fabs(side) * d);
-    if (over_low * over_high >= 0.0 || hs_least(fabs(over_low), fabs(over_high)) <= tie) return high;
+    if (over_low * over_high >= 0.0 || hs_min(fabs(over_low), fabs(over_high)) <= tie) return high;
     return low + (high - low) * over_low / (over_low - over_high);
 }
 
-/* Mean deflection of a spring while it slips: it was moved straight, and its limit grew straight. */
+/* Mean deflection of a spring while it slips; displacement and limit are linear on the path. */
 static double mean_drag(double limit, double slip, double moved, double growth) {
-    /* slip of a spring that slips all the way */
-    double whole = moved - growth;
-    return whole > 0.0 ? hs_most(limit - 0.5 * growth * slip / whole, 0.0) : limit;
+    /* slip of a spring that slips on the full path */
+    double full_slip = moved - growth;
+    return full_slip > 0.0 ? hs_max(limit - 0.5 * growth * slip / full_slip, 0.0) : limit;
 }
 
-/* Carry the polyline of a touching group before any slip to `target`: cut, or extended by new springs; its depth. */
-static int64_t carried(const hs_group *group, int64_t depth, hs_point to, double load, hs_vertex *target,
+/* Copy the polyline of a group in contact to `target`, cut or extended by new springs, before slip; returns its depth. */
+static int64_t extend_polyline(const hs_group *group, int64_t depth, hs_point to, double load, hs_vertex *target,
                        int64_t *segment) {
     hs_edge edge = hs_edge_at(group->stack, depth, to.d, load);
     *segment = edge.segment;
@@ -377,7 +375,7 @@ static int64_t carried(const hs_group *group, int64_t depth, hs_point to, double
     return edge.segment + 2;
 }
 
-/* Clip any polyline to the cone |v| ≤ μ (d - a): both sides may cut, anywhere. */
+/* Clip a polyline of any slopes to the cone |v| ≤ μ (d - a), which both sides may cut in every segment. */
 static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *stack, int64_t depth, hs_point at,
                     const hs_cone *cone, hs_vertex *clipped, double *stiffness) {
     double d = at.d, friction = cone->friction;
@@ -390,7 +388,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
         double v_low = at.v - stack[j - 1].anchor, v_high = at.v - stack[j].anchor;
         double lower = crossing(low, high, v_low, v_high, d, -friction);
         double upper = crossing(low, high, v_low, v_high, d, friction);
-        double cut[4] = {low, hs_least(lower, upper), hs_most(lower, upper), high};
+        double cut[4] = {low, hs_min(lower, upper), hs_max(lower, upper), high};
         for (int piece = 0; piece < 3; ++piece) {
             double a = cut[piece], b = cut[piece + 1];
             if (b <= a) continue;
@@ -404,7 +402,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
                 new_slope = side * friction;
                 v = side * limit_b;
                 if (losses) {
-                    hs_slip slip = {a, b, hs_most(side * v_a - limit_a, 0.0), hs_most(side * v_b - limit_b, 0.0), 0.0,
+                    hs_slip slip = {a, b, hs_max(side * v_a - limit_a, 0.0), hs_max(side * v_b - limit_b, 0.0), 0.0,
                                     0.0};
                     double moved = side * cone->moved;
                     slip.drag_low = mean_drag(limit_a, slip.slip_low, moved, cone->rise + cone->gain * (d - a));
@@ -415,7 +413,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
                 if (stiffness) *stiffness += hs_load_at(group->curve, b).slope - hs_load_at(group->curve, a).slope;
                 if (b == high) made_at = stack[j].made_at;
             }
-            /* cut off by rounding alone */
+            /* a segment of the width of rounding */
             if (count > 1 && b - a <= HS_TIE * d) new_slope = clipped[count - 1].slope;
             if (count > 1 && clipped[count - 1].slope == new_slope) --count;
             double force = clipped[count - 1].tangential + new_slope * (load - clipped[count - 1].normal);
@@ -428,7 +426,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
 int64_t hs_move_and_clip(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, hs_point to,
                           double load, const hs_cone *cone, hs_vertex *scratch, double *stiffness) {
     hs_vertex *stack = scratch + hs_room_to_clip(depth);
-    int64_t segment, count = carried(group, depth, to, load, stack, &segment);
+    int64_t segment, count = extend_polyline(group, depth, to, load, stack, &segment);
     if (losses && to.d < from.d) hs_add_separation_losses(group, losses, depth, segment, &from, &to);
     return clip(group, losses, stack, count, to, cone, scratch, stiffness);
 }

@@ -67,7 +67,7 @@ static front_point point_at(hs_curve curve, double front, double edge) {
 /* Energy if front and edge moved in proportion, which is that of a straight path in (d, V); exact for each asperity. */
 static double chord_energy(const slip_energy *energy, const front_point *from, const front_point *to, double rate) {
     double slip = rate * (from->front - to->front), rise = to->edge - from->edge, total = 0.0;
-    double label[4] = {to->front, from->front, hs_least(from->edge, to->edge), hs_most(from->edge, to->edge)};
+    double label[4] = {to->front, from->front, hs_min(from->edge, to->edge), hs_max(from->edge, to->edge)};
     if (label[2] < label[1]) {
         label[1] = label[2];
         label[2] = from->front;
@@ -79,14 +79,14 @@ static double chord_energy(const slip_energy *energy, const front_point *from, c
         if (a < from->front)
             first = (from->front - a) / (from->front - to->front);
         else if (a > from->edge)
-            first = hs_least((a - from->edge) / rise, 1.0);
+            first = hs_min((a - from->edge) / rise, 1.0);
         if (a > to->edge && rise < 0.0) last = (a - from->edge) / rise;
         piece.low = piece.high;
         piece.slip_low = piece.slip_high;
         piece.drag_low = piece.drag_high;
         piece.high = a;
-        piece.slip_high = slip * hs_most(last - first, 0.0);
-        piece.drag_high = energy->friction * hs_most(from->edge + 0.5 * (first + last) * rise - a, 0.0);
+        piece.slip_high = slip * hs_max(last - first, 0.0);
+        piece.drag_high = energy->friction * hs_max(from->edge + 0.5 * (first + last) * rise - a, 0.0);
         if (k > 0) total += hs_add_energy(energy->curve, energy->part, &piece);
     }
     return total;
@@ -99,7 +99,7 @@ HS_WIDE static void add_weighted_loads(const double *restrict gap, const double 
     const double a = label[0], b = label[1], c = label[2], of_a = factor[0], of_b = factor[1], of_c = factor[2];
     const double of_stiffness = 1.5 * factor[3];
     for (int i = 0; i < count; ++i) {
-        double h = gap[i], in_a = hs_most(a - h, 0.0), in_b = hs_most(b - h, 0.0), in_c = hs_most(c - h, 0.0);
+        double h = gap[i], in_a = hs_max(a - h, 0.0), in_b = hs_max(b - h, 0.0), in_c = hs_max(c - h, 0.0);
         part[i] += weight[i] * (of_a * (in_a * sqrt(in_a)) + of_b * (in_b * sqrt(in_b)) +
                                 (of_c * in_c + of_stiffness) * sqrt(in_c));
     }
@@ -112,10 +112,10 @@ static double curved_energy(const slip_energy *energy, const front_point *from, 
                             double growth, int nodes) {
     hs_curve curve = energy->curve;
     const double h = curve.gap[0], width = to->front - from->front, chord = (to->edge - from->edge) / width;
-    const double begin = sqrt(hs_most(from->front - h, 0.0)), end = sqrt(hs_most(to->front - h, 0.0));
+    const double begin = sqrt(hs_max(from->front - h, 0.0)), end = sqrt(hs_max(to->front - h, 0.0));
     const double slope0 = from->at_edge.slope > 0.0 ? growth * from->at_front.slope / from->at_edge.slope : chord;
     const double slope1 = to->at_edge.slope > 0.0 ? growth * to->at_front.slope / to->at_edge.slope : chord;
-    const int close = hs_most(from->edge - from->front, to->edge - to->front) < CLOSE * fabs(width);
+    const int close = hs_max(from->edge - from->front, to->edge - to->front) < CLOSE * fabs(width);
     double label[4][3], factor[4][4], total = 0.0, weights = 0.0, mean = 0.0, front_loads = 0.0;
     for (int g = 0; g < nodes; ++g) {
         double x = hs_toward(begin, end, front_node[nodes - 2][g]), a = h + x * x, t = (a - from->front) / width;
@@ -127,7 +127,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from, 
         for (int iteration = 0; iteration < MOST_ITERATIONS; ++iteration) {
             edge = hs_load_at(curve, d);
             double step = edge.slope > 0.0 ? (load - edge.load) / edge.slope : 0.0;
-            d = hs_most(d + step, hs_most(a, 0.5 * (d + h)));
+            d = hs_max(d + step, hs_max(a, 0.5 * (d + h)));
             if (fabs(step) <= CONVERGED * (d - h)) break;
         }
         double factor_of_node = energy->friction * rate * front_weight[nodes - 2][g] * 2.0 * x * (begin - end);
@@ -166,7 +166,7 @@ HS_WIDE static double accept_parts(double *restrict part, double *restrict each,
     double lane[HS_LANES] = {0};
     for (int64_t begin = 0; begin < count; begin += HS_BLOCK) {
         int size = hs_size_of_block(count - begin);
-        for (int i = 0; i < size; ++i) part[begin + i] = hs_most(part[begin + i], 0.0);
+        for (int i = 0; i < size; ++i) part[begin + i] = hs_max(part[begin + i], 0.0);
         hs_add(lane, part + begin, size);
         for (int i = 0; i < size; ++i) {
             each[begin + i] += part[begin + i];
@@ -214,7 +214,7 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
     const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge, *e1 = &to->at_edge;
     double bend = e0->slope > 0.0 && e1->slope > 0.0 ? fabs(growth * (f0->slope / e0->slope - f1->slope / e1->slope))
                                                      : fabs((to->edge - from->edge) / width);
-    double stiffer = hs_most(e0->slope - f0->slope, e1->slope - f1->slope);
+    double stiffer = hs_max(e0->slope - f0->slope, e1->slope - f1->slope);
     double correction = total > 0.0 ? 0.125 * scale * stiffer * bend * width * width / total : 0.0;
     if (!(correction > NEGLIGIBLE * energy->tolerance)) return HS_OK;
     int nodes = correction <= enough[0] ? 2 : correction <= enough[1] ? 3 : 4;
@@ -224,9 +224,9 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
     double d_moment = (from->edge * e0->load - e0->integral) - (to->edge * e1->load - e1->integral);
     double offset = e0->load - growth * f0->load;
     double closed = scale * (offset * width + (growth - 1.0) * integral - d_moment / growth + moment);
-    double most = hs_most(from->edge * e0->load, to->edge * e1->load);
+    double most = hs_max(from->edge * e0->load, to->edge * e1->load);
     double rounding = HS_TIE * scale * most * (1.0 + 1.0 / fabs(growth));
-    double allowed = PART_OF_PIECE * energy->tolerance * hs_most(total, energy->total) + rounding;
+    double allowed = PART_OF_PIECE * energy->tolerance * hs_max(total, energy->total) + rounding;
     if (!(fabs(total - closed) <= allowed) && curve.load && rounding <= energy->tolerance * closed) total = closed;
     *error = hs_error(total - closed, 0.0, allowed);
     piece->total = total;
@@ -246,11 +246,11 @@ static int halve_front(hs_integrand *integrand, const hs_interval *step) {
     front_piece *piece = (front_piece *)integrand->context;
     const hs_curve curve = piece->energy->curve;
     const front_point *from = &piece->from, *to = piece->to + step->level - 1;
-    double h = curve.gap[0], x = 0.5 * (sqrt(hs_most(from->front - h, 0.0)) + sqrt(hs_most(to->front - h, 0.0)));
+    double h = curve.gap[0], x = 0.5 * (sqrt(hs_max(from->front - h, 0.0)) + sqrt(hs_max(to->front - h, 0.0)));
     double front = h + x * x;
     double load = from->at_edge.load + piece->growth * (hs_load_at(curve, front).load - from->at_front.load);
     double edge = hs_label_at(curve, load, 0.5 * (from->edge + to->edge), 0.0, 1.0);
-    piece->to[step->level] = point_at(curve, front, hs_most(edge, front));
+    piece->to[step->level] = point_at(curve, front, hs_max(edge, front));
     if (piece->energy->part) memset(piece->energy->part, 0, (size_t)curve.count * sizeof *piece->energy->part);
     return HS_OK;
 }
@@ -308,16 +308,16 @@ static void follow_front(const hs_line *memory, slip_energy *energy, double d1, 
             }
             double to_vertex = (front_load - stack[j - 1].normal) * rate / speed, closing = -(rise + speed / rate);
             double to_edge = closing > 0.0 && load > front_load ? (load - front_load) / closing : HUGE_VAL, left = 1.0 - share;
-            double step = hs_least(hs_least(to_vertex, to_edge), left);
+            double step = hs_min(hs_min(to_vertex, to_edge), left);
             int ends = step >= left, passes = !ends && step >= to_vertex;
             meets = !ends && !passes;
             share = ends ? 1.0 : share + step;
             double edge = d1, front;
             load = ends ? load1 : load0 + share * rise;
             if (!ends) edge = hs_label_at(curve, load, from.edge, 0.0, 1.0);
-            front_load = passes ? stack[j - 1].normal : meets ? load : hs_most(front_load - step * speed / rate, stack[j - 1].normal);
+            front_load = passes ? stack[j - 1].normal : meets ? load : hs_max(front_load - step * speed / rate, stack[j - 1].normal);
             front = passes ? stack[j - 1].label : meets ? edge : hs_label_at(curve, front_load, guess, 0.0, 1.0);
-            front_point to = point_at(curve, hs_least(front, edge), edge);
+            front_point to = point_at(curve, hs_min(front, edge), edge);
             add_piece(energy, &from, &to, rate, -rise * rate / speed);
             from = to;
             j -= passes;
@@ -331,7 +331,7 @@ static int exact_ramp(hs_line *memory, double load, double force, double time, c
     int status = hs_reserve_vertices(memory);
     if (status != HS_OK) return status;
     hs_group group = hs_group_of(memory, 0);
-    slip_energy energy = {group.curve, group.friction, drive->tolerance, group.each, NULL, 0.0};
+    slip_energy energy = {group.curve, group.friction, drive->tolerance, group.asperity_energy, NULL, 0.0};
     if (!group.curve.load && !(energy.part = (double *)calloc((size_t)group.curve.count, sizeof(double)))) return HS_OUT_OF_MEMORY;
     const hs_point from = {memory->approach, memory->displacement};
     begin_chord(memory, load, force, time);
@@ -482,15 +482,15 @@ static rates solve_end(const ramp *way, int64_t index, hs_point to, int has_load
         hs_single at = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
         hs_load front = {0.0, 0.0};
         sign = path.sign;
-        end->kept = at.kept;
+        end->kept = at.inner_count;
         end->slope = sign * friction;
-        if (at.kept > 0) {
-            const hs_vertex *low = stack + at.kept - 1;
+        if (at.inner_count > 0) {
+            const hs_vertex *low = stack + at.inner_count - 1;
             if (has_loads) front = hs_load_at(group.curve, at.label);
             end->label = at.label;
             found.force = low->tangential;
             if (at.label != low->label) {
-                end->inner_slope = stack[at.kept].slope;
+                end->inner_slope = stack[at.inner_count].slope;
                 found.force += end->inner_slope * (front.load - low->normal);
             }
         }
@@ -581,17 +581,17 @@ static double state_error(const ramp *way, const ramp_chord *chord, double *cros
     for (int j = 0; j <= SAMPLES; ++j) {
         double u = (double)j / SAMPLES, w = distance_at(chord, u);
         point[j] = point_beside(chord, u, w);
-        bow = hs_most(bow, fabs(w) * chord->length);
+        bow = hs_max(bow, fabs(w) * chord->length);
     }
     *crossing = 1.0;
     if (bow <= tolerated) return bow / tolerated;
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         const double friction = memory->friction[index];
-        if (memory->contact->gap[memory->contact->first[index]] >= hs_most(chord->from.d, chord->to.d)) break;
-        if (rise > 0.0 && change < friction * rise) most = hs_most(most, bow);
+        if (memory->contact->gap[memory->contact->first[index]] >= hs_max(chord->from.d, chord->to.d)) break;
+        if (rise > 0.0 && change < friction * rise) most = hs_max(most, bow);
         for (int side = -1; side <= 1; side += 2) {
             const hs_point *last = point + SAMPLES;
-            double farthest = hs_most(side * point[0].v - friction * point[0].d, side * last->v - friction * last->d);
+            double farthest = hs_max(side * point[0].v - friction * point[0].d, side * last->v - friction * last->d);
             int at = 0;
             for (int j = 1; j < SAMPLES; ++j) {
                 double reached = side * point[j].v - friction * point[j].d;
@@ -600,7 +600,7 @@ static double state_error(const ramp *way, const ramp_chord *chord, double *cros
                     at = j;
                 }
             }
-            if (at > 0) *crossing = hs_least(*crossing, (double)at / SAMPLES);
+            if (at > 0) *crossing = hs_min(*crossing, (double)at / SAMPLES);
         }
     }
     return most / tolerated;
@@ -612,7 +612,7 @@ HS_WIDE static void add_loads(const double *restrict gap, const double *restrict
     for (int k = 0; k < labels; ++k) {
         const double a = label[k], f = factor[k];
         for (int64_t i = 0; i < count; ++i) {
-            double depth = hs_most(a - gap[i], 0.0);
+            double depth = hs_max(a - gap[i], 0.0);
             part[i] += weight[i] * (f * (depth * sqrt(depth)));
         }
     }
@@ -684,7 +684,7 @@ static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
     const double rise = chord->to.d - chord->from.d, change = chord->to.v - chord->from.v;
     const double load_rise = way->load[1] - way->load[0], load_change = way->force[1] - way->force[0];
     double w[NODES], inclination[NODES], most = 0.0, missed = 0.0, mean = 0.0;
-    for (int k = 0; k < NODES; ++k) most = hs_most(most, fabs(distance_at(chord, front_node[NODES - 2][k])));
+    for (int k = 0; k < NODES; ++k) most = hs_max(most, fabs(distance_at(chord, front_node[NODES - 2][k])));
     for (int k = 0; k < NODES; ++k) {
         const double u = front_node[NODES - 2][k], guess = w[k] = distance_at(chord, u);
         rates here;
@@ -698,9 +698,9 @@ static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
             if (fabs(step) <= DISTANCE_CONVERGED * most + rounding_of(way, chord)) break;
             if (iteration == MOST_ITERATIONS || !(fabs(step) < 1.0)) return 0;
             w[k] += step;
-            most = hs_most(most, fabs(w[k]));
+            most = hs_max(most, fabs(w[k]));
         }
-        missed = hs_most(missed, fabs(w[k] - guess));
+        missed = hs_max(missed, fabs(w[k] - guess));
         inclination[k] = inclination_of(chord, heading_of(way, here));
         if (!(fabs(inclination[k]) < HUGE_VAL)) return 0;
         mean += front_weight[NODES - 2][k] * inclination[k];
@@ -738,7 +738,7 @@ static double correct_energies(ramp *way, const quadrature *nodes) {
         flush_sum(&sum);
         for (int64_t i = 0; i < group.curve.count; ++i) {
             double *each = way->trial->dissipated_each + group.start + i;
-            double corrected = hs_most(*each + way->part[i], group.each[i]);
+            double corrected = hs_max(*each + way->part[i], group.asperity_energy[i]);
             total += corrected - *each;
             *each = corrected;
         }
@@ -791,7 +791,7 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
     hs_point to = {hs_approach_at_load(start, load), start->displacement};
     hs_group_loads loads;
     (void)chords;
-    --integrand->chords_left;
+    --integrand->substep_budget;
     int status = make_room_to_clip(way);
     if (status == HS_OK) status = hs_count_work(way->drive, &way->work, 2 + start->contact->count / 16);
     if (status == HS_OK) status = hs_loads_of_groups(start, to.d, load, &loads);
@@ -800,7 +800,7 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
     status = hs_init_fronts(&fronts, loads.count);
     if (status == HS_OK) status = hs_solve_displacement_with(start, &loads, &fronts, to.d, hs_to_load(force), &to.v);
     hs_free_fronts(&fronts);
-    const double friction = hs_friction_range(start, HUGE_VAL).most;
+    const double friction = hs_friction_range(start, HUGE_VAL).max;
     ramp_chord chord = {{start->approach, start->displacement}, to, friction, 0.0, {0.0, 0.0}};
     const double across = friction * (to.d - chord.from.d), along = to.v - chord.from.v;
     chord.length = sqrt(across * across + along * along);
@@ -811,29 +811,29 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
     if (status == HS_OK && chord.length > 0.0) {
         way->heading[1] = heading_of(way, solve_ends(way, to, way->ends));
         for (int end = 0; end < 2; ++end) chord.inclination[end] = inclination_of(&chord, way->heading[end]);
-        const double inclination = hs_most(fabs(chord.inclination[0]), fabs(chord.inclination[1]));
+        const double inclination = hs_max(fabs(chord.inclination[0]), fabs(chord.inclination[1]));
         is_bent = inclination > rounding_of(way, &chord);
         if (inclination < STEEP)
             *error = state_error(way, &chord, &crossing);
         else
             *error = TO_HALVE;
-        if (crossing < 1.0) *error = hs_most(SAFETY * SAFETY / (crossing * crossing), *error);
+        if (crossing < 1.0) *error = hs_max(SAFETY * SAFETY / (crossing * crossing), *error);
         if (is_bent && *error <= 1.0 && !find_nodes(way, &chord, &nodes)) *error = TO_HALVE;
         if (*error == TO_HALVE && step->end - step->begin <= SHORT * way->tolerance) *error = is_bent = 0;
     }
-    const int is_last = step->end - step->begin <= ramp_settings.least_length;
+    const int is_last = step->end - step->begin <= ramp_settings.min_length;
     if (status == HS_OK && (*error <= 1.0 || way->energy == 0.0 || is_last)) {
         status = move_along_chord(way, to, &loads, load, force, hs_toward(way->times[0], way->times[1], step->end));
         lost = way->trial->dissipated - start->dissipated;
-        way->energy = hs_most(way->energy, lost);
+        way->energy = hs_max(way->energy, lost);
     }
     if (status == HS_OK && is_bent && *error <= 1.0) {
-        double more = correct_energies(way, &nodes), part = hs_most(step->end - step->begin, LEAST_PART);
+        double more = correct_energies(way, &nodes), part = hs_max(step->end - step->begin, LEAST_PART);
         way->trial->dissipated += more;
-        double rounding = HS_TIE * (start->dissipated + way->reach * hs_most(way->load[0], way->load[1]));
+        double rounding = HS_TIE * (start->dissipated + way->reach * hs_max(way->load[0], way->load[1]));
         double tolerated = ENERGY_TOLERANCE * way->tolerance * way->energy * part;
         /* of fourth order at least */
-        *error = hs_most(*error, sqrt(hs_error(more * nodes.error, rounding, tolerated)));
+        *error = hs_max(*error, sqrt(hs_error(more * nodes.error, rounding, tolerated)));
     }
     hs_free_group_loads(&loads);
     return status;
@@ -851,14 +851,14 @@ static int integrate_ramp(hs_line *memory, ramp *way) {
     hs_adaptive settings = ramp_settings;
     hs_integrand integrand = {way, &settings, integrate_step, accept_step, NULL, 0, 0.0};
     for (;;) {
-        way->tolerance = settings.tolerance = hs_most(settings.tolerance, hs_most(way->drive->tolerance, LEAST_TOLERANCE));
+        way->tolerance = settings.tolerance = hs_max(settings.tolerance, hs_max(way->drive->tolerance, LEAST_TOLERANCE));
         int status = hs_line_assign(way->present, memory);
         const hs_point from = {memory->approach, memory->displacement};
         if (status == HS_OK) status = make_room_to_clip(way);
         if (status != HS_OK) return status;
         way->heading[0] = heading_of(way, solve_ends(way, from, way->ends));
         status = hs_adapt(&integrand, 0.0, 1.0);
-        if (status != HS_TOO_MANY_CHORDS) return status;
+        if (status != HS_TOO_MANY_SUBSTEPS) return status;
         hs_coarsen(&settings, integrand.reached);
     }
 }
@@ -870,7 +870,7 @@ int hs_ramp(hs_line *memory, double load, double force, double time, const hs_dr
     if (memory->approach < touch && load > 0.0) memory->approach = touch;
     const double rise = load - memory->normal_load;
     const hs_range friction = hs_friction_range(memory, HUGE_VAL);
-    int sticks = fabs(force - memory->tangential_load) <= friction.least * rise;
+    int sticks = fabs(force - memory->tangential_load) <= friction.min * rise;
     if (hs_has_single_group(memory) && rise != 0.0 && !sticks) return exact_ramp(memory, load, force, time, drive);
     const double d = hs_approach_at_load(memory, load);
     /* one straight path is exact where N is constant or nothing slips */
@@ -879,7 +879,7 @@ int hs_ramp(hs_line *memory, double load, double force, double time, const hs_dr
         return hs_move(memory, d, load, hs_to_load(force));
     }
     ramp way = {{memory->normal_load, load}, {memory->tangential_load, force}, {memory->clock.end, time}, drive->tolerance,
-                friction.most * (hs_most(memory->approach, d) - touch), 0.0, drive, 0, NULL, NULL, {{0.0, 0.0}, {0.0, 0.0}},
+                friction.max * (hs_max(memory->approach, d) - touch), 0.0, drive, 0, NULL, NULL, {{0.0, 0.0}, {0.0, 0.0}},
                 NULL, NULL, NULL, NULL};
     const size_t groups = (size_t)contact->groups;
     way.present = hs_line_copy(memory);

@@ -1,4 +1,4 @@
-/* Readout: rows of a memory. */
+/* Readout: rows of totals and of columns (asperities) of a memory. */
 #ifndef HISTORYSIM_READOUT_H
 #define HISTORYSIM_READOUT_H
 
@@ -11,28 +11,30 @@ static inline int8_t hs_slip_state_of(int touches, int slides, int sticks_inside
     return (int8_t)(touches ? slip : HS_SEPARATED);
 }
 
-/* Which springs of a group slide: the label at which the slip annulus ends, which is the edge if that sticks, and that of the
- * outermost spring that slides, minus infinity if none does; and coefficient and slope at the edge. */
+/* Sliding zone of a group: inner boundary of the slip annulus (label; the edge if that sticks), label of the outermost spring that
+ * slides (-infinity if none does), and friction coefficient and slope at the edge. */
 typedef struct hs_zone {
     double boundary, outermost;
     double friction, slope;
 } hs_zone;
 
-/* Rows to write, and the buffers for them. */
+/* Rows to write, and their buffers. */
 typedef struct hs_recorder {
     const hs_rows *rows;
     hs_contact *contact; /* of the previous row; NULL if its gaps have changed */
-    int all;             /* whether the columns are all asperities, in their order */
-    hs_columns columns;  /* those of this row's contact */
-    double *chosen;      /* their memory if the columns are some asperities */
+    int all;             /* true if the columns are all asperities, in the caller's order */
+    hs_columns columns;  /* gaps, weights, positions, groups in the contact of this row */
+    double *chosen;      /* memory of `columns` for a selection of asperities */
     double *inner;       /* contributions of inner vertices to tangential loads: by column for a single group, else by position */
-    double *kept;        /* of the `summed` deepest of them, which stay from row to row of a single group */
+    double *inner_sum;        /* contributions of the `summed` deepest vertices of a single group, unchanged between rows */
     hs_vertex *stack;    /* (depth) of the previous row */
     int64_t depth, summed;
     hs_zone *zones;      /* (group) of this row, allocated for as many as asperities; NULL if there are no columns */
 } hs_recorder;
-int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
+/* Allocate the buffers for rows, which may be NULL; returns a status. */
+int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
+/* Write one row of a memory; returns a status. */
 int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int saturated);
-void hs_end_recording(hs_recorder *recorder);
+void hs_recorder_clear(hs_recorder *recorder);
 
 #endif

@@ -65,7 +65,7 @@ void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double fric
     for (int32_t i = n; i >= 1; --i) {
         double inner_slope = outer_slope;
         outer_slope = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
-        problem->stiffness[i] = hs_most(outer_slope - inner_slope, MIN_STIFFNESS_RATIO * outer_slope);
+        problem->stiffness[i] = hs_max(outer_slope - inner_slope, MIN_STIFFNESS_RATIO * outer_slope);
     }
     for (int32_t i = 1; i <= n; ++i) {
         double outer_root = sqrt(depth[i]);
@@ -177,7 +177,7 @@ HS_WIDE static double sweep_gauss_seidel(hs_ring_problem *problem) {
                   change = hs_add_scaled(new_traction, -1.0, old_traction);
         problem->traction[i] = new_traction;
         subtract_traction(problem, i, change);
-        max_change = hs_most(max_change, hs_norm(change) / problem->limit[i]);
+        max_change = hs_max(max_change, hs_norm(change) / problem->limit[i]);
     }
     return max_change;
 }
@@ -231,7 +231,7 @@ HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
         if (problem->basis_ring[a] < 0) {
             double limit = problem->limit[i];
             problem->cholesky_factor[a * stride + a] +=
-                hs_most(hs_dot(problem->traction[i], problem->slip[i]), 0.0) / (limit * limit);
+                hs_max(hs_dot(problem->traction[i], problem->slip[i]), 0.0) / (limit * limit);
         }
     }
     problem->unknown_count = factorise_cholesky(problem->cholesky_factor, stride, count) ? count : 0;

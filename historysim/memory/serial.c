@@ -1,14 +1,14 @@
-/* Serial: the bytes of a state, and the checks of bytes that are read.
+/* Serial: the binary format of a state, and the validation of bytes that are read.
  *
- * The bytes are: a head, the arrays of the contact, of the memory along the line, its vertices without room above them, what
- * asperities have become, when they first slid; in a plane how it moves there, and classes with their nodes; and a checksum
- * (`hs_digest`) of all of that. */
+ * Layout: header, arrays of the contact, arrays of the memory along the line with the vertices in use, evolved summits, sliding
+ * times; for motion in a plane its scalars and the classes with their nodes; last a checksum (`hs_digest`) of all bytes before. */
 
 #include "contact.h"
 #include "plane.h"
 
+/* Version of the format; a state is read by the version that wrote it only. */
 #define FORMAT 4
-/* what a state has, in the head */
+/* Features of a state: bits of `head.features`. */
 #define EVOLVES 1
 #define KNOTS 2
 #define YIELDS 4
@@ -18,25 +18,25 @@
 
 static const char no_memory[] = "there is not enough memory";
 
-/* What bytes of all versions begin with. */
+/* Preamble of the bytes of all versions. */
 typedef struct frame {
     char magic[8];
     uint32_t format;
     uint32_t order; /* 1 in the byte order of the machine that wrote */
 } frame;
-static const frame own_frame = {{'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'}, FORMAT, 1};
-/* with which earlier versions began the bytes of two directions */
+static const frame current_frame = {{'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'}, FORMAT, 1};
+/* Magic of earlier versions for states in two directions. */
 static const char planar_magic[8] = {'h', 's', 'p', 'l', 'a', 'n', 'a', 'r'};
 
-/* What is wrong with the frame of bytes, or NULL. */
+/* Error of the preamble of bytes, or NULL. */
 static const char *check_frame(const unsigned char *bytes, size_t size) {
-    frame given;
-    if (size < sizeof given) return "the bytes are not a saved state";
-    memcpy(&given, bytes, sizeof given);
-    int is_old = memcmp(given.magic, planar_magic, sizeof planar_magic) == 0;
-    if (!is_old && memcmp(given.magic, own_frame.magic, sizeof given.magic) != 0) return "the bytes are not a saved state";
-    if (given.order != own_frame.order) return "the bytes were written on a machine of another byte order";
-    return is_old || given.format != FORMAT ? "the state was saved in the format of another version; replay its events with this one"
+    frame actual;
+    if (size < sizeof actual) return "the bytes are not a saved state";
+    memcpy(&actual, bytes, sizeof actual);
+    int is_old = memcmp(actual.magic, planar_magic, sizeof planar_magic) == 0;
+    if (!is_old && memcmp(actual.magic, current_frame.magic, sizeof actual.magic) != 0) return "the bytes are not a saved state";
+    if (actual.order != current_frame.order) return "the bytes were written on a machine of another byte order";
+    return is_old || actual.format != FORMAT ? "the state was saved in the format of another version; replay its events with this one"
                                             : NULL;
 }
 
@@ -51,128 +51,128 @@ static void put_sum(unsigned char *bytes, size_t size) {
     memcpy(bytes + size - sizeof sum, &sum, sizeof sum);
 }
 
-/* Copy numbers to bytes, or from them; returns where the next ones stand. */
-static unsigned char *pass(unsigned char *bytes, const void *numbers, size_t size, int writes) {
+/* Copy numbers to bytes, or from bytes to numbers; returns the address after them. */
+static unsigned char *transfer(unsigned char *bytes, const void *numbers, size_t size, int writes) {
     if (size) memcpy(writes ? bytes : (void *)numbers, writes ? numbers : bytes, size);
     return bytes + size;
 }
 
 typedef struct head {
-    frame begin;
-    int64_t count, groups, vertices, what; /* a sum of EVOLVES, KNOTS, … */
+    frame preamble;
+    int64_t count, groups, vertices, features; /* a sum of EVOLVES, KNOTS, … */
     int64_t normal_control, tangential_control;
     uint64_t identity;
     hs_units units;
     double datum;
-    double now[6];      /* of hs_line, from the approach on */
-    double together[3]; /* of hs_evolved, from the distance slid together on */
+    double scalars[6];      /* of hs_line, from the approach on */
+    double totals[3]; /* of hs_evolved, from the distance slid together on */
     int64_t watched;
     int64_t classes, nodes; /* of rings */
 } head;
-/* A class, before its nodes. */
+/* Header of a class, followed by its nodes. */
 typedef struct class_head {
     int64_t group, start, count, nodes;
 } class_head;
-/* labels and deflections are written, loads follow */
+/* Label and deflection of a node; its loads are recomputed. */
 #define NODE_BYTES (sizeof(double) + sizeof(hs_vector))
-/* of hs_plane, all but the rings */
+/* Members of hs_plane before the rings. */
 #define PLANE_BYTES offsetof(hs_plane, body)
 
-static size_t size_of(const head *given) {
-    size_t n = (size_t)given->count, g = (size_t)given->groups, watched = (size_t)given->watched;
-    size_t evolved = given->what & EVOLVES ? hs_evolved_arrays((given->what & YIELDS) != 0) * n : 0;
-    size_t slides = given->what & SLIDES ? (watched ? watched : n) : 0;
-    size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)given->vertices + evolved + slides;
-    size_t plane = given->what & PLANE ? PLANE_BYTES : 0;
-    plane += (size_t)given->classes * sizeof(class_head) + (size_t)given->nodes * NODE_BYTES;
-    /* flags of one byte follow the numbers */
-    return sizeof *given + 8 * numbers + g + (given->what & EVOLVES ? n : 0) + plane + sizeof(uint64_t);
+static size_t state_bytes(const head *header) {
+    size_t n = (size_t)header->count, g = (size_t)header->groups, watched = (size_t)header->watched;
+    size_t evolved = header->features & EVOLVES ? hs_evolved_arrays((header->features & YIELDS) != 0) * n : 0;
+    size_t slides = header->features & SLIDES ? (watched ? watched : n) : 0;
+    size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)header->vertices + evolved + slides;
+    size_t plane = header->features & PLANE ? PLANE_BYTES : 0;
+    plane += (size_t)header->classes * sizeof(class_head) + (size_t)header->nodes * NODE_BYTES;
+    /* flags of one byte stand after the numbers */
+    return sizeof *header + 8 * numbers + g + (header->features & EVOLVES ? n : 0) + plane + sizeof(uint64_t);
 }
 
-static head head_of(const hs_state *state) {
+static head head_of_state(const hs_state *state) {
     const hs_line *memory = &state->line;
     const hs_contact *contact = memory->contact;
     const hs_body *body = state->plane ? state->plane->body : NULL;
-    head found;
-    memset(&found, 0, sizeof found);
-    found.begin = own_frame;
-    found.count = contact->count;
-    found.groups = contact->groups;
-    found.watched = contact->query_count;
-    for (int64_t index = 0; index < contact->groups; ++index) found.vertices += memory->depth[index];
-    found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
+    head header;
+    memset(&header, 0, sizeof header);
+    header.preamble = current_frame;
+    header.count = contact->count;
+    header.groups = contact->groups;
+    header.watched = contact->query_count;
+    for (int64_t index = 0; index < contact->groups; ++index) header.vertices += memory->depth[index];
+    header.features = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
                  (memory->slides ? SLIDES : 0) + (state->plane ? PLANE : 0) + (body ? TURNED : 0);
-    found.classes = body ? body->class_count : 0;
-    for (int64_t c = 0; c < found.classes; ++c) found.nodes += body->classes[c].node_count;
-    found.normal_control = memory->normal_control;
-    found.tangential_control = memory->tangential_control;
-    found.identity = memory->identity;
-    found.units = contact->units;
-    found.datum = contact->datum;
-    memcpy(found.now, &memory->approach, sizeof found.now);
-    if (memory->evolved) memcpy(found.together, &memory->evolved->slid_together, sizeof found.together);
-    return found;
+    header.classes = body ? body->class_count : 0;
+    for (int64_t c = 0; c < header.classes; ++c) header.nodes += body->classes[c].node_count;
+    header.normal_control = memory->normal_control;
+    header.tangential_control = memory->tangential_control;
+    header.identity = memory->identity;
+    header.units = contact->units;
+    header.datum = contact->datum;
+    memcpy(header.scalars, &memory->approach, sizeof header.scalars);
+    if (memory->evolved) memcpy(header.totals, &memory->evolved->slid_together, sizeof header.totals);
+    return header;
 }
 
 size_t hs_state_size(const hs_state *state) {
-    head given = head_of(state);
-    return size_of(&given);
+    head header = head_of_state(state);
+    return state_bytes(&header);
 }
 
-/* Copy the arrays of a memory to bytes behind those of its contact, or from them. */
-static unsigned char *pass_arrays(const hs_line *memory, unsigned char *at, int writes) {
+/* Copy the arrays of a memory to or from bytes; returns the address after them. */
+static unsigned char *transfer_arrays(const hs_line *memory, unsigned char *at, int writes) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
-    at = pass(at, memory->friction, 8 * g, writes);
-    at = pass(at, memory->dissipated_each, 8 * n, writes);
-    at = pass(at, memory->depth, 8 * g, writes);
+    at = transfer(at, memory->friction, 8 * g, writes);
+    at = transfer(at, memory->dissipated_each, 8 * n, writes);
+    at = transfer(at, memory->depth, 8 * g, writes);
     for (size_t index = 0; index < g; ++index)
-        at = pass(at, memory->vertices + index * (size_t)memory->capacity, (size_t)memory->depth[index] * sizeof(hs_vertex),
+        at = transfer(at, memory->vertices + index * (size_t)memory->capacity, (size_t)memory->depth[index] * sizeof(hs_vertex),
                   writes);
-    if (evolved) at = pass(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n, writes);
-    if (memory->slides) at = pass(at, memory->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
-    at = pass(at, memory->steep, g, writes);
-    return evolved ? pass(at, evolved->friction_overridden, n, writes) : at;
+    if (evolved) at = transfer(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n, writes);
+    if (memory->slides) at = transfer(at, memory->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
+    at = transfer(at, memory->steep, g, writes);
+    return evolved ? transfer(at, evolved->friction_overridden, n, writes) : at;
 }
 
-static unsigned char *pass_node(unsigned char *at, const hs_node *node, int writes) {
-    return pass(pass(at, &node->label, sizeof node->label, writes), &node->deflection, sizeof node->deflection, writes);
+static unsigned char *transfer_node(unsigned char *at, const hs_node *node, int writes) {
+    return transfer(transfer(at, &node->label, sizeof node->label, writes), &node->deflection, sizeof node->deflection, writes);
 }
 
-/* Write how a state moves in a plane. */
+/* Write the scalars, classes and nodes of the motion in a plane. */
 static void write_plane(const hs_plane *plane, unsigned char *at) {
-    at = pass(at, plane, PLANE_BYTES, 1);
+    at = transfer(at, plane, PLANE_BYTES, 1);
     for (int64_t c = 0; plane->body && c < plane->body->class_count; ++c) {
-        const hs_ring_class *part = plane->body->classes + c;
-        class_head own = {part->group, part->offset, part->curve.count, part->node_count};
-        at = pass(at, &own, sizeof own, 1);
-        for (int32_t k = 0; k < part->node_count; ++k) at = pass_node(at, part->nodes + k, 1);
+        const hs_ring_class *ring_class = plane->body->classes + c;
+        class_head header = {ring_class->group, ring_class->offset, ring_class->curve.count, ring_class->node_count};
+        at = transfer(at, &header, sizeof header, 1);
+        for (int32_t k = 0; k < ring_class->node_count; ++k) at = transfer_node(at, ring_class->nodes + k, 1);
     }
 }
 
 int hs_state_write(const hs_state *state, void *bytes, size_t size) {
     const hs_line *memory = &state->line;
     const hs_contact *contact = memory->contact;
-    head given = head_of(state);
+    head header = head_of_state(state);
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
-    if (size != size_of(&given)) return HS_NOT_A_STATE;
-    unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
-    at = pass(at, contact->gap, 8 * n, 1);
-    at = pass(at, contact->weight, 8 * n, 1);
-    at = pass(at, contact->order, 8 * n, 1);
-    at = pass(at, contact->first, 8 * (g + 1), 1);
-    at = pass(at, contact->query_label, 8 * (size_t)contact->query_count, 1);
-    at = pass_arrays(memory, at, 1);
+    if (size != state_bytes(&header)) return HS_NOT_A_STATE;
+    unsigned char *at = transfer((unsigned char *)bytes, &header, sizeof header, 1);
+    at = transfer(at, contact->gap, 8 * n, 1);
+    at = transfer(at, contact->weight, 8 * n, 1);
+    at = transfer(at, contact->order, 8 * n, 1);
+    at = transfer(at, contact->first, 8 * (g + 1), 1);
+    at = transfer(at, contact->query_label, 8 * (size_t)contact->query_count, 1);
+    at = transfer_arrays(memory, at, 1);
     if (state->plane) write_plane(state->plane, at);
     put_sum((unsigned char *)bytes, size);
     return HS_OK;
 }
 
-/* Sizes of what is computed with, so that powers of them are numbers; the same that input has (basics/limits.py). */
+/* Largest magnitude of a quantity in SI units, so that its powers are finite; the limit of input (basics/limits.py). */
 #define LARGEST_SIZE 1e60
 
-/* Whether numbers in units of the contact are of a size that input may have. */
+/* True if numbers, in multiples of a unit, are within the limit of input. */
 static int are_usable(const double *numbers, int64_t count, double unit) {
     for (int64_t i = 0; i < count; ++i)
         if (!(fabs(numbers[i]) * unit <= LARGEST_SIZE)) return 0;
@@ -193,17 +193,17 @@ static int all_finite(const double *numbers, int64_t count) {
     return 1;
 }
 
-/* Numbers that follow from others differ by rounding, or as far as a load is solved for. */
+/* Relative difference of redundant numbers, by rounding or by the tolerance of a solved load; chosen. */
 #define CLOSE 1e-6
-static int close_to(double one, double other, double size) { return fabs(one - other) <= CLOSE * size; }
+static int is_close(double value, double expected, double size) { return fabs(value - expected) <= CLOSE * size; }
 
-/* What a load at an approach may be off by, which is rounded itself. */
+/* Tolerance of a normal load at an approach, including the rounding of the approach. */
 static double blur_at(hs_curve curve, double approach, double load) {
     double off = 1e-12 * (fabs(approach) + fabs(curve.gap[0]));
     return CLOSE * load + (hs_load_at(curve, approach + off).load - hs_load_at(curve, approach - off).load);
 }
 
-/* Whether the vertices of a group go from its deepest spring to the edge, on lines of their slopes. */
+/* True if the vertices of a group form a polyline from its deepest spring to the edge, with consistent slopes and loads. */
 static int is_stack(const hs_line *memory, int64_t index) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
@@ -219,44 +219,44 @@ static int is_stack(const hs_line *memory, int64_t index) {
     double blur = blur_at(group.curve, approach, stack[depth - 1].normal), reach = group.friction * (approach - stack[0].label);
     for (int64_t j = 1; j < depth; ++j) {
         if (stack[j].label < stack[j - 1].label || (!memory->steep[index] && fabs(stack[j].slope) > group.friction)) return 0;
-        reach = hs_most(reach, hs_most(fabs(stack[j].anchor), fabs(stack[j].slope) * (approach - stack[0].label)));
+        reach = hs_max(reach, hs_max(fabs(stack[j].anchor), fabs(stack[j].slope) * (approach - stack[0].label)));
     }
     /* heights that have become gaps again are rounded; wear that was foreseen too large is taken back */
     double rounding = 1e-3 * CLOSE * (fabs(touch) + fabs(memory->contact->datum) / memory->contact->units.length);
     if (stack[0].tangential != 0.0 || (stack[0].label > touch + rounding && hs_evolves(memory) != 1)) return 0;
-    if (!close_to(stack[depth - 1].anchor, v, fabs(v) + reach)) return 0;
+    if (!is_close(stack[depth - 1].anchor, v, fabs(v) + reach)) return 0;
     for (int64_t j = 0; j < depth; ++j) {
-        const hs_vertex *here = stack + j;
-        if (fabs(here->normal - hs_load_at(group.curve, here->label).load) > blur) return 0;
+        const hs_vertex *vertex = stack + j;
+        if (fabs(vertex->normal - hs_load_at(group.curve, vertex->label).load) > blur) return 0;
         if (j == 0) continue;
-        double rise = here->slope * (here->label - here[-1].label), gain = here->slope * (here->normal - here[-1].normal);
+        double rise = vertex->slope * (vertex->label - vertex[-1].label), gain = vertex->slope * (vertex->normal - vertex[-1].normal);
         /* tangential loads are as exact as the tolerance of the path that led to them */
-        double slack = (group.friction + fabs(here->slope)) * stack[depth - 1].normal;
-        if (!close_to(here->anchor - here[-1].anchor, rise, fabs(v) + reach) ||
-            fabs(here->tangential - here[-1].tangential - gain) > slack)
+        double slack = (group.friction + fabs(vertex->slope)) * stack[depth - 1].normal;
+        if (!is_close(vertex->anchor - vertex[-1].anchor, rise, fabs(v) + reach) ||
+            fabs(vertex->tangential - vertex[-1].tangential - gain) > slack)
             return 0;
     }
     return 1;
 }
 
-/* Whether units follow from one another, and weights are those of summits, or do not fall from knot to knot. */
+/* True if units are consistent, weights of summits positive, and weights of knots not descending. */
 static int is_contact(const hs_contact *contact) {
-    const hs_units *one = &contact->units;
+    const hs_units *units = &contact->units;
     for (int k = 0; k < 7; ++k)
-        if (!(isfinite((&one->load)[k]) && (&one->load)[k] > 0.0)) return 0;
-    if (one->radius != one->length || !close_to(one->area, 3.141592653589793 * one->length * one->length, one->area) ||
-        !close_to(one->stiffness * one->displacement, one->load, one->load) ||
-        !close_to(one->energy, one->load * one->displacement, one->energy) || one->area < DBL_MIN || one->energy < DBL_MIN)
+        if (!(isfinite((&units->load)[k]) && (&units->load)[k] > 0.0)) return 0;
+    if (units->radius != units->length || !is_close(units->area, 3.141592653589793 * units->length * units->length, units->area) ||
+        !is_close(units->stiffness * units->displacement, units->load, units->load) ||
+        !is_close(units->energy, units->load * units->displacement, units->energy) || units->area < DBL_MIN || units->energy < DBL_MIN)
         return 0;
     for (int64_t i = 0; i < contact->count; ++i)
         if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0) : contact->weight[i] <= 0.0) return 0;
     for (int64_t i = 1; i < contact->query_count; ++i)
         if (contact->query_label[i] < contact->query_label[i - 1]) return 0;
-    return fabs(contact->datum) <= LARGEST_SIZE && are_usable(contact->gap, contact->count, one->length) &&
+    return fabs(contact->datum) <= LARGEST_SIZE && are_usable(contact->gap, contact->count, units->length) &&
            all_finite(contact->weight, contact->count) && all_finite(contact->query_label, contact->query_count);
 }
 
-/* An asperity has yielded to the Hertz contact of its load and radius, or not at all. */
+/* True if the shape of an asperity fits the Hertz contact of its yielding load and radius, or if it has not yielded. */
 static int is_yielded(const hs_evolved *evolved, int64_t i, const hs_units *units) {
     double virgin = evolved->virgin_radius[i], radius = evolved->summit_radius[i], load = evolved->yielding_load[i];
     double lowered = evolved->virgin_height[i] - evolved->summit_height[i], reached = evolved->yielded_to[i];
@@ -264,10 +264,10 @@ static int is_yielded(const hs_evolved *evolved, int64_t i, const hs_units *unit
     if (reached == 0.0) return load == 0.0 && lowered == 0.0 && radius == virgin;
     double a = hs_cube_root(radius * load / units->load) * hs_cube_root(units->length * units->length);
     return reached > 0.0 && load > 0.0 && radius >= (1.0 - CLOSE) * virgin && radius <= virgin / CLOSE &&
-           close_to(lowered + a * a / radius, reached, reached + fabs(evolved->virgin_height[i]) * 1e-3);
+           is_close(lowered + a * a / radius, reached, reached + fabs(evolved->virgin_height[i]) * 1e-3);
 }
 
-/* Whether what asperities have become fits their gaps and weights. */
+/* True if evolved summits fit the gaps and weights. */
 static int is_evolved(const hs_line *memory) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
@@ -278,8 +278,8 @@ static int is_evolved(const hs_line *memory) {
         int64_t i = contact->order[k];
         double height = evolved->summit_height[i], radius = evolved->summit_radius[i];
         double gap = contact->gap[k] * units->length, share = contact->weight[k] * contact->weight[k];
-        int is_summit = radius > 0.0 && close_to(radius / units->length, share, share) &&
-                        close_to(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap));
+        int is_summit = radius > 0.0 && is_close(radius / units->length, share, share) &&
+                        is_close(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap));
         if (!is_summit || evolved->slid_distance[i] < 0.0 || evolved->worn_volume[i] < 0.0 ||
             evolved->shaped_volume[i] < 0.0 || evolved->friction_overridden[i] > 1 || (yields && !is_yielded(evolved, i, units)))
             return 0;
@@ -292,7 +292,7 @@ const char *hs_state_check(const hs_state *state) {
     const hs_contact *contact = memory->contact;
     if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
     const hs_units *units = &contact->units;
-    /* an energy is a load times a displacement, each of up to the largest size */
+    /* an energy is the product of a load and a displacement, each within the limit */
     double energy = units->energy / LARGEST_SIZE;
     if (!are_usable(&memory->approach, 1, units->length) || !are_usable(&memory->displacement, 1, units->displacement) ||
         !are_usable(&memory->normal_load, 1, units->load) || !are_usable(&memory->tangential_load, 1, units->load) ||
@@ -315,89 +315,89 @@ const char *hs_state_check(const hs_state *state) {
     return memory->evolved && !is_evolved(memory) ? "what an asperity has become does not fit its summit" : NULL;
 }
 
-/* The contact that stands in the bytes, in the order in which it was written; NULL with `why` where it is none. */
-static hs_contact *read_contact(const head *given, const unsigned char *at, hs_contact *like, const char **why) {
-    const size_t n = (size_t)given->count, g = (size_t)given->groups, watched = (size_t)given->watched;
-    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *first = order + n, *group = first + g + 1;
+/* Read a contact, in the order in which it was written; retains `like` if that is equal. NULL with an `error` if it is invalid. */
+static hs_contact *read_contact(const head *header, const unsigned char *at, hs_contact *like, const char **error) {
+    const size_t n = (size_t)header->count, g = (size_t)header->groups, watched = (size_t)header->watched;
+    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *group_start = order + n, *group = group_start + g + 1;
     double *gap = (double *)(group + n), *weight = gap + n;
-    *why = no_memory;
+    *error = no_memory;
     if (!order) return NULL;
     memcpy(order, at + 16 * n, 8 * (n + g + 1));
     for (size_t i = 0; i < n; ++i) group[i] = -1;
-    int fits = first[0] == 0 && first[g] == given->count;
+    int fits = group_start[0] == 0 && group_start[g] == header->count;
     for (size_t index = 0; index < g && fits; ++index) {
-        fits = first[index] < first[index + 1] && first[index + 1] <= given->count;
-        for (int64_t i = first[index]; fits && i < first[index + 1]; ++i) {
-            int64_t own = order[i];
-            fits = own >= 0 && own < given->count && group[own] < 0;
+        fits = group_start[index] < group_start[index + 1] && group_start[index + 1] <= header->count;
+        for (int64_t i = group_start[index]; fits && i < group_start[index + 1]; ++i) {
+            int64_t asperity = order[i];
+            fits = asperity >= 0 && asperity < header->count && group[asperity] < 0;
             if (!fits) break;
-            group[own] = (int64_t)index;
-            memcpy(gap + own, at + 8 * (size_t)i, 8);
-            memcpy(weight + own, at + 8 * (n + (size_t)i), 8);
-            fits = isfinite(gap[own]) && isfinite(weight[own]);
+            group[asperity] = (int64_t)index;
+            memcpy(gap + asperity, at + 8 * (size_t)i, 8);
+            memcpy(weight + asperity, at + 8 * (n + (size_t)i), 8);
+            fits = isfinite(gap[asperity]) && isfinite(weight[asperity]);
         }
     }
-    hs_contact *contact = fits ? hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0,
-                                               &given->units, given->datum)
+    hs_contact *contact = fits ? hs_contact_of(header->count, header->groups, gap, weight, group, (header->features & KNOTS) != 0,
+                                               &header->units, header->datum)
                                : NULL;
     if (contact && watched) contact->query_label = (double *)malloc(8 * watched);
     if (contact && (contact->query_label || !watched)) {
-        contact->query_count = given->watched;
-        pass((unsigned char *)at + 8 * (3 * n + g + 1), contact->query_label, 8 * watched, 0);
-        /* an order that is not the one that they have belongs to other numbers */
+        contact->query_count = header->watched;
+        transfer((unsigned char *)at + 8 * (3 * n + g + 1), contact->query_label, 8 * watched, 0);
+        /* an order that differs from the sorted one belongs to other gaps */
         fits = memcmp(contact->gap, at, 8 * n) == 0 && memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
-               memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, first, 8 * (g + 1)) == 0;
-        *why = NULL;
+               memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, group_start, 8 * (g + 1)) == 0;
+        *error = NULL;
     }
-    if (!fits) *why = "groups do not fit";
+    if (!fits) *error = "groups do not fit";
     free(order);
-    if (contact && (*why || (like && hs_contact_alike(like, contact)))) {
+    if (contact && (*error || (like && hs_contact_alike(like, contact)))) {
         hs_contact_free(contact);
-        contact = *why ? NULL : hs_contact_retain(like);
+        contact = *error ? NULL : hs_contact_retain(like);
     }
     return contact;
 }
 
-/* Whether asperities of a memory that belongs to a contact are those that it began with, unless they evolve. */
-static int has_those_of(const hs_line *memory, const hs_line *like) {
-    const hs_contact *one = memory->contact, *other = like->contact;
-    size_t size = (size_t)one->count * sizeof(double);
+/* True if a memory has the asperities of `like`; asperities that evolve are not compared. */
+static int has_asperities_of(const hs_line *memory, const hs_line *like) {
+    const hs_contact *contact = memory->contact, *reference = like->contact;
+    size_t size = (size_t)contact->count * sizeof(double);
     if (memory->evolved || like->evolved) return hs_evolves(memory) >= hs_evolves(like);
-    return memcmp(one->sorted_gap, other->sorted_gap, size) == 0 &&
-           memcmp(one->sorted_weight, other->sorted_weight, size) == 0;
+    return memcmp(contact->sorted_gap, reference->sorted_gap, size) == 0 &&
+           memcmp(contact->sorted_weight, reference->sorted_weight, size) == 0;
 }
 
-/* What is wrong with the bytes as a whole, or NULL; the head is taken out. */
-static const char *check_bytes(const unsigned char *bytes, size_t size, head *given) {
-    const char *wrong = check_frame(bytes, size);
-    if (wrong) return wrong;
-    if (size < sizeof *given + sizeof(uint64_t)) return "the bytes are cut off, or too many";
-    memcpy(given, bytes, sizeof *given);
-    int64_t most = (int64_t)(size / 8), what = given->what & ~(int64_t)(SLIDES | PLANE | TURNED);
-    int planar = (given->what & PLANE) != 0, turned = (given->what & TURNED) != 0;
-    int is_kind = what == 0 || what == EVOLVES || (what == KNOTS && given->groups == 1) || what == (EVOLVES | YIELDS);
-    if (given->count < 1 || given->count > most || given->groups < 1 || given->groups > given->count || given->watched < 0 ||
-        given->watched > (given->groups > 1 ? 0 : most) || given->vertices < 0 || given->vertices > most || !is_kind || turned > planar || (planar && (what & EVOLVES)) ||
-        given->classes < 0 || given->classes > (turned ? most : 0) || given->nodes < 0 || given->nodes > (turned ? most : 0) ||
-        size != size_of(given))
+/* Check size, header and checksum of bytes and copy the header; returns an error, or NULL. */
+static const char *check_bytes(const unsigned char *bytes, size_t size, head *header) {
+    const char *error = check_frame(bytes, size);
+    if (error) return error;
+    if (size < sizeof *header + sizeof(uint64_t)) return "the bytes are cut off, or too many";
+    memcpy(header, bytes, sizeof *header);
+    int64_t max_count = (int64_t)(size / 8), kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED);
+    int planar = (header->features & PLANE) != 0, turned = (header->features & TURNED) != 0;
+    int is_kind = kind == 0 || kind == EVOLVES || (kind == KNOTS && header->groups == 1) || kind == (EVOLVES | YIELDS);
+    if (header->count < 1 || header->count > max_count || header->groups < 1 || header->groups > header->count || header->watched < 0 ||
+        header->watched > (header->groups > 1 ? 0 : max_count) || header->vertices < 0 || header->vertices > max_count || !is_kind || turned > planar || (planar && (kind & EVOLVES)) ||
+        header->classes < 0 || header->classes > (turned ? max_count : 0) || header->nodes < 0 || header->nodes > (turned ? max_count : 0) ||
+        size != state_bytes(header))
         return "the bytes are cut off, or too many";
-    if (!is_control(given->normal_control) || !is_control(given->tangential_control))
+    if (!is_control(header->normal_control) || !is_control(header->tangential_control))
         return "a channel is controlled in no known way";
     for (int k = 0; k < 3; ++k)
-        if (!isfinite(given->together[k]) || (!(given->what & EVOLVES) && given->together[k] != 0.0))
+        if (!isfinite(header->totals[k]) || (!(header->features & EVOLVES) && header->totals[k] != 0.0))
             return "a sum over all asperities is not what they have become";
     return check_sum(bytes, size);
 }
 
-/* Vertices of the deepest of the stacks that stand in the bytes; -1 where their depths do not fit. */
-static int64_t deepest_of(const head *given, const unsigned char *depths) {
-    int64_t deepest = 0, left = given->vertices, depth;
-    for (int64_t index = 0; index < given->groups; ++index, left -= depth) {
+/* Largest depth of the stacks in the bytes; -1 if depths are inconsistent with the number of vertices. */
+static int64_t max_stack_depth(const head *header, const unsigned char *depths) {
+    int64_t deepest = 0, remaining = header->vertices, depth;
+    for (int64_t index = 0; index < header->groups; ++index, remaining -= depth) {
         memcpy(&depth, depths + 8 * index, 8);
-        if (depth < 0 || depth > left) return -1;
+        if (depth < 0 || depth > remaining) return -1;
         deepest = depth > deepest ? depth : deepest;
     }
-    return left == 0 ? deepest : -1;
+    return remaining == 0 ? deepest : -1;
 }
 
 static int has_good_numbers(const hs_plane *plane, const hs_units *units) {
@@ -408,103 +408,103 @@ static int has_good_numbers(const hs_plane *plane, const hs_units *units) {
            is_control(plane->tangential_control[1]);
 }
 
-/* Read one class of asperities that begin at `start`; NULL, or what is wrong. */
-static const char *read_class(hs_state *state, unsigned char **at, int64_t *start, int64_t *left) {
+/* Read one class of asperities from position `start`; advances `at` and `start`. Returns an error, or NULL. */
+static const char *read_class(hs_state *state, unsigned char **at, int64_t *start, int64_t *remaining) {
     const hs_contact *contact = state->line.contact;
-    class_head own;
-    memcpy(&own, *at, sizeof own);
-    *at += sizeof own;
-    int fits = own.group >= 0 && own.group < contact->groups && own.start == *start && own.count > 0 &&
-               own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
-    if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
+    class_head header;
+    memcpy(&header, *at, sizeof header);
+    *at += sizeof header;
+    int fits = header.group >= 0 && header.group < contact->groups && header.start == *start && header.count > 0 &&
+               header.count <= contact->count - header.start && header.nodes >= 0 && header.nodes <= *remaining && header.nodes != 1;
+    if (!fits || header.start < contact->first[header.group] || header.start + header.count > contact->first[header.group + 1])
         return "classes do not fit";
-    hs_ring_class *part = hs_add_class(state, own.group, own.start, own.start + own.count);
-    if (!part || hs_reserve_nodes(part, own.nodes) != HS_OK) return no_memory;
-    double deepest = part->curve.gap[0], approach = state->line.approach, friction = state->line.friction[own.group];
-    if ((own.nodes > 0) != (approach > deepest)) return "classes do not fit";
-    for (int32_t k = 0; k < own.nodes; ++k) {
-        hs_node *node = part->nodes + k;
-        *at = pass_node(*at, node, 0);
-        hs_normal there = hs_normal_at(part->curve, node->label);
-        node->normal = there.load;
-        node->integral = there.integral;
-        part->node_count = k + 1;
-        int stands = k == 0 ? node->label == approach : node->label < node[-1].label;
-        if (!stands || !all_finite(&node->deflection.x, 2) || (k == own.nodes - 1 && node->label != deepest))
+    hs_ring_class *ring_class = hs_add_class(state, header.group, header.start, header.start + header.count);
+    if (!ring_class || hs_reserve_nodes(ring_class, header.nodes) != HS_OK) return no_memory;
+    double deepest = ring_class->curve.gap[0], approach = state->line.approach, friction = state->line.friction[header.group];
+    if ((header.nodes > 0) != (approach > deepest)) return "classes do not fit";
+    for (int32_t k = 0; k < header.nodes; ++k) {
+        hs_node *node = ring_class->nodes + k;
+        *at = transfer_node(*at, node, 0);
+        hs_normal normal = hs_normal_at(ring_class->curve, node->label);
+        node->normal = normal.load;
+        node->integral = normal.integral;
+        ring_class->node_count = k + 1;
+        int is_ordered = k == 0 ? node->label == approach : node->label < node[-1].label;
+        if (!is_ordered || !all_finite(&node->deflection.x, 2) || (k == header.nodes - 1 && node->label != deepest))
             return "nodes do not go from the edge to the deepest spring";
         double limit = 1.001 * friction * sqrt(approach - node->label);
-        if (k == 0 ? hs_norm(node->deflection) > 0.0 : hs_norm(hs_ring_traction(part->nodes, k)) > limit)
+        if (k == 0 ? hs_norm(node->deflection) > 0.0 : hs_norm(hs_ring_traction(ring_class->nodes, k)) > limit)
             return "a traction is beyond the friction limit";
     }
-    *start += own.count;
-    *left -= own.nodes;
+    *start += header.count;
+    *remaining -= header.nodes;
     return NULL;
 }
 
-/* Read how a state moves in a plane, of whose line all is read; NULL, or what is wrong. */
-static const char *read_plane(hs_state *state, const head *given, unsigned char *at) {
-    int64_t start = 0, left = given->nodes;
+/* Read the motion in a plane, after the line of the state. Returns an error, or NULL. */
+static const char *read_plane(hs_state *state, const head *header, unsigned char *at) {
+    int64_t start = 0, remaining = header->nodes;
     hs_plane *plane = state->plane = (hs_plane *)calloc(1, sizeof *plane);
     if (!plane) return no_memory;
-    at = pass(at, plane, PLANE_BYTES, 0);
+    at = transfer(at, plane, PLANE_BYTES, 0);
     if (!has_good_numbers(plane, &state->line.contact->units)) return "a setting or a vector is out of its range";
-    if (!(given->what & TURNED)) return NULL;
+    if (!(header->features & TURNED)) return NULL;
     plane->body = hs_body_new(&state->line, plane->rings, plane->tolerance);
     if (!plane->body) return no_memory;
     plane->body->displacement = plane->displacement;
     plane->body->tangential_load = plane->tangential_load;
-    for (int64_t c = 0; c < given->classes; ++c) {
-        const char *wrong = read_class(state, &at, &start, &left);
-        if (wrong) return wrong;
+    for (int64_t c = 0; c < header->classes; ++c) {
+        const char *error = read_class(state, &at, &start, &remaining);
+        if (error) return error;
     }
-    return start != state->line.contact->count || left != 0 ? "classes do not fit" : NULL;
+    return start != state->line.contact->count || remaining != 0 ? "classes do not fit" : NULL;
 }
 
-int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state, const char **why) {
+int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state, const char **error) {
     unsigned char *at = (unsigned char *)bytes;
-    head given;
-    *why = check_bytes(at, size, &given);
-    if (*why) return HS_NOT_A_STATE;
-    size_t n = (size_t)given.count, g = (size_t)given.groups;
-    at += sizeof given;
-    hs_contact *contact = read_contact(&given, at, like ? like->line.contact : NULL, why);
+    head header;
+    *error = check_bytes(at, size, &header);
+    if (*error) return HS_NOT_A_STATE;
+    size_t n = (size_t)header.count, g = (size_t)header.groups;
+    at += sizeof header;
+    hs_contact *contact = read_contact(&header, at, like ? like->line.contact : NULL, error);
     if (!contact) return HS_NOT_A_STATE;
-    at += 8 * (3 * n + g + 1 + (size_t)given.watched);
-    /* depths follow friction and energies; they say how much room the vertices take */
-    int64_t deepest = deepest_of(&given, at + 8 * (g + n));
-    int evolves = !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1, slides = (given.what & SLIDES) != 0;
-    hs_state *found = deepest < 0 ? NULL : (hs_state *)calloc(1, sizeof *found);
-    *why = deepest < 0 ? "depths of stacks do not fit" : no_memory;
-    if (found && hs_line_init(&found->line, contact, deepest + 4, evolves) != HS_OK) {
-        free(found);
-        found = NULL;
+    at += 8 * (3 * n + g + 1 + (size_t)header.watched);
+    /* depths stand after friction and energies, and give the number of vertices */
+    int64_t deepest = max_stack_depth(&header, at + 8 * (g + n));
+    int evolves = !(header.features & EVOLVES) ? 0 : header.features & YIELDS ? 2 : 1, slides = (header.features & SLIDES) != 0;
+    hs_state *result = deepest < 0 ? NULL : (hs_state *)calloc(1, sizeof *result);
+    *error = deepest < 0 ? "depths of stacks do not fit" : no_memory;
+    if (result && hs_line_init(&result->line, contact, deepest + 4, evolves) != HS_OK) {
+        free(result);
+        result = NULL;
     }
     hs_contact_free(contact);
-    hs_line *line = found ? &found->line : NULL;
+    hs_line *line = result ? &result->line : NULL;
     /* sliding times have an array of their own */
-    if (!found || (slides && hs_slides_assign(line, NULL) != HS_OK)) {
-        hs_state_free(found);
+    if (!result || (slides && hs_slides_assign(line, NULL) != HS_OK)) {
+        hs_state_free(result);
         return HS_NOT_A_STATE;
     }
-    memcpy(&line->approach, given.now, sizeof given.now);
-    line->identity = given.identity;
-    line->normal_control = (int32_t)given.normal_control;
-    line->tangential_control = (int32_t)given.tangential_control;
-    at = pass_arrays(line, at, 0);
-    if (line->evolved) memcpy(&line->evolved->slid_together, given.together, sizeof given.together);
-    if (evolves > 1) hs_sum_yielded(line->evolved, given.count);
+    memcpy(&line->approach, header.scalars, sizeof header.scalars);
+    line->identity = header.identity;
+    line->normal_control = (int32_t)header.normal_control;
+    line->tangential_control = (int32_t)header.tangential_control;
+    at = transfer_arrays(line, at, 0);
+    if (line->evolved) memcpy(&line->evolved->slid_together, header.totals, sizeof header.totals);
+    if (evolves > 1) hs_sum_yielded(line->evolved, header.count);
     int status = HS_NOT_A_STATE;
-    *why = hs_state_check(found);
-    if (!*why && like && !hs_line_belongs(line, &like->line)) {
-        *why = "the state is of another contact";
+    *error = hs_state_check(result);
+    if (!*error && like && !hs_line_belongs(line, &like->line)) {
+        *error = "the state is of another contact";
         status = HS_FOREIGN;
     }
-    if (!*why && like && !has_those_of(line, &like->line)) *why = "the asperities are not those of the contact";
-    if (!*why && given.what & PLANE) *why = read_plane(found, &given, at);
-    if (*why) {
-        hs_state_free(found);
+    if (!*error && like && !has_asperities_of(line, &like->line)) *error = "the asperities are not those of the contact";
+    if (!*error && header.features & PLANE) *error = read_plane(result, &header, at);
+    if (*error) {
+        hs_state_free(result);
         return status;
     }
-    *state = found;
+    *state = result;
     return HS_OK;
 }

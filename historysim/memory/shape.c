@@ -130,9 +130,9 @@ int hs_predict_wear(walk *w, const hs_line *memory, const chord_end *end) {
             /* an asperity slides to the end, or until it leaves */
             double leaves = stop < 0.0 && slid > 0.0 ? start / (start - stop) : 1.0;
             /* what is held may have slid farther than the contact is moved now */
-            double begins = slid > 0.0 ? hs_most(leaves - slid / w->moved, 0.0) : 0.0;
-            w->shape.first[i] = hs_most(start + begins * (stop - start), 0.0);
-            w->shape.last[i] = hs_most(stop, 0.0);
+            double begins = slid > 0.0 ? hs_max(leaves - slid / w->moved, 0.0) : 0.0;
+            w->shape.first[i] = hs_max(start + begins * (stop - start), 0.0);
+            w->shape.last[i] = hs_max(stop, 0.0);
             w->shape.mean_load[i] = 0.0;
             if (slid > 0.0)
                 w->shape.mean_load[i] = hs_mean_load(
@@ -146,7 +146,7 @@ int hs_predict_wear(walk *w, const hs_line *memory, const chord_end *end) {
         w->shape.end_radius[i] = radius;
         w->shape.taken[i] = 0.0;
         if (w->shape.begun[i] + w->slid[i] > 0.0 && w->shape.first[i] + w->shape.last[i] > 0.0) {
-            double waiting = hs_most(evolved->waiting_volume[i], -w->shape.lost[i]);
+            double waiting = hs_max(evolved->waiting_volume[i], -w->shape.lost[i]);
             w->shape.taken[i] = hs_worn_summit(wear, radius * w->shape.first[i], guess * w->shape.last[i], 0.5 * (radius + guess),
                                          evolved->shaped_volume[i], waiting, w->shape.lost[i], w->shape.end_height + i,
                                          w->shape.end_radius + i);

@@ -5,8 +5,8 @@
 #include "displacement.h"
 #include "state.h"
 
-/* Of asperities that have slid since a start, take the times from another memory that knows them; returns a status. */
-int hs_slides_replace(hs_line *memory, const hs_line *start, const hs_line *other);
+/* Replace the times of asperities that have slid since `start` by those of another memory, where it has any; returns a status. */
+int hs_slides_replace(hs_line *memory, const hs_line *start, const hs_line *source);
 /* Record which asperities of a group first slide on a straight path, on which its coefficient changes linearly from `friction`
  * to its present one: those all of whose springs slip at the end, i.e. the springs from `label` to the edge, and those that
  * separate. The stack is the one before the path. If it is `uneven`, springs may reach the limit in any order. */
@@ -17,12 +17,12 @@ static inline void hs_record_slides(const hs_group *group, int64_t depth, const 
                                   double friction, double label, int uneven) {
     const hs_line *memory = group->memory;
     const hs_contact *contact = memory->contact;
-    const int64_t last = group->curve.count - 1;
+    const int64_t highest = group->curve.count - 1;
     /* without friction, springs are at their limit as soon as they are in contact */
     if (group->friction == 0.0) label = group->curve.gap[0];
-    const double top = hs_most(from->d, to->d), low = to->d < from->d ? hs_least(label, to->d) : label;
+    const double top = hs_max(from->d, to->d), low = to->d < from->d ? hs_min(label, to->d) : label;
     if (!hs_is_timed(memory) || (low >= memory->slid_labels[0] && top <= memory->slid_labels[1])) return;
-    if (!contact->query_count && (group->curve.gap[last] < low || (last == 0 && hs_has_slid(memory, contact->order[group->start]))))
+    if (!contact->query_count && (group->curve.gap[highest] < low || (highest == 0 && hs_has_slid(memory, contact->order[group->start]))))
         return;
     hs_find_slides(group, depth, from, to, friction, label, uneven);
 }

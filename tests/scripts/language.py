@@ -27,6 +27,8 @@ PARTICIPLE = re.compile(
 )
 PREPOSITION = re.compile(r".*_(of|to|in|at|on|by|for|from|than|beside)|(of|in|on|one|its|what|who)_.*")
 ACCEPTED_PREFIX = re.compile(r"(from|to|as|is|has|with|at_least|at_most|n)_")
+HINGE = re.compile(r"\b(what|whatever|whether|how|that of|those of)\b", re.IGNORECASE)
+C_TOKEN = re.compile(r'/\*(?P<comment>.*?)\*/|"(?:\\.|[^"\\\n])*"|(?P<name>\b[A-Za-z_]\w*\b)', re.DOTALL)
 IDIOM = re.compile(r"\b(beside|stands|lies|goes|at once|of its own|is there|what is left)\b", re.IGNORECASE)
 PROSE = ("*.py", "*.md")
 PROSE_EXCLUDED = ("tests/scripts/language.py",)
@@ -107,6 +109,33 @@ def measure_names() -> list[Measure]:
     ]
 
 
+def measure_c() -> list[Measure]:
+    """Measure identifiers (each once a file) and first clauses of comments of the C core."""
+    names, comments = 0, 0
+    everyday: list[str] = []
+    hinging: list[str] = []
+    for path in sorted((PACKAGE / "memory").glob("*.[ch]")):
+        text = path.read_text(encoding="utf-8")
+        seen: set[str] = set()
+        for match in C_TOKEN.finditer(text):
+            occurrence = f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, match.start()) + 1}"
+            comment, name = match["comment"], match["name"]
+            if comment is not None:
+                comments += 1
+                clause = " ".join(re.split(r"[.;:,]", comment)[0].replace("*", " ").split())
+                if HINGE.search(clause):
+                    hinging.append(f"{occurrence}: {clause}")
+            elif name is not None and name not in seen:
+                seen.add(name)
+                names += 1
+                if EVERYDAY_WORD.fullmatch(name):
+                    everyday.append(f"{occurrence}: {name}")
+    return [
+        Measure("C identifiers that are everyday words", percentage(len(everyday), names), 2.8, "%", everyday),
+        Measure("C comments that hinge on a question word", percentage(len(hinging), comments), 8.2, "%", hinging),
+    ]
+
+
 def measure_idiom() -> Measure:
     """Count phrases of the idiom in the Python and Markdown files that git tracks."""
     files = subprocess.run(
@@ -131,7 +160,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--list", action="store_true", help="also print each occurrence")
     arguments = parser.parse_args()
-    measures = [*measure_names(), measure_idiom()]
+    measures = [*measure_names(), *measure_c(), measure_idiom()]
     for measure in measures:
         verdict = "above the limit" if measure.exceeds() else "ok"
         print(f"{measure.text:56s} {measure.value:7.1f} {measure.unit:1s} (limit {measure.limit:g}) {verdict}")

@@ -25,9 +25,9 @@ static int integrate(hs_integrand *integrand, const hs_interval *step, int chord
         x->fine += length * (x->root ? sqrt(s) : s * s);
     }
     x->chords += chords;
-    integrand->chords_left -= chords;
+    integrand->substep_budget -= chords;
     *error = HUGE_VAL;
-    if (chords > integrand->settings->first_chords)
+    if (chords > integrand->settings->initial_substeps)
         *error = hs_error(x->fine - x->coarse, 0.0, integrand->settings->tolerance * (step->end - step->begin));
     return HS_OK;
 }
@@ -46,10 +46,10 @@ int main(int count, char **words) {
     hs_adaptive settings = {0.0, 1.0, 1, INT_MAX, 0.0, 1.0, 1e-9, 0.0, 0.1, 4.0, 100000, 4.0, 1e4};
     integral x = {words[2][0] == 'r', 0.0, 0.0, 0.0, 0, 0, 0.0};
     settings.tolerance = atof(words[3]);
-    if (words[1][0] == 'd') settings.slow = HUGE_VAL;
+    if (words[1][0] == 'd') settings.slow_convergence_ratio = HUGE_VAL;
     if (words[1][0] == 'p') {
         settings.safety = 0.9;
-        settings.first_length = 0.125;
+        settings.initial_length = 0.125;
     }
     hs_integrand integrand = {&x, &settings, integrate, accept, NULL, 0, 0.0};
     int status = hs_adapt(&integrand, 0.0, 1.0);

@@ -34,7 +34,7 @@ static void print_distance(const hs_state *start, const hs_state *whole, double 
     hs_path path = {normal, 1.0, {tangential, 0.0}, {1.0, 0.0}, parts, 0, HS_LOAD, {HS_LOAD, HS_HELD}, 0, NAN, NAN};
     hs_drive drive = {1e-6, {0.0, 0.0}, 1, 1, NULL, NULL};
     hs_refusal refusal;
-    double top = hs_most(start->line.approach, whole->line.approach) - whole->line.contact->sorted_gap[0];
+    double top = hs_max(start->line.approach, whole->line.approach) - whole->line.contact->sorted_gap[0];
     double reach = hs_friction_range(&whole->line, HUGE_VAL).most * top, lost = whole->line.dissipated - start->line.dissipated;
     if (hs_integrate(other, &path, 1, NULL, &drive, 1.0, NULL, &refusal) != HS_OK) abort();
     printf(" %.3e %.3e", (whole->line.displacement - other->line.displacement) / reach,
