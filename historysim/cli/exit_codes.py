@@ -81,7 +81,7 @@ def _with_fix(error: click.UsageError) -> click.UsageError:
 
 # Commands in the order of use; all others follow.
 GROUPS = {
-    "Begin": "columns validate run show plot report",
+    "Begin": "columns validate run show plot report cycles",
     "Measured records": "loops sliding compare fit creep",
     "Studies": "sweep design gallery",
     "Other programs": "fmu reduce",

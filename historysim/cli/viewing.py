@@ -294,6 +294,51 @@ def table(
         write_answer(data=lambda: dataset, outputs=outputs)
 
 
+@click.command()
+@options.common("file")
+@click.option("--asperity", type=int, help="Label of the asperity. [default: the contact as a whole]")
+@options.output_option("Also write the table to this file (.nc, .csv).")
+@options.common("json", "force")
+def cycles(file: Path, asperity: int | None, output: Path | None) -> None:
+    """List the closed loops and the residue of FILE, a result or a log.
+
+    Each row is an excursion of the tangential load, also at a varying normal load, with the time at which it is
+    forgotten and the energy that it has dissipated.
+    """
+    files = check_outputs([file], (output, *_outputs()))
+    from historysim.basics.units import duration_text, quantity_text
+    from historysim.log.event_log import EventLog
+    from historysim.results.accessor import evaluate_query
+    from historysim.results.analysis.cycles import count_cycles
+    from historysim.results.result_files import file_type, open_result
+
+    if file_type(file) == "log":
+        with EventLog(file) as log:
+            counted = count_cycles(log.job(), asperity)
+    else:
+        with open_result(file) as history:
+            counted = evaluate_query(history, "cycles", {"asperity": asperity})
+    if output is not None:
+        save_table(counted, output)
+    units = {"tangential_displacement_range": "m", "tangential_load_range": "N", "dissipated_energy": "J"}
+    rows = [("start", "reversal", "end", "range of U", "range of T", "energy", "")]
+    for _, row in counted.to_dataframe().iterrows():
+        start, reversal, end = (
+            "remembered" if row[name] != row[name] else duration_text(float(row[name]))
+            for name in ("start_time", "reversal_time", "end_time")
+        )
+        numbers = [quantity_text(float(row[name]), unit) for name, unit in units.items()]
+        rows.append((start, reversal, end, *numbers, "closed" if row["closed"] else "residue"))
+    closed = int(counted["closed"].sum())
+    energy = quantity_text(float(counted["dissipated_energy"].sum()), "J")
+    lines = [
+        ("closed loops", f"{closed:,}"),
+        ("residue", f"{counted.sizes['cycle'] - closed:,}"),
+        ("dissipated energy", energy),
+    ]
+    write_answer(lines, [rows], files, data=lambda: counted)
+
+
 def _outputs() -> tuple[OutputFormat, ...]:
     """Return the formats of tables of queries."""
     headers = (header for query in _tables().values() for header in query.headers())

@@ -307,7 +307,9 @@ def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _range(values: xr.DataArray) -> str:
-    """Return the range of a variable with its unit and number of missing values; the number of different strings."""
+    """Return the range of a variable with its unit and number of missing values; the number of different strings, or of true ones."""
+    if values.dtype.kind == "b":
+        return f"{int(values.sum()):,} of {values.size:,}"
     if values.dtype.kind not in "iuf":
         return count_text(len(set(values.values.ravel().tolist())), "string", "different strings")
     finite = values.values[np.isfinite(values.values)]

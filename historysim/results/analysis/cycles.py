@@ -32,15 +32,15 @@ LOADS = {
 }
 
 
-@query(table="cycle,start_time")
+@query(table="cycle,start_time", planar=True)
 def cycles(history: xr.Dataset, asperity: int | None = None) -> xr.Dataset:
     """Return the closed loops of the tangential load and the residue, with their energies.
 
     Each row is an excursion from a start, where slip began in one direction, to a reversal. It is closed if slip in the
     other direction later reaches the start of the excursion: then the contact remembers what it would remember without
     the excursion. All other rows are residue: half cycles. A row that has not ended yet is still remembered. The energy
-    of a closed loop is that dissipated from its start to its end, without the loops that closed within this time; the
-    sum of all rows is the total dissipated energy. At a constant normal load the closed rows are the full cycles of the
+    of a closed loop is that dissipated from its start to its end, without the rows that ended within this time; the sum
+    of all rows is the total dissipated energy. At a constant normal load the closed rows are the full cycles of the
     rainflow count of U (ASTM E1049), and the residue its half cycles; the first loading of a contact, which is half a
     loop around zero, ends as such. At other loads no rainflow count exists.
 
@@ -68,7 +68,7 @@ def cycles(history: xr.Dataset, asperity: int | None = None) -> xr.Dataset:
 
     def count(job: Replay) -> xr.Dataset | InputError:
         try:
-            return _count_cycles(job, asperity)
+            return count_cycles(job, asperity)
         except InputError as error:
             # the search for a source passes over errors
             return error
@@ -135,7 +135,8 @@ class Ended:
     time: float
 
 
-def _count_cycles(job: Replay, asperity: int | None) -> xr.Dataset:
+def count_cycles(job: Replay, asperity: int | None = None) -> xr.Dataset:
+    """Return the cycles of a replay; parameters, result and errors as for `cycles`."""
     counter = CycleCounter(job, asperity)
     for segment in schedule.segments(job.events):
         for number in range(segment.paths.size):
