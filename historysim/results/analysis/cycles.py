@@ -36,9 +36,9 @@ LOADS = {
 def cycles(history: xr.Dataset, asperity: int | None = None) -> xr.Dataset:
     """Return the closed loops of the tangential load and the residue, with their energies.
 
-    Each row is an excursion from a start, where slip began in one direction, to a reversal. It is closed if slip in the
-    other direction later reaches the start of the excursion: then the contact remembers what it would remember without
-    the excursion. All other rows are residue: half cycles. A row that has not ended yet is still remembered. The energy
+    Each row is an excursion from a start, where slip began in one direction, to a reversal. It is closed if the contact
+    later slips on from its start, in the other direction: then it remembers what it would remember without the
+    excursion. All other rows are residue: half cycles. A row that has not ended yet is still remembered. The energy
     of a closed loop is that dissipated from its start to its end, without the rows that ended within this time; the sum
     of all rows is the total dissipated energy. At a constant normal load the closed rows are the full cycles of the
     rainflow count of U (ASTM E1049), and the residue its half cycles; the first loading of a contact, which is half a
@@ -122,6 +122,7 @@ class Excursion:
     start: Instant
     label: float
     turn: Instant
+    reverses: "Excursion | None"  #: the one from whose slip it turned back; None if nothing slipped before
     energy: float = 0.0  #: dissipated while it was the active one [J]
 
 
@@ -296,9 +297,12 @@ class CycleCounter:
         else:
             active = self.excursions[-1] if self.excursions else None
             slope = sign * self.friction
-            goes_on = active is not None and active.sign == sign and polyline is not None and polyline.slope[-1] == slope
+            edge_slope = 0.0 if polyline is None else polyline.slope[-1]
+            goes_on = active is not None and active.sign == sign and edge_slope == slope
             if not goes_on:
-                self.excursions.append(Excursion(self.started, sign, here, here.approach, here))
+                turns_back = active is not None and active.sign == -sign and edge_slope == -slope
+                reverses = active if turns_back else None
+                self.excursions.append(Excursion(self.started, sign, here, here.approach, here, reverses))
                 self.started += 1
             front = self._front(there, slope)
             if polyline is not None:
@@ -341,7 +345,7 @@ class CycleCounter:
             sign, is_deep = active.sign, older.label <= self.base + tie
             if front > older.label + tie:
                 return
-            follows = len(self.excursions) > 2 and self.excursions[-3].sign == sign
+            follows = len(self.excursions) > 2 and self.excursions[-3] is older.reverses
             if older.sign == sign:
                 # the front arrives at a zone that slipped in its direction
                 outer = polyline.first_from(older.label + tie)
@@ -384,7 +388,7 @@ class CycleCounter:
                 return
             index = min(polyline.first_from(outer.label - tie), polyline.label.size - 1)
             lies_on_slope = outer.label > self.base + tie and polyline.slope[index] == -outer.sign * self.friction
-            follows = len(self.excursions) > 1 and self.excursions[-2].sign == -outer.sign
+            follows = len(self.excursions) > 1 and self.excursions[-2] is outer.reverses
             self._end(outer, closed=lies_on_slope and follows, time=there.time)
             self.excursions.pop()
 
