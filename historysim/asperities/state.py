@@ -1,5 +1,6 @@
 """`State` of an ensemble: an immutable value that holds its loads and its memory."""
 
+import importlib
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -243,6 +244,24 @@ class State(WholeContact, SavedState):
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:
         """Return the vertices of a group's polyline, dimensionless, the deepest first; see ``hs_vertex``."""
         return binding.stack(self.memory, group)
+
+    def shortest_history(self) -> "list[Any]":
+        """Return events that lead an untouched contact into this state, with the same future.
+
+        The memory is its own shortest history: the contact is pressed along the polyline that it remembers, from vertex
+        to vertex, with a rising approach and without any slip or dissipation. Displacements are those of the contact,
+        without an instrument, at the times 0, 1, 2, … [s]. Each channel ends under its last control, except that
+        a contact that slides as a whole ends at its displacement.
+
+        Raises
+        ------
+        InputError
+            Two tangential directions, several friction coefficients (see `historysim.shortest`), contacts that evolve,
+            or friction that has fallen.
+        """
+        # events are declared in a package below this one
+        events: list[Any] = importlib.import_module("historysim.loads.shortest").shortest_history(self)
+        return events
 
     def on_line(self, displacement: Floats) -> Floats:
         """Convert dimensionless displacements along the line of motion to positions [m], (…, direction) in two."""

@@ -85,7 +85,7 @@ GROUPS = {
     "Measured records": "loops sliding compare fit creep",
     "Studies": "sweep design gallery",
     "Other programs": "fmu reduce",
-    "The log": "verify state log",
+    "The log": "verify state log shorten",
     "Reference": "table kinds",
 }
 COMMAND_FOR_SUFFIX = {".toml": "run", ".nc": "show", ".history": "log"}  # suggested if a file is given as command

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from historysim.basics.files import is_log, replacing
-from historysim.basics.targets import PICTURE, RESULT
+from historysim.basics.targets import PICTURE, RESULT, csv_table, signed_format
 from historysim.cli import options
 from historysim.cli.exit_codes import CommandError
 from historysim.cli.output import check_outputs, notice, save, write_answer
@@ -86,6 +86,33 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
         ]
         outputs = [(path, write) for path in files]
         write_answer(lines, data=lambda: events.state_dataset(at=at), outputs=outputs)
+
+
+WAYPOINTS = (
+    csv_table("a table of waypoints", "time,normal_load", "time,normal_displacement"),
+    signed_format("waypoints of historysim", ".toml", ".inp"),
+)
+
+
+@click.command()
+@options.common("file")
+@options.output_option("The waypoints (.csv, .toml, or .inp: amplitude tables). [default: FILE's name with _short.csv]")
+@options.common("json", "force")
+def shorten(file: Path, output: Path | None) -> None:
+    """Write the waypoints of FILE that its contact still remembers.
+
+    FILE is a log, a result, or a scenario. The waypoints lead an untouched contact into the same state: as a table, as
+    [loading] of a scenario, or as amplitude tables for finite elements.
+    """
+    output = output or file.with_name(f"{file.stem}_short.csv")
+    files = check_outputs([file], (output, *WAYPOINTS))
+    from historysim.scenario.shortest import shortest, write_waypoints
+    from historysim.verbs import open as open_any
+
+    content = open_any(file)
+    events = shortest(content)
+    write_waypoints(events, output)
+    write_answer([("waypoints", f"{len(events) // 2:,}")], files=files)
 
 
 @click.command("log")
