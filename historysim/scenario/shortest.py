@@ -14,7 +14,7 @@ from historysim.asperities.state import State
 from historysim.basics.arguments import Array, Booleans, Integers
 from historysim.basics.files import replacing
 from historysim.basics.wording import brief
-from historysim.errors import InputError
+from historysim.errors import CurveEndError, FrictionLimitError, InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import is_planar
 from historysim.loads.events import (
@@ -26,10 +26,11 @@ from historysim.loads.events import (
 )
 from historysim.loads.shortest import EVOLVES, TWO_DIRECTIONS
 from historysim.memory.binding import LOAD, view
-from historysim.memory.paths import Paths, drop_rows
+from historysim.memory.paths import Goals, Paths, drop_rows, straight_paths
 from historysim.replaying import Replay
 
-MOST_TRIED = 1000  # waypoints up to which each is dropped for a trial; the trials take the square of their number
+MOST_TRIED = 300  # waypoints up to which those that made vertices are dropped for a trial, too
+SAME = 1e-13  # difference of anchors of the same state, relative to approach and displacement
 NOTHING = -1  # origin of what is as at the start
 PAIRS_A_LINE = 4  # of time and value in an amplitude table
 KINDS = {kind.name: kind for kind in (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)}
@@ -191,8 +192,7 @@ class _Waypoints:
             memory = memory.after(state, number)
             self.values[number] = self._reached(state, path[0])
         origins = np.unique(np.append(memory.origin[memory.holds], self.paths.size - 1))
-        chosen: Integers = origins[origins >= 0]
-        return self._needed(chosen, state)
+        return self._needed(origins[origins >= 0], state)
 
     def _reached(self, state: State, path: Any) -> tuple[float, float]:
         """Return the values of both channels at the end of a path, as they are controlled."""
@@ -217,33 +217,63 @@ class _Waypoints:
                 values[index] = float(np.ravel(target)[0])
         return [kind(time, value) for kind, value in zip(kinds, values, strict=True)]
 
-    def _needed(self, chosen: Integers, end: State) -> Integers:
-        """Drop waypoints that do not change the state, such as those on a straight line between their neighbours."""
-        if chosen.size > MOST_TRIED:
-            return chosen
-        index = chosen.size - 2
-        while index >= 0:
-            without = np.delete(chosen, index)
-            if self._leads_to(without, end):
-                chosen = without
-            index -= 1
+    def _needed(self, made: Integers, end: State) -> Integers:
+        """Return the waypoints that made vertices, and those without which the contact would not have slipped.
+
+        Waypoints are dropped in runs as long as the state stays the same, so that none is left that can be dropped.
+        """
+        near = np.unique(np.concatenate([made, np.maximum(made - 1, 0)]))
+        every = np.arange(self.paths.size)
+        chosen = near if self._leads_to(near, end) else every
+        run = chosen.size
+        while run > 0:
+            stop = chosen.size - 1  # the last waypoint is where the contact is
+            dropped = False
+            while stop > 0:
+                start = max(stop - run, 0)
+                trial = chosen[start:stop]
+                trial = trial if chosen.size <= MOST_TRIED else trial[~np.isin(trial, made)]
+                without = chosen[~np.isin(chosen, trial)]
+                if trial.size and self._leads_to(without, end):
+                    chosen, dropped = without, True
+                stop = start
+            run = run if dropped and run == 1 else run // 2
         return chosen
 
     def _leads_to(self, chosen: Integers, end: State) -> bool:
-        """Return whether some of the waypoints lead to a state."""
-        events = [event for number in chosen for event in self.events_of(int(number))]
-        state = attrs.evolve(self.job, events=events).state()
-        reached, expected = Memory.read(state), Memory.read(end)
-        if reached.holds.shape != expected.holds.shape or (reached.holds != expected.holds).any():
+        """Return whether the straight paths between some of the waypoints lead to a state."""
+        path = self.paths[chosen]
+        columns = path["normal_control"], path["tangential_control"][:, 0]
+        normal, tangential = (Goals(control, self.values[chosen, index]) for index, control in enumerate(columns))
+        try:
+            reached = self._advance(self.start, straight_paths(normal, tangential, recorded=False))
+        except (FrictionLimitError, CurveEndError):
             return False
-        return all(
-            np.allclose(getattr(reached, name)[expected.holds], values[expected.holds], rtol=0, atol=1e-12 * _size(values))
-            for name, values in (("label", expected.label), ("anchor", expected.anchor))
-        )
+        return _is_same(reached, end)
 
 
-def _size(values: Array) -> float:
-    return float(np.nanmax(np.abs(values), initial=0.0))
+def _is_same(reached: State, expected: State) -> bool:
+    """Return whether two states have the same polylines, to rounding."""
+    size = abs(expected.memory.line.approach) + abs(expected.memory.line.displacement)
+    for group in range(expected.memory.line.contact.groups):
+        found, wanted = reached.vertices(group), expected.vertices(group)
+        if (found.size == 0) != (wanted.size == 0):
+            return False
+        if not found.size:
+            continue
+        size = max(size, float(np.abs(wanted["anchor"]).max()))
+        ends = abs(found["label"][-1] - wanted["label"][-1]), abs(found["anchor"][-1] - wanted["anchor"][-1])
+        if max(ends) > SAME * size:
+            return False
+        labels = np.concatenate([found["label"], wanted["label"]])
+        first, second = (np.interp(labels, each["label"], each["anchor"]) for each in (found, wanted))
+        if np.abs(first - second).max() > SAME * size:
+            return False
+    approach, displacement = (
+        abs(getattr(reached.memory.line, name) - getattr(expected.memory.line, name))
+        for name in ("approach", "displacement")
+    )
+    return max(approach, displacement) <= SAME * size
 
 
 # ---- files

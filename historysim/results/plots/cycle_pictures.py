@@ -50,7 +50,9 @@ class CyclesPicture(Picture):
         log = _wide("x", table["tangential_displacement_range"].values) + _wide("y", energy)
         charts = {
             "E": Chart(items=energies, title="Energy of each cycle", x=RANGE, y="energy (J)", height=40.0, log=log),
-            "T": Chart(items=times, title="Remembered from start to end", x="time (s)", y="range $\\Delta U$ (m)", height=40.0),
+            "T": Chart(
+                items=times, title="Remembered from start to end", x="time (s)", y="range $\\Delta U$ (m)", height=40.0
+            ),
         }
         remembered = int(np.isnan(table["end_time"].values).sum())
         note = f"{remembered} remembered at the end" if remembered else ""
@@ -61,7 +63,11 @@ def _style(is_closed: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the looks of marks and lines; they differ in grey print, too."""
     if is_closed:
         return {"marker": "o", **CLOSED}, {"linewidth": 1.3, **CLOSED}
-    return {"marker": "s", "markerfacecolor": "white", **RESIDUE}, {"linewidth": 1.0, "linestyle": (0, (4, 2)), **RESIDUE}
+    return {"marker": "s", "markerfacecolor": "white", **RESIDUE}, {
+        "linewidth": 1.0,
+        "linestyle": (0, (4, 2)),
+        **RESIDUE,
+    }
 
 
 def _marks(table: xr.Dataset, chosen: Booleans) -> list[Item]:

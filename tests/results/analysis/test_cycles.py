@@ -208,7 +208,9 @@ def evaluation(events, friction=FRICTION, heights=HEIGHTS, **options):
 
 SLIDE = held(LOAD, [1e-3, -1e-3])
 REFUSED = {
-    "two tangential directions": lambda: evaluation([hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(1.0, (1e-3, 1e-3))]),
+    "two tangential directions": lambda: evaluation(
+        [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(1.0, (1e-3, 1e-3))]
+    ),
     "asperity=": lambda: evaluation(SLIDE, friction=[0.5, 0.3, 0.5, 0.2]),
     "an event changes": lambda: evaluation([*SLIDE, hs.FrictionChange(3.0, 0.2)]),
     "law of wear": lambda: evaluation(SLIDE, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0)),
