@@ -51,9 +51,9 @@ from historysim.scenario.record_search import loops as loops
 from historysim.scenario.record_search import sliding as sliding
 from historysim.scenario.run import run as run
 from historysim.scenario.scenario import load as load
-from historysim.scenario.shortest import shortest as shortest
 from historysim.studies.design import design as design
 from historysim.studies.gallery import gallery as gallery
+from historysim.studies.shortest import shortest as shortest
 from historysim.studies.sweep import sweep as sweep
 from historysim.studies.sweep_table import drift_along as drift_along
 from historysim.studies.sweep_table import spread as spread

@@ -260,7 +260,7 @@ class State(WholeContact, SavedState):
             or friction that has fallen.
         """
         # events are declared in a package below this one
-        events: list[Any] = importlib.import_module("historysim.loads.shortest").shortest_history(self)
+        events: list[Any] = importlib.import_module("historysim.loads.retracing").shortest_history(self)
         return events
 
     def on_line(self, displacement: Floats) -> Floats:

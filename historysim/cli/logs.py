@@ -106,7 +106,7 @@ def shorten(file: Path, output: Path | None) -> None:
     """
     output = output or file.with_name(f"{file.stem}_short.csv")
     files = check_outputs([file], (output, *WAYPOINTS))
-    from historysim.scenario.shortest import shortest, write_waypoints
+    from historysim.studies.shortest import shortest, write_waypoints
     from historysim.verbs import open as open_any
 
     content = open_any(file)

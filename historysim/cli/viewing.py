@@ -309,7 +309,7 @@ def cycles(file: Path, asperity: int | None, output: Path | None) -> None:
     from historysim.basics.units import duration_text, quantity_text
     from historysim.log.event_log import EventLog
     from historysim.results.accessor import evaluate_query
-    from historysim.results.analysis.cycles import count_cycles
+    from historysim.results.analysis.cycle_counting import count_cycles
     from historysim.results.result_files import file_type, open_result
 
     if file_type(file) == "log":

@@ -307,7 +307,7 @@ def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _range(values: xr.DataArray) -> str:
-    """Return the range of a variable with its unit and number of missing values; the number of different strings, or of true ones."""
+    """Return the range of a variable with its unit and missing values; the number of strings, or of true values."""
     if values.dtype.kind == "b":
         return f"{int(values.sum()):,} of {values.size:,}"
     if values.dtype.kind not in "iuf":

@@ -44,6 +44,8 @@ COMMANDS = {
     "state": (["state", "r.history", "-o", "TARGET"], ".nc"),
     "state of one": (["state", "r.history", "--asperity", "0", "-o", "TARGET"], ".png"),
     "table": (["table", "r.nc", "slip-onset", "-o", "TARGET"], ".csv"),
+    "cycles": (["cycles", "r.nc", "-o", "TARGET"], ".csv"),
+    "shorten": (["shorten", "r.history", "-o", "TARGET"], ".inp"),
     "table to netCDF": (["table", "r.nc", "time-series", "-o", "TARGET"], ".nc"),
     "loops": (["loops", "s.toml", "-o", "TARGET"], ".csv"),
     "loops --levels": (["loops", "s.toml", "--levels", "TARGET"], ".nc"),

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.arguments import Booleans
-from historysim.results.analysis.cycles import cycles
+from historysim.results.analysis.cycle_counting import cycles
 from historysim.results.plots.canvas import TWO_COLUMNS, Size
 from historysim.results.plots.chart import Chart, Curve, Item, Sheet
 from historysim.results.plots.pictures import PICTURES, Picture

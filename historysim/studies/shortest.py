@@ -24,7 +24,7 @@ from historysim.loads.events import (
     TangentialDisplacement,
     TangentialLoad,
 )
-from historysim.loads.shortest import EVOLVES, TWO_DIRECTIONS
+from historysim.loads.retracing import EVOLVES, TWO_DIRECTIONS
 from historysim.memory.binding import LOAD, view
 from historysim.memory.paths import Goals, Paths, drop_rows, straight_paths
 from historysim.replaying import Replay
@@ -36,7 +36,7 @@ PAIRS_A_LINE = 4  # of time and value in an amplitude table
 KINDS = {kind.name: kind for kind in (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)}
 
 
-def shortest(subject: Any, events: Sequence[Event] | None = None) -> list[Event]:
+def shortest(subject: object, events: Sequence[Event] | None = None) -> list[Event]:
     """Return the waypoints that the contact still remembers at the end of a history, in order.
 
     They lead an untouched contact into the same state, with the same future, and dropping any of them changes that
@@ -72,7 +72,7 @@ def shortest(subject: Any, events: Sequence[Event] | None = None) -> list[Event]
     return [event for index in chosen for event in waypoints.events_of(int(index))]
 
 
-def _replay_of(subject: Any, events: Sequence[Event] | None) -> Replay:
+def _replay_of(subject: object, events: Sequence[Event] | None) -> Replay:
     """Return the replay of a subject."""
     from historysim.log.event_log import EventLog
     from historysim.results.source import query_source
@@ -87,7 +87,8 @@ def _replay_of(subject: Any, events: Sequence[Event] | None) -> Replay:
             if close is not None:
                 close()
     if events is not None:
-        return Replay(subject, events)
+        ensemble: Any = subject
+        return Replay(ensemble, events)
     if isinstance(subject, Replay):
         return subject
     if isinstance(subject, EventLog):
@@ -194,7 +195,7 @@ class _Waypoints:
         origins = np.unique(np.append(memory.origin[memory.holds], self.paths.size - 1))
         return self._needed(origins[origins >= 0], state)
 
-    def _reached(self, state: State, path: Any) -> tuple[float, float]:
+    def _reached(self, state: State, path: np.void) -> tuple[float, float]:
         """Return the values of both channels at the end of a path, as they are controlled."""
         instrument = self.job.instrument
         normal = state.normal_load if path["normal_control"] == LOAD else state.approach
@@ -310,8 +311,8 @@ def _csv(events: Sequence[Event]) -> str:
     rows = _pairs(events)
     names = [name for name in KINDS if any(name in row for row in rows)]
     lines = [",".join(["time [s]", *(f"{name} [{KINDS[name].unit}]" for name in names)])]
-    for row in rows:
-        lines.append(",".join(repr(row[name]) if name in row else "" for name in ("time", *names)))
+    columns = ("time", *names)
+    lines += [",".join(repr(row[name]) if name in row else "" for name in columns) for row in rows]
     return "".join(f"{line}\r\n" for line in lines)
 
 

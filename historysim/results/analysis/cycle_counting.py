@@ -99,7 +99,7 @@ class Polyline:
 
 @attrs.frozen(eq=False)
 class Instant:
-    """A moment of the replay: position of the contact, its polyline, and loads; dimensionless where no unit is named."""
+    """A moment of the replay: position of the contact, its polyline and loads; dimensionless if no unit is named."""
 
     share: float  #: of the path
     time: float  #: [s]
@@ -237,7 +237,7 @@ class CycleCounter:
         return self._crossing(lambda there: sign * (there.approach - label), lower, upper, abs(lower.approach))
 
     def _front_at(self, vertex: Any, sign: float, lower: Instant, upper: Instant) -> Instant:
-        """Return the moment at which a slip front reaches a vertex, or a start that is passed while all springs slide."""
+        """Return the moment at which a slip front reaches a vertex, or sliding the start of an excursion."""
         path: Any = self.path
         rigid, compliance = 1.0, 0.0
         if not isinstance(vertex, Instant) and self.is_single_group:

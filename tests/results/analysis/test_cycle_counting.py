@@ -207,6 +207,7 @@ def evaluation(events, friction=FRICTION, heights=HEIGHTS, **options):
 
 
 SLIDE = held(LOAD, [1e-3, -1e-3])
+PLANAR = [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(1.0, (1e-3, 1e-3))]
 REFUSED = {
     "two tangential directions": lambda: evaluation(
         [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(1.0, (1e-3, 1e-3))]

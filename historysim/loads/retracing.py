@@ -1,9 +1,8 @@
 """The shortest history of a state: events that lead an untouched contact into it."""
 
-from typing import Any
-
 import numpy as np
 
+from historysim.asperities.state import State
 from historysim.basics.arguments import Array
 from historysim.errors import InputError
 from historysim.loads.events import (
@@ -26,7 +25,7 @@ EVOLVES = (
 )
 
 
-def shortest_history(state: Any) -> list[Event]:
+def shortest_history(state: State) -> list[Event]:
     """Return events that lead an untouched contact into a state; see `State.shortest_history`."""
     memory = state.memory
     line = memory.line
@@ -36,8 +35,8 @@ def shortest_history(state: Any) -> list[Event]:
         raise InputError(f"shortest history: {EVOLVES}")
     if line.contact.groups > 1:
         raise InputError(
-            f"the asperities have {line.contact.groups:,} different friction coefficients, so that no common path leads "
-            "to what each remembers; expected one coefficient, or hs.shortest, which selects waypoints of a history"
+            f"the asperities have {line.contact.groups:,} different friction coefficients, so that no common path "
+            "leads to what each remembers; expected one coefficient, or hs.shortest, which selects waypoints of a history"
         )
     friction = float(line.friction[0])
     vertices = state.vertices() if line.depth[0] else np.empty(0)
@@ -61,7 +60,7 @@ def shortest_history(state: Any) -> list[Event]:
     return events + _last_waypoints(state, vertices, float(vertices.size - 1))
 
 
-def _separated(state: Any) -> list[Event]:
+def _separated(state: State) -> list[Event]:
     """Return the events that lead to a gap."""
     events: list[Event] = []
     if state.approach != 0.0:
@@ -71,13 +70,13 @@ def _separated(state: Any) -> list[Event]:
     return events
 
 
-def _friction_event(state: Any, friction: float) -> list[Event]:
+def _friction_event(state: State, friction: float) -> list[Event]:
     """Return the change of friction before the first touch, if there was one."""
     start = None if state.like is None else float(state.like.line.friction[0])
     return [] if start is None or start == friction else [FrictionChange(0.0, friction)]
 
 
-def _last_waypoints(state: Any, vertices: Array, time: float) -> list[Event]:
+def _last_waypoints(state: State, vertices: Array, time: float) -> list[Event]:
     """Return the waypoints of the edge, which leave each channel under its last control."""
     line = state.memory.line
     normal: Event = NormalDisplacement(time, state.approach)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.scenario.shortest import write_waypoints
+from historysim.studies.shortest import write_waypoints
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 FRICTIONS = {"one coefficient": 0.5, "several": [0.5, 0.3, 0.5, 0.2]}
@@ -28,7 +28,7 @@ def random_job(seed, kinds=KINDS[1], friction=0.5, count=40):
     random = np.random.default_rng(seed)
     events = []
     for time in range(count):
-        lifts = 0 < time and random.uniform() < 0.05
+        lifts = time > 0 and random.uniform() < 0.05
         value = {hs.NormalLoad: 0.0 if lifts else random.uniform(4e-3, 20e-3)}
         value[hs.NormalDisplacement] = -5e-3 if lifts else random.uniform(20e-3, 60e-3)
         value[hs.TangentialDisplacement] = random.uniform(-20e-3, 20e-3)
@@ -80,7 +80,7 @@ def test_without_one_of_its_waypoints_a_state_is_another(seed):
             other = hs.Replay(job.ensemble, fewer, hold=False).state()
             change = np.abs(futures(other, job.ensemble) - futures(state, job.ensemble)).max()
             # a contact that slides may also be reached by sliding, which takes energy
-            assert change > ROUNDING * 0.02 or other.dissipated_energy > 0.01 * state.stored_energy
+            assert change > ROUNDING * 0.02 or other.dissipated_energy > 1e-6 * state.stored_energy
 
 
 def test_untouched_contacts_have_histories_without_contact():
@@ -214,7 +214,7 @@ def test_what_is_no_list_of_vertices_is_refused(ensemble, events, reason):
 
 
 def test_friction_that_has_changed_is_that_of_the_untouched_contact():
-    job = hs.Replay(contact(), [*STRAIGHT, hs.FrictionChange(2.0, 0.8), hs.TangentialDisplacement(3.0, -1e-3)])
+    job = hs.Replay(contact(), [*STRAIGHT, hs.FrictionChange(1.0, 0.8), hs.TangentialDisplacement(3.0, -1e-3)])
     state = job.state()
     assert_same_future(state, hs.Replay(job.ensemble, state.shortest_history()).state(), job.ensemble)
     with pytest.raises(hs.InputError, match="changes friction"):
