@@ -21,7 +21,7 @@ from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
 from historysim.memory.paths import drop_slide_times
-from historysim.recording import provenance
+from historysim.recording import provenance, unknown_past
 from historysim.recording import recorder as recorders
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly
 from historysim.recording.variables import Changes
@@ -42,8 +42,7 @@ class Replay:
     Parameters
     ----------
     ensemble : Ensemble, Patches or InclinedEnsemble
-    events : sequence of events
-        In the order of their times; at one time, in the order in which they happen.
+    events : sequence of events, in the order of their times; at one time, in the order in which they happen
     substeps : int
         Rows recorded per interval between event times; they do not change the result.
     saturate : bool
@@ -53,15 +52,14 @@ class Replay:
     instrument : Instrument, optional
         In series with the contact: tangential displacements of the events are those of its drive, recorded, too.
     threads : int, optional
-        Threads that record many asperities; one for each processor, up to 4, by default. Results are the same bits.
+        Threads that record many asperities; one for each processor, up to 4, by default. The bits are the same.
     hold : bool, optional
-        Hold load channels at events that do not set them, by waypoints in ``events``. By default they ramp straight to
-        their next waypoint, with a RampWarning if they pass such events; with False without.
+        Hold load channels at events that do not set them, by waypoints in ``events``. By default they ramp to their
+        next waypoint, with a RampWarning if they pass such events; with False without.
+    past : {"untouched", "unknown"}
+        With "unknown" a Dataset also has the bounds that all earlier histories allow; see `unknown_past`.
 
-    Raises
-    ------
-    InputError, LoadError
-        When it is carried out: what cannot be used as it is, and a load that the contact cannot carry, with its event.
+    Carrying it out may raise InputError, and LoadError for a load that the contact cannot carry, with its event.
     """
 
     ensemble: Body = attrs.field(validator=check_body)
@@ -72,6 +70,7 @@ class Replay:
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
     threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
     hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)  #: False once `events` has the waypoints
+    past: str = attrs.field(default="untouched", kw_only=True, validator=unknown_past.check_past)
 
     def __attrs_post_init__(self) -> None:
         """Resolve ``hold`` once, so that a copy of the replay neither warns nor adds waypoints again."""
@@ -111,12 +110,13 @@ class Replay:
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
         history.encoding[provenance.MADE_BY] = self
-        return history
+        return history if self.past == "untouched" else unknown_past.with_bracket(self, history, until)
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which appears when it is complete."""
         from historysim.recording.netcdf import FileRecorder
 
+        unknown_past.check_written(self.past)
         options: dict[str, Any] = {"attributes": self.attributes()}
         with replacing(path_to_write(path, ".nc")) as file, self.recorder(FileRecorder, path=file, **options) as target:
             self.walk(target, progress=progress)
@@ -136,10 +136,9 @@ class Replay:
         progress: bool = False,
         on_event: "Callable[[schedule.Cursor, State], None] | None" = None,
     ) -> "State":
-        """Integrate the events up to a time [s], record their rows, and return the last state.
+        """Integrate the events up to a time [s], record their rows, also one at that time, and return the last state.
 
-        If the time is between two events, a row is recorded there. A segment has at most ``most_rows``; ``on_event``
-        gets cursor and state of each segment that ends at an event. A progress bar is shown on a terminal.
+        A segment has at most ``most_rows``; ``on_event`` gets cursor and state of each segment that ends at an event.
         """
         # slide times are needed for recorded asperities, and for states from which a later replay starts
         timed = isinstance(target, StateOnly) or any(item is not None for item in (target.asperities, start, on_event))
@@ -186,6 +185,7 @@ def replay(
     instrument: Instrument = RIGID,
     threads: int | None = None,
     hold: bool | None = None,
+    past: str = "untouched",
 ) -> "xr.Dataset":
     """Replay load events across an ensemble; parameters, errors and warnings as in `Replay`.
 
@@ -194,6 +194,6 @@ def replay(
     """
     events = apply_hold(as_events(events), hold, stacklevel=3)
     how: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "instrument": instrument}
-    history = Replay(ensemble, events, threads=threads, hold=False, **how).dataset()
+    history = Replay(ensemble, events, threads=threads, hold=False, past=past, **how).dataset()
     provenance.warn_of_no_contact(ensemble, events)
     return history
