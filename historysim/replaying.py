@@ -175,7 +175,7 @@ class Replay:
         return state
 
 
-def replay(
+def replay(  # noqa: PLR0913 - the options of `Replay`
     ensemble: Body,
     events: Sequence[Event],
     *,

@@ -36,7 +36,7 @@ def shortest_history(state: State) -> list[Event]:
     if line.contact.groups > 1:
         raise InputError(
             f"the asperities have {line.contact.groups:,} different friction coefficients, so that no common path "
-            "leads to what each remembers; expected one coefficient, or hs.shortest, which selects waypoints of a history"
+            "leads to what each remembers; expected one coefficient, or hs.shortest, which selects waypoints"
         )
     friction = float(line.friction[0])
     vertices = state.vertices() if line.depth[0] else np.empty(0)

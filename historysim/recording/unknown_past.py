@@ -45,9 +45,9 @@ def check_written(past: str) -> None:
 def with_bracket(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
     """Return the history of a replay with the bounds that all pasts of its contact have at each step.
 
-    A past is any history that ends where the contact, or its drive, is at the first event time. Each spring is a play, and plays keep
-    the order of their initial strains: on a path in displacements no past is outside the two that slid there from
-    either side.
+    A past is any history that ends where the contact, or its drive, is at the first event time. Each spring is a play,
+    and plays keep the order of their initial strains: on a path in displacements no past is outside the two that slid
+    there from either side.
 
     ``total_tangential_load_lower`` and ``_upper``, and the same of ``tangential_load`` of each recorded asperity. Where
     a tangential load or the drive of an instrument is controlled, springs keep their order only in a contact of one

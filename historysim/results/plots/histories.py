@@ -12,12 +12,13 @@ from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.analysis.slips import slip_note, slipping_area
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Size
-from historysim.results.plots.chart import Chart, Curve, Item, Map, Sheet, state_keys
+from historysim.results.plots.chart import Chart, Curve, Item, Map, Shape, Sheet, state_keys
 from historysim.results.plots.first_loading import check_worn, wear_chart
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import (
     DASHED,
     DISPLACEMENT,
+    FAINT,
     INK,
     LOOP_AXES,
     STATE_COLOURS,
@@ -195,6 +196,8 @@ COLOURS = {"time": "time (s)", "slip": "slipping fraction of the contact area"} 
 class LoopPicture(Picture):
     """The friction loop, coloured by the fraction of the contact area that slips.
 
+    A history with an unknown past has a band between its bounds.
+
     Attributes
     ----------
     colour
@@ -216,8 +219,26 @@ class LoopPicture(Picture):
         hue = slipping_area(data)[select_steps(data)] if slips else thin["time"].values
         # the slipping fraction jumps at a reversal
         line = Curve(*_loop(thin), look={"clim": (0, 1) if slips else None}, hue=hue, colours=2_000)
-        chart = Chart(items=[line], hue=COLOURS[self.colour], margins=(0.06, 0.06), **LOOP_AXES)
+        chart = Chart(items=[*_band_of_pasts(thin), line], hue=COLOURS[self.colour], margins=(0.06, 0.06), **LOOP_AXES)
         return Sheet({"L": chart}, notices=(slip_note(data),))
+
+
+def _band_of_pasts(thin: xr.Dataset) -> list[Item]:
+    """Return the band between the bounds of an unknown past, of loads or of displacements; empty if it is known."""
+    displacement, load = _loop(thin)
+    look: dict[str, Any] = {"color": FAINT, "alpha": 0.3, "linewidth": 0, "label": "bounds of all pasts", "zorder": 1}
+    items: list[Item] = []
+    for name, along, method in (
+        ("total_tangential_load", displacement, "fill_between"),
+        ("tangential_displacement", load, "fill_betweenx"),
+    ):
+        if f"{name}_lower" not in thin:
+            continue
+        lower, upper = thin[f"{name}_lower"].values, thin[f"{name}_upper"].values
+        if (lower < upper).any():
+            items.append(Shape(method, (along, lower, upper), look))
+            look = {**look, "label": None}
+    return items
 
 
 def _loop(thin: xr.Dataset) -> tuple[Floats, Floats]:
