@@ -195,7 +195,17 @@ def reduced():
     return hs.reduce(written("reduced", ROUGH), elements=12)
 
 
+@cache
+def cycled():
+    random = np.random.default_rng(5)
+    turns = zip(range(1, 30), random.uniform(-30e-9, 30e-9, 30), random.uniform(3e-3, 5e-3, 30), strict=False)
+    events = [event for t, u, load in turns for event in (hs.NormalLoad(t, load), hs.TangentialDisplacement(t, u))]
+    ensemble = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9], 30e-6, 0.2)
+    return hs.replay(ensemble, events).assign_attrs(title=TITLE)
+
+
 PICTURES = {
+    "cycles": lambda **p: hs.plots.cycles(cycled(), **p),
     "history": lambda **p: hs.plot(rough(), picture="history", **p),
     "history-totals": lambda **p: hs.plots.history(totals(), **p),
     "history-wear": lambda **p: hs.plots.history(worn(), **p),
