@@ -110,7 +110,7 @@ class Replay:
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
         history.encoding[provenance.MADE_BY] = self
-        return history if self.past == "untouched" else unknown_past.with_bracket(self, history, until)
+        return history if self.past == "untouched" else unknown_past.add_bounds(self, history, until)
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which appears when it is complete."""

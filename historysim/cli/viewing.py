@@ -321,7 +321,7 @@ def cycles(file: Path, asperity: int | None, output: Path | None) -> None:
     if output is not None:
         save_table(counted, output)
     units = {"tangential_displacement_range": "m", "tangential_load_range": "N", "dissipated_energy": "J"}
-    rows = [("start", "reversal", "end", "range of U", "range of T", "energy", "")]
+    rows: list[tuple[str, ...]] = [("start", "reversal", "end", "range of U", "range of T", "energy", "")]
     for _, row in counted.to_dataframe().iterrows():
         start, reversal, end = (
             "remembered" if row[name] != row[name] else duration_text(float(row[name]))

@@ -39,7 +39,7 @@ def shortest_history(state: State) -> list[Event]:
             "leads to what each remembers; expected one coefficient, or hs.shortest, which selects waypoints"
         )
     friction = float(line.friction[0])
-    vertices = state.vertices() if line.depth[0] else np.empty(0)
+    vertices: Array = state.vertices() if line.depth[0] else np.empty(0)
     if vertices.size and (abs(vertices["slope"]) > friction).any():
         raise InputError(
             "friction has fallen, and springs are strained beyond what it holds while they touch; expected a state "

@@ -42,7 +42,7 @@ def check_written(past: str) -> None:
         )
 
 
-def with_bracket(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
+def add_bounds(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
     """Return the history of a replay with the bounds that all pasts of its contact have at each step.
 
     A past is any history that ends where the contact, or its drive, is at the first event time. Each spring is a play,

@@ -69,7 +69,7 @@ def shortest(subject: object, events: Sequence[Event] | None = None) -> list[Eve
     _check(job)
     waypoints = _Waypoints(job)
     chosen = waypoints.remembered()
-    return [event for index in chosen for event in waypoints.events_of(int(index))]
+    return [event for index in chosen for event in waypoints.list_events(int(index))]
 
 
 def _replay_of(subject: object, events: Sequence[Event] | None) -> Replay:
@@ -147,7 +147,7 @@ class Memory:
         label, anchor = (np.where(holds, vertices[name], np.nan) for name in ("label", "anchor"))
         return cls(label, anchor, holds, np.full(holds.shape, NOTHING) if origin is None else origin)
 
-    def after(self, state: State, path: int) -> "Memory":
+    def update(self, state: State, path: int) -> "Memory":
         """Return the memory after a path, whose vertices are from its end unless they were there before."""
         now = Memory.read(state)
         common = min(now.label.shape[1], self.label.shape[1])
@@ -166,7 +166,8 @@ class Memory:
 
 def _has_vertex(holds: Booleans) -> Booleans:
     """Return whether each group has a vertex."""
-    return holds.any(axis=1) if holds.shape[1] else np.zeros(holds.shape[0], dtype=bool)
+    touches: Booleans = np.any(holds, axis=1)
+    return touches
 
 
 class _Waypoints:
@@ -190,7 +191,7 @@ class _Waypoints:
         for number in range(self.paths.size):
             path = self.paths[number : number + 1]
             state = self._advance(state, path)
-            memory = memory.after(state, number)
+            memory = memory.update(state, number)
             self.values[number] = self._reached(state, path[0])
         origins = np.unique(np.append(memory.origin[memory.holds], self.paths.size - 1))
         return self._needed(origins[origins >= 0], state)
@@ -204,7 +205,7 @@ class _Waypoints:
             return normal, instrument.drive_load(displacement, load)
         return normal, instrument.drive_displacement(displacement, state.tangential_load)
 
-    def events_of(self, number: int) -> list[Event]:
+    def list_events(self, number: int) -> list[Event]:
         """Return the waypoints of both channels at the end of a path."""
         path = self.paths[number]
         normal = NormalLoad if path["normal_control"] == LOAD else NormalDisplacement
@@ -274,7 +275,7 @@ def _is_same(reached: State, expected: State) -> bool:
         abs(getattr(reached.memory.line, name) - getattr(expected.memory.line, name))
         for name in ("approach", "displacement")
     )
-    return max(approach, displacement) <= SAME * size
+    return bool(max(approach, displacement) <= SAME * size)
 
 
 # ---- files

@@ -92,7 +92,7 @@ class Polyline:
     label: Array
     slope: Array
 
-    def first_from(self, label: float) -> int:
+    def find_first(self, label: float) -> int:
         """Return the index of the first vertex at a label or beyond."""
         return int(np.searchsorted(self.label, label))
 
@@ -170,7 +170,7 @@ class CycleCounter:
 
     # ---- moments of a path
 
-    def _at(self, share: float) -> Instant:
+    def _replay_to(self, share: float) -> Instant:
         """Replay a share of the present path from its beginning."""
         path: Any = self.path
         columns = () if self.asperity is None else (self.asperity,)
@@ -217,7 +217,7 @@ class CycleCounter:
             share = low - below * (high - low) / (above - below)
             if not low < share < high:
                 break
-            there = self._at(share)
+            there = self._replay_to(share)
             value = measure(there)
             if abs(value) <= CROSSED * scale:
                 break
@@ -231,12 +231,12 @@ class CycleCounter:
                 side = 1
         return there
 
-    def _edge_at(self, label: float, lower: Instant, upper: Instant) -> Instant:
+    def _find_edge(self, label: float, lower: Instant, upper: Instant) -> Instant:
         """Return the moment at which the contact edge is at a label."""
         sign = 1.0 if upper.approach > lower.approach else -1.0
         return self._crossing(lambda there: sign * (there.approach - label), lower, upper, abs(lower.approach))
 
-    def _front_at(self, vertex: Any, sign: float, lower: Instant, upper: Instant) -> Instant:
+    def _find_front(self, vertex: Any, sign: float, lower: Instant, upper: Instant) -> Instant:
         """Return the moment at which a slip front reaches a vertex, or sliding the start of an excursion."""
         path: Any = self.path
         rigid, compliance = 1.0, 0.0
@@ -265,7 +265,7 @@ class CycleCounter:
         """Follow the fronts along one straight path."""
         path["parts"], path["recorded"], path["first_row"] = 1, 1, 0
         self.path = path
-        end = self._at(1.0)
+        end = self._replay_to(1.0)
         here = attrs.evolve(self.here, share=0.0, time=float(path["begin"][0]), values=self.here.values or end.values)
         while here.share < 1.0:
             there = self._next_cut(here, end)
@@ -277,13 +277,13 @@ class CycleCounter:
         """Return the end of the path, or the moment before at which the edge meets a vertex, or the asperity."""
         if here.polyline is None:
             begins_apart = here.approach < self.base - TIE * abs(self.base + end.approach)
-            return self._edge_at(self.base, here, end) if begins_apart and end.polyline is not None else end
+            return self._find_edge(self.base, here, end) if begins_apart and end.polyline is not None else end
         if end.approach >= here.approach:
             return end
         tie = TIE * here.approach
-        inner = here.polyline.first_from(here.approach - tie) - 1
+        inner = here.polyline.find_first(here.approach - tie) - 1
         label = float(here.polyline.label[inner]) if inner >= 0 else self.base
-        return self._edge_at(label, here, end) if end.approach < label - tie else end
+        return self._find_edge(label, here, end) if end.approach < label - tie else end
 
     def _move(self, here: Instant, there: Instant) -> None:
         """Follow the fronts while the edge stays on the last segment of the polyline."""
@@ -348,9 +348,9 @@ class CycleCounter:
             follows = len(self.excursions) > 2 and self.excursions[-3] is older.reverses
             if older.sign == sign:
                 # the front arrives at a zone that slipped in its direction
-                outer = polyline.first_from(older.label + tie)
+                outer = polyline.find_first(older.label + tie)
                 if outer < polyline.label.size:
-                    moment = self._front_at(polyline.vertices[outer], sign, moment, there)
+                    moment = self._find_front(polyline.vertices[outer], sign, moment, there)
                 self._count_energy(moment)
                 active.turn = moment
                 self._end(active, closed=False, time=moment.time)
@@ -364,11 +364,11 @@ class CycleCounter:
                 reach = abs(there.displacement) + abs(start.displacement) + self.friction * there.approach
                 if beyond < -TIE * reach:
                     return
-                moment = self._front_at(start, sign, moment, there)
+                moment = self._find_front(start, sign, moment, there)
                 closed = follows
             else:
-                index = polyline.first_from(older.label - tie)
-                moment = self._front_at(polyline.vertices[index], sign, moment, there)
+                index = polyline.find_first(older.label - tie)
+                moment = self._find_front(polyline.vertices[index], sign, moment, there)
                 closed = follows and polyline.slope[index] == sign * self.friction
             if not closed:
                 self._end(older, closed=False, time=moment.time)
@@ -386,7 +386,7 @@ class CycleCounter:
             outer = self.excursions[-1]
             if there.polyline is not None and outer.label < there.approach - tie:
                 return
-            index = min(polyline.first_from(outer.label - tie), polyline.label.size - 1)
+            index = min(polyline.find_first(outer.label - tie), polyline.label.size - 1)
             lies_on_slope = outer.label > self.base + tie and polyline.slope[index] == -outer.sign * self.friction
             follows = len(self.excursions) > 1 and self.excursions[-2] is outer.reverses
             self._end(outer, closed=lies_on_slope and follows, time=there.time)
