@@ -47,7 +47,7 @@ def shortest_history(state: State) -> list[Event]:
         )
     events = _friction_event(state, friction)
     if not vertices.size:
-        return events + _separated(state)
+        return events + _gap_events(state)
 
     units = line.contact.units
     label, anchor = vertices["label"] * units.length, vertices["anchor"] * units.displacement
@@ -60,7 +60,7 @@ def shortest_history(state: State) -> list[Event]:
     return events + _last_waypoints(state, vertices, float(vertices.size - 1))
 
 
-def _separated(state: State) -> list[Event]:
+def _gap_events(state: State) -> list[Event]:
     """Return the events that lead to a gap."""
     events: list[Event] = []
     if state.approach != 0.0:

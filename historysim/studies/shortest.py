@@ -65,14 +65,14 @@ def shortest(subject: object, events: Sequence[Event] | None = None) -> list[Eve
     >>> [event.value for event in hs.shortest(ball, turns) if isinstance(event, hs.TangentialLoad)]
     [0.0, 0.005, -0.002, 0.004]
     """
-    job = _replay_of(subject, events)
+    job = _make_replay(subject, events)
     _check(job)
     waypoints = _Waypoints(job)
-    chosen = waypoints.remembered()
+    chosen = waypoints.find_remembered()
     return [event for index in chosen for event in waypoints.list_events(int(index))]
 
 
-def _replay_of(subject: object, events: Sequence[Event] | None) -> Replay:
+def _make_replay(subject: object, events: Sequence[Event] | None) -> Replay:
     """Return the replay of a subject."""
     from historysim.log.event_log import EventLog
     from historysim.results.source import query_source
@@ -82,7 +82,7 @@ def _replay_of(subject: object, events: Sequence[Event] | None) -> Replay:
         opened = open_any(subject)
         close = getattr(opened, "close", None)
         try:
-            return _replay_of(opened, events)
+            return _make_replay(opened, events)
         finally:
             if close is not None:
                 close()
@@ -184,7 +184,7 @@ class _Waypoints:
         moved: State = self.job.ensemble.advance_along(state, path, **options)
         return moved
 
-    def remembered(self) -> Integers:
+    def find_remembered(self) -> Integers:
         """Return the indices of the paths whose ends are remembered, ascending."""
         state, memory = self.start, Memory.read(self.start)
         self.values = np.zeros((self.paths.size, 2))
@@ -192,11 +192,11 @@ class _Waypoints:
             path = self.paths[number : number + 1]
             state = self._advance(state, path)
             memory = memory.update(state, number)
-            self.values[number] = self._reached(state, path[0])
+            self.values[number] = self._read_values(state, path[0])
         origins = np.unique(np.append(memory.origin[memory.holds], self.paths.size - 1))
-        return self._needed(origins[origins >= 0], state)
+        return self._drop_redundant(origins[origins >= 0], state)
 
-    def _reached(self, state: State, path: np.void) -> tuple[float, float]:
+    def _read_values(self, state: State, path: np.void) -> tuple[float, float]:
         """Return the values of both channels at the end of a path, as they are controlled."""
         instrument = self.job.instrument
         normal = state.normal_load if path["normal_control"] == LOAD else state.approach
@@ -219,14 +219,14 @@ class _Waypoints:
                 values[index] = float(np.ravel(target)[0])
         return [kind(time, value) for kind, value in zip(kinds, values, strict=True)]
 
-    def _needed(self, made: Integers, end: State) -> Integers:
+    def _drop_redundant(self, made: Integers, end: State) -> Integers:
         """Return the waypoints that made vertices, and those without which the contact would not have slipped.
 
         Waypoints are dropped in runs as long as the state stays the same, so that none is left that can be dropped.
         """
         near = np.unique(np.concatenate([made, np.maximum(made - 1, 0)]))
         every = np.arange(self.paths.size)
-        chosen = near if self._leads_to(near, end) else every
+        chosen = near if self._is_sufficient(near, end) else every
         run = chosen.size
         while run > 0:
             stop = chosen.size - 1  # the last waypoint is where the contact is
@@ -236,13 +236,13 @@ class _Waypoints:
                 trial = chosen[start:stop]
                 trial = trial if chosen.size <= MOST_TRIED else trial[~np.isin(trial, made)]
                 without = chosen[~np.isin(chosen, trial)]
-                if trial.size and self._leads_to(without, end):
+                if trial.size and self._is_sufficient(without, end):
                     chosen, dropped = without, True
                 stop = start
             run = run if dropped and run == 1 else run // 2
         return chosen
 
-    def _leads_to(self, chosen: Integers, end: State) -> bool:
+    def _is_sufficient(self, chosen: Integers, end: State) -> bool:
         """Return whether the straight paths between some of the waypoints lead to a state."""
         path = self.paths[chosen]
         columns = path["normal_control"], path["tangential_control"][:, 0]

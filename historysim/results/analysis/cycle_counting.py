@@ -170,7 +170,7 @@ class CycleCounter:
 
     # ---- moments of a path
 
-    def _replay_to(self, share: float) -> Instant:
+    def _replay_share(self, share: float) -> Instant:
         """Replay a share of the present path from its beginning."""
         path: Any = self.path
         columns = () if self.asperity is None else (self.asperity,)
@@ -217,7 +217,7 @@ class CycleCounter:
             share = low - below * (high - low) / (above - below)
             if not low < share < high:
                 break
-            there = self._replay_to(share)
+            there = self._replay_share(share)
             value = measure(there)
             if abs(value) <= CROSSED * scale:
                 break
@@ -265,7 +265,7 @@ class CycleCounter:
         """Follow the fronts along one straight path."""
         path["parts"], path["recorded"], path["first_row"] = 1, 1, 0
         self.path = path
-        end = self._replay_to(1.0)
+        end = self._replay_share(1.0)
         here = attrs.evolve(self.here, share=0.0, time=float(path["begin"][0]), values=self.here.values or end.values)
         while here.share < 1.0:
             there = self._next_cut(here, end)
