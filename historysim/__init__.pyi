@@ -15,6 +15,7 @@ from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
 from historysim.asperities.instrument import Rings as Rings
+from historysim.asperities.line_contact import LineContact as LineContact
 from historysim.asperities.state import State as State
 from historysim.contact.materials import Material as Material
 from historysim.contact.materials import MaterialPair as MaterialPair

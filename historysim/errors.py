@@ -109,14 +109,23 @@ class CurveEndError(LoadError):
         The requested value and the end of the curve, both with units.
     path : int
         As for `FrictionLimitError`.
+    curve, fix : str
+        What ends there, and what to do.
     """
 
-    def __init__(self, request: str, end: str, path: int = 0) -> None:
-        super().__init__(request, end, path)
-        self.request, self.end, self.path = request, end, path
+    def __init__(
+        self,
+        request: str,
+        end: str,
+        path: int = 0,
+        curve: str = "the normal curve, which ends",
+        fix: str = "load less, or extend the curve",
+    ) -> None:
+        super().__init__(request, end, path, curve, fix)
+        self.request, self.end, self.path, self.curve, self.fix = request, end, path, curve, fix
 
     def __str__(self) -> str:
-        return f"{self.request} is beyond the normal curve, which ends at {self.end}; load less, or extend the curve"
+        return f"{self.request} is beyond {self.curve} at {self.end}; {self.fix}"
 
 
 class InstallationError(HistorySimError, ImportError):

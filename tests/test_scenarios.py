@@ -418,3 +418,31 @@ def test_28_a_stage_drifts_to_where_less_load_would_have_let_it(histories):
     ends = history.tangential_displacement.to_numpy()[::20]
     # moved, held, unloaded, loaded, unloaded, loaded
     np.testing.assert_allclose(ends[1:], np.repeat(moved, [2, 4]), rtol=1e-9)
+
+
+def test_34_a_cylinder_slides_at_two_loads_and_sticks_at_the_third(histories):
+    """Energy of a cycle of ±u at a constant load: the virgin curve doubled, and what slides beyond it."""
+    history, reach, radius, length, depth, friction = histories["34_fretting_cylinder"], 1.9e-6, 10e-3, 5e-3, 10e-3, 0.5
+    modulus = 210e9 / (2 * (1 - 0.3**2))
+
+    def approach(load):
+        per_length = np.maximum(load, 1e-300) / length
+        width = np.sqrt(4 * per_length * radius / (np.pi * modulus))
+        return 2 / (np.pi * modulus) * per_length * (np.log(2 * depth / width) + 0.5)
+
+    for level, (load, slides) in enumerate([(250.0, True), (500.0, True), (750.0, False)]):
+
+        def displacement(force, load=load):
+            return friction * (approach(load) - approach(load - force / friction))
+
+        limit = friction * load
+        assert (displacement(limit) < reach) == slides
+        force = limit if slides else optimize.brentq(lambda force, u=displacement: u(force) - reach, 0, limit)
+        rise = integrate.quad(displacement, 0, force, epsrel=1e-10)[0]
+        energy = 4 * force * displacement(force) - 8 * rise + 4 * force * (reach - displacement(force))
+        start = 13.0 * level + 5.0
+        assert energy_between(history, start, start + 4.0) == pytest.approx(energy, rel=1e-6)
+        widths = history.contact_half_width, history.stick_half_width
+        contact, stick = (float(width.sel(step=history.time == start + 1.0)[0, 0]) for width in widths)
+        assert (stick == 0) == slides
+        assert contact == pytest.approx(np.sqrt(4 * load * radius / (np.pi * modulus * length)), rel=1e-12)

@@ -98,6 +98,15 @@ def integrated(**options):
     )
 
 
+def cylinder():
+    return hs.LineContact(PAIR, 1e-2, 5e-3, 0.2, 1e-2)
+
+
+def rolled():
+    pressed = cylinder().advance(cylinder().initial_state(), normal_load=1.0)
+    return cylinder().advance(pressed, tangential_load=0.1)
+
+
 MODULI = {"contact_modulus": 4e10, "shear_modulus": 8e9, "hardness": 6e9, "yield_stress": 2e9}
 CURVE = {
     "approach": [1e-9, 2e-9, 3e-9, 4e-9],
@@ -135,6 +144,18 @@ CALLS = {
         hs.Ensemble.from_normal_curves,
         {"pair": PAIR, **CURVE, "x": 1e-6, "y": 2e-6, "highest_summit": 1e-6},
     ),
+    "LineContact": (
+        hs.LineContact,
+        {"pair": PAIR, "radius": 1e-2, "length": 5e-3, "friction": 0.2, "reference_depth": 1e-2},
+    ),
+    "LineContact.advance": (lambda **load: cylinder().advance(cylinder().initial_state(), **load), LOADED),
+    "LineContact.advance#2": (
+        lambda **load: cylinder().advance(cylinder().advance(cylinder().initial_state(), normal_load=1.0), **load),
+        {"normal_displacement": 1e-8, "tangential_load": 1e-5},
+    ),
+    "LineContact.half_width": (lambda normal_load: cylinder().half_width(normal_load), {"normal_load": [1.0, 2.0]}),
+    "LineContact.pressure": (lambda x: cylinder().pressure(x, rolled()), {"x": [0.0, 1e-6]}),
+    "LineContact.traction": (lambda x: cylinder().traction(x, rolled()), {"x": [0.0, 1e-6]}),
     "Ensemble.with_geometry": (
         lambda **shape: ball().with_geometry(pressed(), **shape),
         {"summit_height": [0.0, -2e-9], "summit_radius": 2e-5},

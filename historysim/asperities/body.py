@@ -65,8 +65,8 @@ def warn_if_unlikely(pair: MaterialPair, friction: Floats, radius: Floats | None
 class Body(abc.ABC):
     """A contact of asperities or patches with one approach and one tangential displacement, as a replay needs it.
 
-    Its types are `Ensemble`, `Patches` and `InclinedEnsemble`. A body does not change: states, which know the body that
-    they belong to, are passed in and returned.
+    Its types are `Ensemble`, `Patches`, `LineContact` and `InclinedEnsemble`. A body does not change: states, which
+    know the body that they belong to, are passed in and returned.
     """
 
     pair: MaterialPair
@@ -79,6 +79,8 @@ class Body(abc.ABC):
     unsupported: ClassVar[Mapping[Feature, str]] = {}
     #: True if asperities are independent paraboloids; False for patches, which share one coefficient of friction.
     has_radii: ClassVar[bool] = True
+    #: Length of a line contact [m]; None of other bodies.
+    line_length: float | None = None
 
     @abc.abstractmethod
     def __len__(self) -> int:
@@ -108,6 +110,11 @@ class Body(abc.ABC):
     def settings(self) -> dict[str, Any]:
         """Numbers that define it in addition to its arrays and laws, as a log stores them."""
         return {"tolerance": self.tolerance}
+
+    @property
+    def displacement_ratio(self) -> float:
+        """Tangential over normal displacement under equal loads, θ."""
+        return self.pair.displacement_ratio
 
     @property
     def direction_limit(self) -> str:
@@ -277,8 +284,8 @@ def check_body(_: object, __: object, value: Any) -> None:
         raise InputError(f"ensemble is {brief(value)}; expected an Ensemble{run}")
 
 
-def _range_line(values: Floats, unit: str) -> str:
-    low, high = values.min(), values.max()
+def _range_line(values: Floats | float, unit: str) -> str:
+    low, high = np.min(values), np.max(values)
     if unit:
         return range_text(low, high, unit)
     return f"{low:.4g}" + (f" to {high:.4g}" if high > low else "")

@@ -13,7 +13,7 @@ from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.asperities.integration import EVOLVED, IntegratedBody
 from historysim.asperities.law import coulomb
 from historysim.asperities.state import State
-from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
+from historysim.basics.arguments import ArrayLike, Floats, Integers, as_floats, scalar
 from historysim.basics.library import lib
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -151,11 +151,16 @@ class Patches(IntegratedBody):
             return self._integrate(state, paths, **options)
         chosen = np.asarray(asperities, dtype=np.int64)
         # the first element is sufficient to locate the slip front
-        columns = np.arange(self.elements if chosen.size else 1)
+        columns = np.arange(self._projected if chosen.size else 1)
         elements = blank_rows(len(rows.totals), columns.size, planar=bool(rows.vectors))
         advanced_state = self._integrate(state, paths, rows=elements, asperities=columns, **options)
-        self.curves.project(elements, float(advanced_state.friction[0]), chosen, rows)
+        self._project(elements, float(advanced_state.friction[0]), chosen, rows)
         return advanced_state
+
+    def with_parameters(self, pair: MaterialPair, friction: float) -> "Patches":
+        """Return the same patches with another pair and coefficient at the start, as a fit varies them."""
+        options: dict[str, Any] = {"tolerance": self.tolerance, "rings": self.rings}
+        return Patches(pair, self.curves, friction, highest_summit=self.highest_summit, **options)
 
     def with_friction(self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID) -> State:
         """Return the state with a new friction coefficient, which all patches share; see `Ensemble.with_friction`."""
@@ -178,10 +183,19 @@ class Patches(IntegratedBody):
     @cached_property
     def _contact(self) -> Any:
         """Contact of the elements of the total curve, which records when patches first slide."""
-        moduli = self.pair.contact_modulus, self.pair.displacement_ratio
+        moduli = self.pair.contact_modulus, self.displacement_ratio
         touches = np.unique(self.first_touch)
         height, radius = self._element_height, self._element_radius
         return binding.new_contact(height, radius, self.curves.stiffness, None, *moduli, touches)
+
+    @property
+    def _projected(self) -> int:
+        """Number of elements whose rows give the rows of patches."""
+        return self.elements
+
+    def _project(self, elements: Rows, friction: float, chosen: Integers, rows: Rows) -> None:
+        """Fill rows of chosen patches from rows of elements."""
+        self.curves.project(elements, friction, chosen, rows)
 
     @property
     def _element_height(self) -> Floats:

@@ -16,6 +16,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import Instrument, Rings
 from historysim.asperities.law import FrictionLaw
+from historysim.asperities.line_contact import LineContact
 from historysim.asperities.patches import Patches
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
@@ -31,8 +32,8 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
-# A spring in parallel, which earlier versions do not support, has a separate format.
-PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL = FORMATS = (1, 3, 4, 5, 7, 8)
+# A spring in parallel and a line contact, which earlier versions do not support, have separate formats.
+PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES = FORMATS = (1, 3, 4, 5, 7, 8, 9)
 _OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
 _OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
@@ -160,6 +161,9 @@ class LogHeader:
         pair = MaterialPair.from_moduli(**{name: settings[name] for name in _OF_THE_PAIR if name in settings})
         tolerance, rings = settings["tolerance"], Rings(**settings.get("rings", {}))
         if curves := self._group(CURVES):
+            if "line" in settings:
+                friction, table = float(properties["friction"][0]), NormalCurves(**curves)
+                return LineContact(pair, friction=friction, tolerance=tolerance, curves=table, **settings["line"])
             highest = float(properties["summit_height"].max())
             return Patches(
                 pair,
@@ -238,6 +242,8 @@ class LogHeader:
 
 def _form(arrays: Mapping[str, Array], settings: Mapping[str, Any]) -> int:
     """Return the lowest format number that supports the ensemble with these arrays and settings."""
+    if "line" in settings:
+        return OF_LINES
     if "parallel_stiffness" in settings:
         return OF_PARALLEL
     if any(name.startswith(CURVES) for name in arrays):

@@ -43,8 +43,7 @@ def _with_parameters(ensemble: Body, values: Mapping[str, float]) -> Body:
     friction = values.get("friction", ensemble.friction)
     if isinstance(ensemble, Patches):
         coefficient = float(np.ravel(friction)[0])
-        top, tolerance = ensemble.highest_summit, ensemble.tolerance
-        return Patches(pair, ensemble.curves, coefficient, highest_summit=top, tolerance=tolerance)
+        return ensemble.with_parameters(pair, coefficient)
     summits = require_asperities(ensemble)
     height, mean = summits.summit_height, summits.summit_height.mean()
     stretched = mean + values.get("height_scale", 1.0) * (height - mean)
@@ -72,4 +71,8 @@ def starting_value(name: str, ensemble: Body, instrument: Instrument) -> float:
         if np.ptp(ensemble.coordinates["summit_height"]) == 0:
             raise InputError("height_scale: all summits are equally high; expected a rough surface")
         return 1.0
+    if ensemble.line_length is not None:
+        raise InputError(
+            "shear_modulus: a cylinder yields by E* alone, in either direction; expected it not to be fitted"
+        )
     return ensemble.pair.shear_modulus

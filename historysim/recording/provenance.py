@@ -59,6 +59,7 @@ def attributes(ensemble: Body, events: Sequence[Event], instrument: Instrument) 
         "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
         "parallel_stiffness": instrument.parallel_stiffness or None,
         "nominal_area": ensemble.settings.get("nominal_area"),
+        **{f"line_{name}": size for name, size in ensemble.settings.get("line", {}).items()},
     }
     return {
         "Conventions": CONVENTIONS,

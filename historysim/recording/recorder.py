@@ -101,6 +101,7 @@ def find_changes(ensemble: Body, events: Sequence[Event], instrument: Instrument
         parallel=instrument.parallel_stiffness > 0,
         patches=not ensemble.has_radii,
         areas=ensemble.has_areas,
+        lines=ensemble.line_length is not None,
         planar=planar,
     )
 

@@ -40,6 +40,7 @@ class Changes:
     parallel: bool = False  #: whether there is a spring in parallel
     patches: bool = False  #: whether the asperities are patches of normal curves
     areas: bool = True  #: whether contact areas are known, which normal curves may leave open
+    lines: bool = False  #: whether the asperity is a line contact
     planar: bool = False  #: whether there are two tangential directions
 
     @property
@@ -129,6 +130,10 @@ def _circle(radius: str) -> "Callable[[Rows, Body, Instrument], Array]":
     return lambda rows, *_: math.pi * rows.each[radius] ** 2
 
 
+def _half_width(radius: str) -> "Callable[[Rows, Body, Instrument], Array]":
+    return lambda rows, body, _: math.pi * rows.each[radius] ** 2 / (2.0 * (body.line_length or 1.0))
+
+
 COORDINATES = (
     Variable("time", _STEP, "s", "elapsed time"),
     Variable("asperity", _ASPERITY, "1", "index of the asperity in the ensemble", "int64"),
@@ -169,7 +174,7 @@ def _each(name: str, units: str, long_name: str, **options: Any) -> Variable:  #
 
 # In which histories something is recorded.
 _SPRING, _SLIDES, _WEARS, _YIELDS = map(attrgetter, ("spring", "sliding", "wear", "yielding"))
-_AREAS, _PATCHES, _RESHAPED = map(attrgetter, ("areas", "patches", "geometry"))
+_AREAS, _PATCHES, _LINES, _RESHAPED = map(attrgetter, ("areas", "patches", "lines", "geometry"))
 
 
 def _round(changes: Changes) -> bool:
@@ -267,6 +272,20 @@ VARIABLES = (
     _each("tangential_load", "N", "tangential load of the patch", when=_PATCHES, directed=True),
     _each("contact_area", "m2", "contact area of the patch", when=_patch_areas, derived=_circle("contact_radius")),
     _each("stick_area", "m2", "area of the patch that sticks", when=_patch_areas, derived=_circle("stick_radius")),
+    _each(
+        "contact_half_width",
+        "m",
+        "half-width of the line contact",
+        when=_LINES,
+        derived=_half_width("contact_radius"),
+    ),
+    _each(
+        "stick_half_width",
+        "m",
+        "half-width of the stick zone of the line contact",
+        when=_LINES,
+        derived=_half_width("stick_radius"),
+    ),
     # of each of either
     _each("slip_state", "", "slip state", dtype="int8", extra=_SLIPS),
     _each("dissipated_energy", "J", "energy dissipated by friction since the start", when=_round),

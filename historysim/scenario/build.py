@@ -11,6 +11,7 @@ from historysim.asperities.asperity_set import require_asperities
 from historysim.asperities.body import Body, Feature
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.inclined import InclinedEnsemble
+from historysim.asperities.line_contact import LineContact
 from historysim.asperities.patches import Patches
 from historysim.basics.wording import Notify
 from historysim.contact import hertz
@@ -164,6 +165,9 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body
         with error_path("surface"):
             if surface.curve is not None:
                 return Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
+            if surface.cylinder is not None:
+                radius, length, depth = surface.cylinder
+                return LineContact(pair, radius, length, coefficients, depth)
             if surface.solutions is not None:
                 return Ensemble.from_solutions(pair, surface.solutions, coefficients, rings=sections.rings)
             if kind is InclinedEnsemble:
@@ -180,7 +184,9 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body
 
 
 def _body_type(surface: BuiltSurface) -> type[Body]:
-    """Return the type of body on a surface: independent summits, summits on slopes, or patches of one contact."""
+    """Return the type of body on a surface: independent summits, summits on slopes, patches, or a cylinder."""
+    if surface.cylinder is not None:
+        return LineContact
     if surface.curve is not None or surface.solutions is not None:
         return Patches
     inclined = surface.summits is not None and surface.summits.slope is not None

@@ -44,7 +44,7 @@ class VirginCurve:
     def end(self) -> float:
         """Displacement at which gross slip starts [m]: max θ μ_i (d - h_i)."""
         reach = self.ensemble.friction * np.maximum(self.rest.approach - self.ensemble.first_touch, 0.0)
-        return float(self.ensemble.pair.displacement_ratio * reach.max())
+        return float(self.ensemble.displacement_ratio * reach.max())
 
     def evaluate(self, displacement: ArrayLike) -> tuple[Floats, Floats]:
         """Return tangential loads [N] and stiffnesses [N/m] at displacements ≥ 0 [m], in their shape."""

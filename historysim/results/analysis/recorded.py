@@ -12,6 +12,7 @@ from historysim.errors import InputError
 from historysim.results.history_view import History
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of slip_state
+LINE = "line_length"  # attribute of the history of a line contact
 STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
 
 
@@ -34,6 +35,11 @@ def check_recorded(history: History, *names: str) -> None:
     missing = [name for name in names if name not in history]
     if not missing:
         return
+    if LINE in history.attrs:
+        raise InputError(
+            f"the history is of a line contact, which has no {missing[0]}; expected one of asperities, each with a "
+            "radius"
+        )
     if has_patches(history):
         raise InputError(
             f"the history is of patches of an interacting contact, which have no {missing[0]}; expected one of "
@@ -121,7 +127,9 @@ def find_column(asperity: int, history: History) -> int:
 
 
 def displacement_ratio(history: History) -> float:
-    """Return θ = E*/(4 G*) of the pair of a history."""
+    """Return θ = E*/(4 G*) of the pair of a history; 1 of a line contact."""
+    if LINE in history.attrs:
+        return 1.0  # plane strain
     return float(history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"]))
 
 

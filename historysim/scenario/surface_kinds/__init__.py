@@ -41,6 +41,8 @@ class BuiltSurface:
     solutions: "NormalSolutions | None" = None  #: normal solutions of the map, once computed
     #: A normal curve instead of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
     curve: tuple[Any, Any, Any] | None = None
+    #: A cylinder instead of summits: its radius, length and reference depth [m].
+    cylinder: tuple[float, float, float] | None = None
     #: Radius of the ball under the map [m]: the nominal area is then the contact area of the ball.
     ball_radius: float | None = None
     yielding: "YieldingLaw | None" = None  #: yielding law of the summits
@@ -174,7 +176,7 @@ class ChangedSurface(SurfaceKind):
                     "yielding",
                 )
             if built.summits is None:
-                raise field_error("given for a normal curve, which is the contact itself; expected none", "yielding")
+                raise field_error("given for a surface without summits; expected none", "yielding")
             built = attrs.evolve(built, yielding=self.yielding)
         if self.passes is not None:
             # summits found again after scaling would not have the unchanged radii
@@ -186,7 +188,7 @@ class ChangedSurface(SurfaceKind):
 def _stretch_heights(built: BuiltSurface, scale: float) -> BuiltSurface:
     summits, surface = built.summits, built.surface
     if summits is None:
-        raise field_error("given for a normal curve, which has no heights; expected none", "height_scale")
+        raise field_error("given for a surface without summits, which has no heights; expected none", "height_scale")
     mean = summits.height.mean()
     if surface is not None:
         heights = mean + scale * (surface.heights - mean)

@@ -1,4 +1,4 @@
-"""Surfaces from summits (one, a list, a table, a regular array, a distribution), or from a normal curve."""
+"""Surfaces from summits (one, a list, a table, a regular array, a distribution), from a normal curve, or a cylinder."""
 
 import abc
 import math
@@ -172,6 +172,34 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
         """Read the curve."""
         columns = self.table(folder, self.columns, {"approach": "m", "load": "N", "area": "m2"}).columns
         return BuiltSurface(None, curve=(columns["approach"], columns["load"], columns.get("area")))
+
+
+@SURFACES.register
+@attrs.frozen
+class Cylinder(SurfaceKind):
+    """A cylinder on a flat: a line contact, which moves across its axis.
+
+    Examples
+    --------
+    [surface]
+    kind = "cylinder"
+    radius = "10 mm"
+    length = "5 mm"
+    reference_depth = "10 mm"
+    """
+
+    kind = "cylinder"
+    also_called = ("line", "line contact", "roller", "pad", "fretting")
+
+    radius: Length  #: radius of the cylinder
+    length: Length  #: length of the contact along its axis
+    #: Depth below the surface to which displacements refer, such as the thickness of the body; loads, energies and
+    #: tractions do not depend on it.
+    reference_depth: Length
+
+    def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a cylinder needs no file
+        """Build the cylinder."""
+        return BuiltSurface(None, cylinder=(self.radius, self.length, self.reference_depth))
 
 
 Area = Annotated[float, Quantity("m2")]
