@@ -5,6 +5,7 @@ from historysim import contact as theory  # noqa: F401 - reached as hs.theory
 from historysim import coupling as coupling
 from historysim import surfaces as surfaces
 from historysim._version import __version__ as __version__
+from historysim.asperities import attraction as attraction
 from historysim.asperities import laws as laws
 from historysim.asperities import wear as wear
 from historysim.asperities import yielding as yielding

@@ -100,6 +100,26 @@ class FrictionLimitError(LoadError):
         )
 
 
+class PullOffError(LoadError):
+    """A normal load beyond the one at which a contact that attracts separates.
+
+    Attributes
+    ----------
+    request, pull_off : float
+        The requested load from outside, and the least one that the contact carries [N].
+    path : int
+        As for `FrictionLimitError`.
+    """
+
+    def __init__(self, request: float, pull_off: float, path: int = 0) -> None:
+        super().__init__(request, pull_off, path)
+        self.request, self.pull_off, self.path = request, pull_off, path
+
+    def __str__(self) -> str:
+        separates = f"separates at {self.pull_off:.6g} N" if self.pull_off else "is separated"
+        return f"a normal load of {self.request:.6g} N pulls on a contact that {separates}; pull less, or move it apart"
+
+
 class CurveEndError(LoadError):
     """A load or an approach beyond the end of a tabulated normal curve.
 

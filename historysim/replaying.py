@@ -15,7 +15,7 @@ from historysim.basics.files import path_to_write, replacing
 from historysim.basics.system import resolve_threads
 from historysim.basics.units import seconds
 from historysim.basics.wording import html_of_fields, progress_bar
-from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
+from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError, PullOffError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
@@ -168,7 +168,7 @@ class Replay:
             if segment.change is not None:
                 event = segment.change_event
                 state = segment.change.act(ensemble, state, **how)
-        except (FrictionLimitError, CurveEndError, InputError) as error:
+        except (FrictionLimitError, CurveEndError, PullOffError, InputError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
             kind = InputError if isinstance(error, InputError) else LoadError
             raise kind.for_event(event, time_text(self.events[event].time), error) from None

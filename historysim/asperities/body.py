@@ -1,6 +1,7 @@
 """`Body`: base class of the contacts that are replayed, and the features that a type of body does not support."""
 
 import abc
+import math
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import Law
-from historysim.asperities.stepper import Totals, make_paths
+from historysim.asperities.stepper import Totals, channel, make_path, make_paths
 from historysim.basics.arguments import ArrayLike, Booleans, Floats
 from historysim.basics.units import quantity_text, range_text, warn_large_radius
 from historysim.basics.wording import brief, count_text, html_table
@@ -23,6 +24,7 @@ from historysim.memory.paths import Paths, Rows, blank_rows
 Feature = Literal[
     "wear",
     "yielding",
+    "attraction",
     "sliding",
     "friction law",
     "friction change",
@@ -77,6 +79,8 @@ class Body(abc.ABC):
     summary_units: ClassVar[Mapping[str, str]] = {"summit_height": "m", "summit_radius": "m", "friction": ""}
     #: Message for each feature that this type does not support.
     unsupported: ClassVar[Mapping[Feature, str]] = {}
+    #: True if asperities attract, so that normal loads may be negative.
+    attracts: ClassVar[bool] = False
     #: True if asperities are independent paraboloids; False for patches, which share one coefficient of friction.
     has_radii: ClassVar[bool] = True
     #: Length of a line contact [m]; None of other bodies.
@@ -159,6 +163,23 @@ class Body(abc.ABC):
     def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last; InputError in two directions."""
 
+    def path_to(
+        self,
+        state: Any,
+        *,
+        normal_load: Any = None,
+        normal_displacement: Any = None,
+        tangential_load: Any = None,
+        tangential_displacement: Any = None,
+    ) -> Paths:
+        """Return the path to the targets of `advance`; channels without one are held."""
+        normal, tangential = self.read_controls(state)
+        least = -math.inf if self.attracts else 0.0
+        return make_path(
+            channel("normal", normal_load, normal_displacement, normal, least),
+            channel("tangential", tangential_load, tangential_displacement, tangential),
+        )
+
     @abc.abstractmethod
     def advance(
         self,
@@ -222,6 +243,7 @@ class Body(abc.ABC):
             self.read_controls(state),
             normal=(normal_load, normal_displacement),
             tangential=(tangential_load, tangential_displacement),
+            least=-math.inf if self.attracts else 0.0,
         )
         rows = blank_rows(paths.size, None)
         state = self.advance_along(state, paths, rows=rows, saturate=saturate, instrument=instrument)

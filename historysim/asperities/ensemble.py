@@ -62,6 +62,8 @@ class Ensemble(AsperitySet, IntegratedBody):
         hardness of the pair.
     rings : Rings, optional
         Resolution of asperities that move in two tangential directions.
+    attraction : Attraction, optional
+        Constant force on each touching asperity (see `historysim.asperities.attraction`).
 
     Raises
     ------
@@ -98,6 +100,15 @@ class Ensemble(AsperitySet, IntegratedBody):
     yielding: YieldingLaw | None
     rings: Rings
 
+    def __new__(cls, *_: Any, attraction: Any = None, **__: Any) -> Self:
+        """Make an `AttractingEnsemble` where there is an attraction."""
+        if attraction is not None and cls is Ensemble:
+            from historysim.asperities.attraction import AttractingEnsemble
+
+            made: Any = super().__new__(AttractingEnsemble)
+            return made  # type: ignore[no-any-return] # its __init__ follows
+        return super().__new__(cls)
+
     def __init__(
         self,
         pair: MaterialPair,
@@ -113,7 +124,10 @@ class Ensemble(AsperitySet, IntegratedBody):
         follow_sliding: bool = False,
         yielding: YieldingLaw | str | None = None,
         rings: Rings = RINGS,
+        attraction: Any = None,
     ) -> None:
+        # of another class, which `__new__` makes
+        del attraction
         options: dict[str, Any] = {"x": x, "y": y, "nominal_area": nominal_area, "tolerance": tolerance}
         fields = summit_fields(pair, summit_height, summit_radius, friction, **options)
         if wear is not None:
@@ -425,7 +439,8 @@ class Ensemble(AsperitySet, IntegratedBody):
         return self._make_evolution(self._virgin_radius(memory), goal)
 
     def _make_evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> AbstractContextManager[Any]:
-        laws, follow = tuple(self.laws.values()), self.follow_sliding
+        # the library knows no attraction
+        laws, follow = tuple(law for law in self.laws.values() if law.struct), self.follow_sliding
         return make_evolution(self.pair, laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
 
     def _selected_indices(self, asperities: ArrayLike | None) -> Integers:

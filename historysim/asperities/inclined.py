@@ -167,6 +167,7 @@ class InclinedEnsemble(AsperitySet):
     unsupported: ClassVar[Mapping[Feature, str]] = {
         "wear": _unsupported_text("wear"),
         "yielding": _unsupported_text("yielding"),
+        "attraction": _unsupported_text("attraction"),
         "sliding": _unsupported_text("record of sliding"),
         "friction law": _unsupported_text("law of friction"),
         "friction change": _unsupported_text("change of friction"),

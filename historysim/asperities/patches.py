@@ -45,6 +45,7 @@ class Patches(IntegratedBody):
     unsupported: ClassVar[Mapping[Feature, str]] = {
         "wear": _STEADY,
         "yielding": _STEADY,
+        "attraction": "attraction is of asperities with a radius; expected an ensemble of summits",
         "sliding": _STEADY,
         "friction law": _STEADY,
         "friction change of some": "patches of one contact share one coefficient; expected a change for all of them",

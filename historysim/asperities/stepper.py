@@ -101,10 +101,12 @@ def make_path(*channels: tuple[Control, Target]) -> Paths:
     return straight_paths(normal, tangential)
 
 
-def make_paths(controls: tuple[int, int], *, normal: tuple[Any, Any], tangential: tuple[Any, Any]) -> Paths:
+def make_paths(
+    controls: tuple[int, int], *, normal: tuple[Any, Any], tangential: tuple[Any, Any], least: float = 0.0
+) -> Paths:
     """Build paths from arrays of loads and displacements of each channel, with the controls that hold a channel."""
     targets = (
-        channel("normal", *normal, controls[0], 0.0, is_sequence=True),
+        channel("normal", *normal, controls[0], least, is_sequence=True),
         channel("tangential", *tangential, controls[1], is_sequence=True),
     )
     counts = {np.size(target) for _, target in targets} - {1}

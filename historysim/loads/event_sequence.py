@@ -187,6 +187,19 @@ def channel_values(events: Sequence[Event], kind: type[LoadEvent]) -> Floats:
     return values
 
 
+def check_pressing(events: Sequence[Event]) -> None:
+    """Check that no normal load pulls; otherwise InputError."""
+    if not channel_values(events, NormalLoad).min(initial=0.0) < 0.0:
+        return
+    for index, event in enumerate(events):
+        if isinstance(event, NormalLoad) and event.value < 0.0:
+            problem = InputError(
+                f"a normal load of {event.value:g} N pulls on the contact; expected a load of 0 N (lift-off) or more, "
+                "or an ensemble with attraction"
+            )
+            raise InputError.for_event(index, time_text(event.time), problem)
+
+
 def _make_events(loads: Loads) -> list[Event]:
     """Make events from validated numbers, without validating them again."""
     events = [object.__new__(KINDS[kind]) for kind in loads.kind.tolist()]

@@ -50,15 +50,6 @@ def _finite(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> Non
         raise _field_error(event, attribute.name, value, "a finite number, in SI")
 
 
-def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    _finite(event, attribute, value)
-    if value < 0:
-        raise InputError(
-            f"{type(event).__name__}: a normal load of {value:g} N pulls on the contact; "
-            "expected a load of 0 N (lift-off) or more, since the contact does not adhere"
-        )
-
-
 def _check_one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
     if not isinstance(value, tuple):
         _finite(event, attribute, value)
@@ -260,13 +251,15 @@ class LoadEvent(Event):
 class NormalLoad(LoadEvent):
     """The total normal load [N] reached at a time; 0 lifts the surface off.
 
+    A contact with attraction may be pulled, with a negative load.
+
     Examples
     --------
     >>> hs.NormalLoad(0.0, 50e-3)
     NormalLoad(time=0.0, value=0.05)
     """
 
-    value: Force = attrs.field(converter=newtons, validator=_not_negative)
+    value: Force = attrs.field(converter=newtons, validator=_finite)
     name = "normal_load"
     channel = "normal"
     unit = "N"

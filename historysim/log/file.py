@@ -31,7 +31,15 @@ from historysim.basics.files import (
 )
 from historysim.basics.system import fork_lock, sync_folder
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.event_sequence import Events, check_components, check_sequence, components, time_text, to_loads
+from historysim.loads.event_sequence import (
+    Events,
+    check_components,
+    check_pressing,
+    check_sequence,
+    components,
+    time_text,
+    to_loads,
+)
 from historysim.loads.events import Event
 from historysim.log import canonical
 from historysim.log.header import LogHeader, parse_head
@@ -260,6 +268,8 @@ def checked_events(head: LogHeader, events: Sequence[Event], earlier: Sequence[E
             "copies the events up to a time to a new log"
         )
     check_components(components(earlier) | components(events))
+    if not head.ensemble.attracts:
+        check_pressing(events)
     count = len(head.ensemble)
     # loads fit any number of asperities
     for index, event in enumerate(events if to_loads(events) is None else ()):

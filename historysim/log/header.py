@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from historysim._version import __version__
+from historysim.asperities.attraction import Attraction
 from historysim.asperities.body import Body, Feature, require
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
@@ -32,8 +33,17 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
-# A spring in parallel and a line contact, which earlier versions do not support, have separate formats.
-PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES = FORMATS = (1, 3, 4, 5, 7, 8, 9)
+# A spring in parallel, a line contact and attraction, which earlier versions do not support, have separate formats.
+PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES, OF_ATTRACTION = FORMATS = (
+    1,
+    3,
+    4,
+    5,
+    7,
+    8,
+    9,
+    10,
+)
 _OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
 _OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
@@ -55,6 +65,7 @@ LAWS: Mapping[str, tuple[str, type[Any]]] = {
     "friction_law": ("friction", FrictionLaw),
     "wear": ("wear", WearLaw),
     "yielding": ("yielding", YieldingLaw),
+    "attraction": ("attraction", Attraction),
 }
 
 
@@ -242,10 +253,9 @@ class LogHeader:
 
 def _form(arrays: Mapping[str, Array], settings: Mapping[str, Any]) -> int:
     """Return the lowest format number that supports the ensemble with these arrays and settings."""
-    if "line" in settings:
-        return OF_LINES
-    if "parallel_stiffness" in settings:
-        return OF_PARALLEL
+    own = {"attraction": OF_ATTRACTION, "line": OF_LINES, "parallel_stiffness": OF_PARALLEL}
+    if present := [form for name, form in own.items() if name in settings]:
+        return present[0]
     if any(name.startswith(CURVES) for name in arrays):
         return OF_CURVES
     if "slope" in arrays:

@@ -12,7 +12,7 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.errors import InputError
-from historysim.loads.event_sequence import are_loads, channel_values, is_planar, time_text
+from historysim.loads.event_sequence import are_loads, channel_values, check_pressing, is_planar, time_text
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -101,6 +101,7 @@ def find_changes(ensemble: Body, events: Sequence[Event], instrument: Instrument
         parallel=instrument.parallel_stiffness > 0,
         patches=not ensemble.has_radii,
         areas=ensemble.has_areas,
+        attraction=ensemble.attracts,
         lines=ensemble.line_length is not None,
         planar=planar,
     )
@@ -108,6 +109,8 @@ def find_changes(ensemble: Body, events: Sequence[Event], instrument: Instrument
 
 def _check_supported(ensemble: Body, events: Sequence[Event]) -> None:
     """Check that a body supports the changes of friction and geometry in events; InputError names the event."""
+    if not ensemble.attracts:
+        check_pressing(events)
     if not ensemble.unsupported or are_loads(events):
         return
     for index, event in enumerate(events):

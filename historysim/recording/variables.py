@@ -40,6 +40,7 @@ class Changes:
     parallel: bool = False  #: whether there is a spring in parallel
     patches: bool = False  #: whether the asperities are patches of normal curves
     areas: bool = True  #: whether contact areas are known, which normal curves may leave open
+    attraction: bool = False  #: whether touching asperities attract
     lines: bool = False  #: whether the asperity is a line contact
     planar: bool = False  #: whether there are two tangential directions
 
@@ -118,6 +119,11 @@ def _separation(rows: "Rows", ensemble: "Body", _: "Instrument") -> Array:
     return separation
 
 
+def _attraction(rows: "Rows", body: Any, _: "Instrument") -> Array:  # noqa: ANN401 - of an ensemble with attraction
+    attraction: Array = body.pulls.at(rows.totals["approach"])
+    return attraction
+
+
 def _drive(rows: "Rows", _: "Body", instrument: "Instrument") -> Array:
     return instrument.drive_displacement(rows.total("displacement"), rows.total("tangential_load"))
 
@@ -174,6 +180,7 @@ def _each(name: str, units: str, long_name: str, **options: Any) -> Variable:  #
 
 # In which histories something is recorded.
 _SPRING, _SLIDES, _WEARS, _YIELDS = map(attrgetter, ("spring", "sliding", "wear", "yielding"))
+_ATTRACTS = attrgetter("attraction")
 _AREAS, _PATCHES, _LINES, _RESHAPED = map(attrgetter, ("areas", "patches", "lines", "geometry"))
 
 
@@ -203,7 +210,18 @@ def _reshapes(changes: Changes) -> bool:
 
 # All that is recorded of a history; `register` adds to it.
 VARIABLES = (
-    _total("total_normal_load", "N", "normal load of all asperities"),
+    _total("total_normal_load", "N", "normal load of all asperities; with attraction the load from outside alone"),
+    _total("total_attraction", "N", "attraction of all touching asperities", when=_ATTRACTS, derived=_attraction),
+    # in fields of yielding, which asperities that attract do not have
+    _total(
+        "jumps",
+        "1",
+        "jumps of the approach at a controlled normal load since the start",
+        dtype="int64",
+        when=_ATTRACTS,
+        source="yielded_share",
+    ),
+    _total("jump_energy", "J", "energy lost in jumps since the start", when=_ATTRACTS, source="yielding_energy"),
     _total("total_tangential_load", "N", "tangential load of all asperities", directed=True),
     _total("separation", "m", "height of the rigid flat over the datum of the summit heights", derived=_separation),
     _total("tangential_displacement", "m", "rigid tangential displacement", source="displacement", directed=True),

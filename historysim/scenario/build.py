@@ -180,6 +180,7 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body
                 follow_sliding=sections.record.sliding,
                 rings=sections.rings,
                 yielding=surface.yielding,
+                attraction=sections.attraction,
             )
 
 
@@ -199,6 +200,7 @@ def _check_supported(kind: type[Body], sections: Sections, surface: BuiltSurface
         "wear": (sections.wear is not None, ("wear",)),
         "sliding": (sections.record.sliding, ("record", "sliding")),
         "friction law": (not isinstance(sections.friction, Coefficients | None), ("friction", "law")),
+        "attraction": (sections.attraction is not None, ("attraction",)),
         "yielding": (surface.yielding is not None, ("surface", "yielding")),
     }
     for feature, (is_requested, place) in requested.items():

@@ -118,6 +118,7 @@ class KindIn:
 
 
 AnyFrictionLaw = Annotated[Any, KindIn("historysim.asperities.laws:LAWS", "law")]
+AnyAttraction = Annotated[Any, KindIn("historysim.asperities.attraction:ATTRACTIONS", "law")]
 AnyWearLaw = Annotated[Any, KindIn("historysim.asperities.wear:WEAR_LAWS", "law")]
 AnyYieldingLaw = Annotated[Any, KindIn("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)]
 

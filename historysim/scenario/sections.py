@@ -25,6 +25,7 @@ from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.grid import Grid, build_grid
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
+    AnyAttraction,
     AnyFrictionLaw,
     AnyWearLaw,
     ColumnsOf,
@@ -392,6 +393,7 @@ class Sections:
     loading: Loading
     friction: Coefficients | None = None
     wear: AnyWearLaw | None = None
+    attraction: AnyAttraction | None = None
     adhesion: AdhesionSection | None = None
     instrument: Instrument = RIGID
     rings: Rings = RINGS

@@ -189,6 +189,8 @@ def unit_files(
             "the instrument has a parallel_stiffness, which a unit of co-simulation does not have; expected none: give "
             "that spring to the model which the unit becomes a part of"
         )
+    if ensemble.attracts:
+        raise InputError("a co-simulation unit has no attraction; expected an ensemble without it")
     state: Any = ensemble.initial_state() if at is None else job.state(until=at)
     if controls.directions == 2:
         state = ensemble.enter_plane(state)

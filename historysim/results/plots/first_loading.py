@@ -11,6 +11,7 @@ from historysim.basics.units import range_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.interaction.areas import area_laws
+from historysim.results.analysis.attraction import pull_off
 from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS
 from historysim.results.plots.chart import Chart, Curve, Item, Shape, Sheet
@@ -65,6 +66,28 @@ class LoadCurvePicture(Picture):
                 axes={"xlim": (0, approach[-1]), "ylim": (0, None)},
             )
         return Sheet(charts, wide=";".join(charts))
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class PullOffPicture(Panel):
+    """Load from outside over the approach of a contact that attracts: the history, and the way back to pull-off."""
+
+    kind, headed = "pull-off", True
+
+    def sheet(self, data: xr.Dataset) -> Chart:
+        """Return the loads of the history, all equilibria on the way back, and the point of pull-off."""
+        curve, separation = pull_off(data), data["separation"].values
+        recorded = Curve(curve.attrs["highest_summit"] - separation, data["total_normal_load"].values, "history", BLUE)
+        back = Curve(curve["approach"].values, curve["normal_load"].values, "way back", THEORY)
+        place, least = ([curve.attrs[name]] for name in ("pull_off_approach", "pull_off_load"))
+        point = Curve(place, least, "pull-off", {"color": INK, "linestyle": "", "marker": "o", "ms": 5})
+        return Chart(
+            items=[back, recorded, point],
+            x=r"approach $\delta$ of the highest summit (m)",
+            y="normal load from outside $N$ (N)",
+            zero="y",
+        )
 
 
 @PICTURES.register

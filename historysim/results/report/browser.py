@@ -86,6 +86,8 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
     ensemble = job.ensemble
     if not isinstance(ensemble, Ensemble):
         raise InputError(f"pages cannot compute {ensemble.nouns[1]} of this type; its pictures show what was recorded")
+    if ensemble.attracts:
+        raise InputError("pages cannot compute attraction; its pictures show what was recorded")
     if ensemble.evolves:
         raise InputError("pages cannot compute asperities that evolve; its pictures show what was recorded")
     if job.instrument.parallel_stiffness:

@@ -1,0 +1,255 @@
+import pickle
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities.attraction import ATTRACTIONS
+
+MODULUS, RADIUS, WORK, FRICTION = 1e11, 1e-5, 0.05, 0.3
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=MODULUS, shear_modulus=0.25 * MODULUS)
+PULL = 2 * np.pi * RADIUS * WORK
+DMT = hs.attraction.DMT(work_of_adhesion=WORK)
+
+
+def sphere():
+    return hs.Ensemble(PAIR, 0.0, RADIUS, FRICTION, attraction=DMT)
+
+
+def rough(seed=1, count=30, friction=FRICTION):
+    rng = np.random.default_rng(seed)
+    height, radius = rng.normal(size=count) * 2e-9, RADIUS * rng.uniform(0.5, 1.5, count)
+    return hs.Ensemble(PAIR, height, radius, friction, attraction=DMT)
+
+
+def outside(ensemble, approach):
+    """Load from outside at approaches, summed over touching asperities."""
+    depth = np.atleast_1d(approach)[:, None] - ensemble.first_touch
+    each = 4 / 3 * MODULUS * np.sqrt(ensemble.summit_radius) * np.maximum(depth, 0) ** 1.5
+    return (each - 2 * np.pi * WORK * ensemble.summit_radius * (depth > 0)).sum(axis=1)
+
+
+def test_one_sphere_snaps_in_and_is_pulled_off():
+    ball = sphere()
+    state = ball.advance(ball.initial_state(), normal_load=0.0)
+    assert state.approach == pytest.approx(((3 * PULL / (4 * MODULUS)) ** 2 / RADIUS) ** (1 / 3), rel=1e-12)
+    contact = ball.asperity(0, state).contact_radius
+    assert contact == pytest.approx((3 * PULL * RADIUS / (4 * MODULUS)) ** (1 / 3), rel=1e-12)
+    assert (state.normal_load, state.attraction) == pytest.approx((0.0, PULL), abs=1e-12 * PULL)
+    # ∫ (F - P) dd up to P = F
+    assert (state.jumps, state.jump_energy) == (1, pytest.approx(0.6 * PULL * state.approach, rel=1e-9))
+    held = ball.advance(state, tangential_load=0.999 * FRICTION * PULL)
+    assert held.tangential_load == pytest.approx(0.999 * FRICTION * PULL, rel=1e-12)
+    with pytest.raises(hs.FrictionLimitError):
+        ball.advance(state, tangential_load=1.001 * FRICTION * PULL)
+    pulled = ball.advance(state, normal_load=-PULL)
+    assert pulled.normal_load == pytest.approx(-PULL, rel=1e-8)
+    assert ball.pull_off(state.approach) == (pytest.approx(-PULL, rel=1e-12), 0.0)
+    with pytest.raises(hs.LoadError, match=r"separates at -3.14159e-06 N"):
+        ball.advance(state, normal_load=-1.001 * PULL)
+    with pytest.raises(hs.LoadError, match="is separated"):
+        ball.advance(ball.initial_state(), normal_load=-0.1 * PULL)
+    apart = ball.advance(pulled, normal_displacement=-1e-9)
+    assert (apart.normal_load, apart.attraction, apart.contact_load) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
+    ensemble = rough(seed)
+    deepest = ensemble.resolve(0.0, 60 * PULL)[1]
+    fine = np.unique(np.concatenate([np.linspace(0, deepest, 400_001)[1:], ensemble.first_touch + 1e-18]))
+    fine = fine[(fine > 0) & (fine <= deepest)]
+    load = outside(ensemble, fine)
+    targets = [0.0, 5 * PULL, 40 * PULL, 10 * PULL, 0.5 * load.min(), 30 * PULL, 0.9 * load.min()]
+    events = [hs.NormalLoad(float(time), target) for time, target in enumerate(targets)]
+    history = hs.replay(ensemble, events)
+    here = 0.0
+    for step, target in enumerate(targets):
+        rises = target >= (outside(ensemble, here)[0] if here else 0.0)
+        later = fine >= here if rises else fine <= here
+        met = later & ((load >= target) if rises else (load <= target))
+        expected = fine[met][0 if rises else -1]
+        here = ensemble.highest_summit - history.separation[step].item()
+        assert here == pytest.approx(expected, abs=2 * deepest / 400_000)
+        assert history.total_normal_load[step].item() == pytest.approx(target, abs=1e-9 * PULL)
+        pull = 2 * np.pi * WORK * ensemble.summit_radius[ensemble.first_touch < here].sum()
+        assert history.total_attraction[step].item() == pytest.approx(pull, rel=1e-12)
+    assert ensemble.pull_off(deepest)[0] == pytest.approx(load.min(), rel=1e-4)
+
+
+def test_energy_is_balanced_over_a_loop_of_the_normal_load():
+    """Work from outside = what is lost in jumps, for a path that begins and ends with the same contacts."""
+    ensemble = rough()
+    start = ensemble.advance(ensemble.initial_state(), normal_load=0.0)
+    targets = np.concatenate([np.linspace(0, 50, 4001)[1:], np.linspace(50, 0, 4001)[1:]]) * PULL
+    state, work = start, 0.0
+    for target in targets:
+        moved = ensemble.advance(state, normal_load=float(target))
+        work += 0.5 * (moved.normal_load + state.normal_load) * (moved.approach - state.approach)
+        state = moved
+    before, after = ({float(touch) for touch in ensemble.first_touch if touch < s.approach} for s in (start, state))
+    elastic = [
+        8
+        / 15
+        * MODULUS
+        * (np.sqrt(ensemble.summit_radius) * np.maximum(s.approach - ensemble.first_touch, 0) ** 2.5).sum()
+        - (2 * np.pi * WORK * ensemble.summit_radius * np.maximum(s.approach - ensemble.first_touch, 0)).sum()
+        for s in (start, state)
+    ]
+    assert len(after) >= len(before)
+    assert state.jumps > start.jumps
+    assert state.jump_energy - start.jump_energy == pytest.approx(work - (elastic[1] - elastic[0]), rel=1e-3)
+
+
+def test_the_tangential_memory_is_that_of_the_contact_without_attraction():
+    ensemble = rough()
+    plain = hs.Ensemble(PAIR, ensemble.summit_height, ensemble.summit_radius, FRICTION)
+    rng = np.random.default_rng(3)
+    events = []
+    for time in range(25):
+        events += [
+            hs.NormalDisplacement(time, rng.uniform(0, 8e-9)),
+            hs.TangentialDisplacement(time, rng.uniform(-1, 1) * 2e-9),
+        ]
+    first, second = hs.replay(ensemble, events), hs.replay(plain, events)
+    for name in ("tangential_load", "stick_radius", "normal_load", "dissipated_energy", "friction_limit"):
+        assert first[name].values.tobytes() == second[name].values.tobytes()
+    difference = second.total_normal_load - first.total_normal_load
+    assert difference.values == pytest.approx(first.total_attraction.values, rel=1e-9)
+
+
+@pytest.mark.parametrize("substeps", [1, 7])
+def test_a_ramp_of_both_loads_crosses_jumps(substeps):
+    ensemble = rough()
+    events = [
+        hs.NormalLoad(0, 5 * PULL),
+        hs.TangentialLoad(0, 0.0),
+        hs.NormalLoad(1, 40 * PULL),
+        hs.TangentialLoad(1, 4 * PULL),
+    ]
+    events += [hs.NormalLoad(2, 8 * PULL), hs.TangentialLoad(2, -2 * PULL)]
+    history = hs.replay(ensemble, events, substeps=substeps)
+    time = history.time.values
+    assert history.total_normal_load.values == pytest.approx(
+        np.interp(time, [0, 1, 2], [5 * PULL, 40 * PULL, 8 * PULL]), rel=1e-9
+    )
+    wanted = np.interp(time, [0, 1, 2], [0, 4 * PULL, -2 * PULL])
+    assert history.total_tangential_load.values == pytest.approx(wanted, abs=1e-9 * PULL)
+    assert (np.diff(history.jumps) >= 0).all()
+    assert history.jumps[-1] == hs.replay(ensemble, events).jumps[-1]
+    whole = hs.replay(ensemble, events).total_dissipated_energy[-1].item()
+    assert history.total_dissipated_energy[-1].item() == pytest.approx(whole, rel=1e-5)
+
+
+def test_a_log_a_state_and_a_pickle_hold_the_attraction(tmp_path):
+    ensemble, events = rough(), [hs.NormalLoad(0, 9 * PULL), hs.TangentialLoad(1, PULL)]
+    with hs.EventLog.create(tmp_path / "pulled.history", ensemble) as log:
+        log.append(events[0])
+        log.append(events[1])
+        assert log.verify().whole
+        assert log.ensemble.attraction == DMT
+        assert log.state() == hs.Replay(ensemble, events).state()
+        again = log.replay()
+    direct = hs.replay(ensemble, events)
+    for name in ("total_normal_load", "total_attraction", "jumps", "jump_energy"):
+        assert again[name].values.tobytes() == direct[name].values.tobytes()
+    state = pickle.loads(pickle.dumps(hs.Replay(ensemble, events).state()))  # noqa: S301 - written here
+    copy = pickle.loads(pickle.dumps(ensemble))  # noqa: S301 - written here
+    assert copy.advance(state, tangential_load=0.0).normal_load == pytest.approx(9 * PULL, rel=1e-12)
+    with pytest.raises(hs.InputError, match="another"):
+        hs.Ensemble(PAIR, ensemble.summit_height, RADIUS, FRICTION, attraction=DMT).state_from_bytes(state.to_bytes())
+
+
+def test_the_force_of_a_meniscus():
+    meniscus = hs.attraction.Meniscus(surface_tension=0.072, contact_angles=(np.pi / 3, np.pi / 2))
+    assert meniscus.forces(np.array([RADIUS])) == pytest.approx(2 * np.pi * RADIUS * 0.072 * 0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("action", "reason"),
+    [
+        (lambda: hs.attraction.JKR(work_of_adhesion=WORK), "beyond full stick its theory is disputed"),
+        (lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(3.0, 3.0)), "which attract"),
+        (lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(1.0,)), "two angles"),
+        (lambda: hs.attraction.DMT(work_of_adhesion=-1.0), "work_of_adhesion"),
+        (lambda: hs.Ensemble(PAIR, 0.0, RADIUS, 0.2, attraction="dmt"), "expected hs.attraction.DMT"),
+        (
+            lambda: hs.Ensemble(
+                PAIR, 0.0, RADIUS, 0.2, attraction=DMT, wear=hs.wear.ArchardWear(coefficient=1, hardness=1e9)
+            ),
+            "wear",
+        ),
+        (lambda: sphere().stepper(), "stepper"),
+        (lambda: sphere().with_geometry(sphere().initial_state(), summit_height=1e-9), "change of summits"),
+        (lambda: hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, -1.0)]), "pulls on the contact"),
+        (lambda: hs.replay(sphere(), [hs.NormalLoad(0, 0.0), hs.NormalLoad(1, -1.0)]), "event 1 at t = 1 s.*separates"),
+    ],
+)
+def test_what_is_not_modelled_is_refused(action, reason):
+    with pytest.raises((hs.InputError, hs.LoadError), match=reason):
+        action()
+
+
+SCENARIO = """
+[materials]
+contact_modulus = "100 GPa"
+shear_modulus = "25 GPa"
+[surface]
+kind = "{kind}"
+radius = "10 µm"
+{more}
+[friction]
+coefficient = 0.3
+[attraction]
+{law}
+[loading]
+waypoints = [{{ time = 0, normal_load = 0 }}, {{ time = 1, normal_load = "-1 µN" }}]
+"""
+
+
+def test_a_scenario_has_the_section(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(
+        SCENARIO.format(kind="sphere", more="", law='law = "dmt"\nwork_of_adhesion = 0.05'), encoding="utf-8"
+    )
+    history = hs.run(path)
+    assert history.total_normal_load.values == pytest.approx([0.0, -1e-6], abs=1e-18)
+    assert history.attrs["attraction_law"].startswith("DMT")
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ({"kind": "sphere", "more": "", "law": 'law = "jkr"\nwork_of_adhesion = 0.05'}, "attraction: .*disputed"),
+        (
+            {"kind": "cylinder", "more": "length = 1\nreference_depth = 1", "law": 'law = "dmt"\nwork_of_adhesion = 1'},
+            "attraction: ",
+        ),
+    ],
+)
+def test_a_scenario_is_refused_with_the_reason(tmp_path, given, reason):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENARIO.format(**given), encoding="utf-8")
+    with pytest.raises(hs.InputError, match=reason):
+        hs.run(path)
+
+
+def test_the_pull_off_of_a_history_and_its_picture():
+    ensemble = rough()
+    deepest = ensemble.resolve(0.0, 20 * PULL)[1]
+    depths = np.append(np.linspace(-1e-9, deepest, 40), np.linspace(deepest, -1e-9, 40))
+    history = hs.replay(ensemble, [hs.NormalDisplacement(float(k), depth) for k, depth in enumerate(depths)])
+    curve = history.contact.pull_off(points=2001)
+    assert curve.attrs["pull_off_load"] == pytest.approx(curve.normal_load.values.min(), rel=1e-9)
+    assert curve.normal_load.values == pytest.approx(
+        outside(ensemble, curve.approach.values), rel=1e-9, abs=1e-9 * PULL
+    )
+    assert history.total_normal_load.values.min() >= curve.attrs["pull_off_load"]
+    hs.plot(history, picture="pull-off")
+    plain = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, 1e-6)])
+    with pytest.raises(hs.InputError, match="no attraction"):
+        plain.contact.pull_off()
+
+
+def test_the_laws_are_registered():
+    assert set(ATTRACTIONS) == {"dmt", "meniscus", "jkr"}
