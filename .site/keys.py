@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 import attrs
 from numpydoc.docscrape import NumpyDocString
 
+from historysim.asperities.attraction import ATTRACTIONS
 from historysim.asperities.instrument import Instrument, Rings
 from historysim.asperities.laws import LAWS
 from historysim.asperities.wear import WEAR_LAWS
@@ -52,7 +53,7 @@ Keys in addition to `file`. Most are detected ([files of numbers](../historysim/
 is a name, or a table with the keys below."""
 
 Kinds = tuple[type | Registry[Any], ...]
-LAW_REGISTRIES: Kinds = (LAWS, WEAR_LAWS, YIELDING_LAWS)
+LAW_REGISTRIES: Kinds = (LAWS, ATTRACTIONS, WEAR_LAWS, YIELDING_LAWS)
 
 SECTIONS: dict[str, tuple[str, Kinds]] = {
     "`title`": ("", (sections.Sections,)),
@@ -70,6 +71,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
         (sections.Coefficients, sections.CourseFile, LAWS),
     ),
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
+    "`[attraction]`": ("Constant force on each touching asperity: `law` with the keys of the law.", (ATTRACTIONS,)),
     "`[wear]`": ("Wear of the asperities by sliding: `law` with the keys of the law.", (WEAR_LAWS,)),
     "`[instrument]`": ("", (Instrument,)),
     "`[rings]`": ("", (Rings,)),

@@ -263,7 +263,6 @@ CALLS = {
         hs.laws.ShearStrength,
         {"shear_strength": 1e8, "area": "jkr", "work_of_adhesion": 0.1},
     ),
-    "laws.ShiftedLoad": (hs.laws.ShiftedLoad, {"coefficient": 0.2, "work_of_adhesion": 0.1}),
     "laws.SlidFriction": (hs.laws.SlidFriction, {"distance": (0.0, 1e-6), "coefficient": (0.1, 0.2)}),
     "surfaces.drawn_summits": (
         drawn,

@@ -402,7 +402,6 @@ enum hs_law_kind {
     HS_NO_LAW = 0,         /* coefficients stay as they are */
     HS_POWER_LAW = 1,      /* coefficient (N/reference_load)^exponent */
     HS_SHEAR_STRENGTH = 2, /* shear_strength on the area of Hertz, or, with a work of adhesion, of JKR */
-    HS_SHIFTED_LOAD = 3,   /* coefficient on N + 2π work_of_adhesion R */
     HS_SLID_TABLE = 4,     /* straight between the rows of a table over the distance slid */
     HS_CALLERS_LAW = 5
 };

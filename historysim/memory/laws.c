@@ -41,8 +41,6 @@ int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, 
             /* T_max = τ0 π a² */
             double a = hs_cube_root(cubed_radius(load[i], radius[i], modulus, law->work_of_adhesion));
             friction[i] = law->shear_strength * PI * (a * a) / load[i];
-        } else if (law->kind == HS_SHIFTED_LOAD) {
-            friction[i] = law->coefficient * (1.0 + 2.0 * PI * law->work_of_adhesion * radius[i] / load[i]);
         } else if (law->kind == HS_SLID_TABLE) {
             friction[i] = in_table(law, loaded->slid_distance[i]);
         } else if (law->kind == HS_POWER_LAW && law->depends_on == HS_ON_OWN_LOAD) {

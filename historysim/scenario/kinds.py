@@ -11,6 +11,7 @@ from historysim.errors import InputError
 
 def registries() -> Mapping[str, Registry[Any]]:
     """Return the registries by the last word of their group of entry points."""
+    from historysim.asperities.attraction import ATTRACTIONS
     from historysim.asperities.laws import LAWS
     from historysim.asperities.wear import WEAR_LAWS
     from historysim.asperities.yielding import YIELDING_LAWS
@@ -25,6 +26,7 @@ def registries() -> Mapping[str, Registry[Any]]:
 
     all_registries = (
         LAWS,
+        ATTRACTIONS,
         WEAR_LAWS,
         YIELDING_LAWS,
         EVENTS,

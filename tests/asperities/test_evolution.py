@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.laws import PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
+from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from tests.support.evolving_springs import EvolvingSprings
 
@@ -25,10 +25,6 @@ LAWS = {
     "strength": (
         ShearStrength(0.05),
         lambda n, _total, r, _s: 0.05 * np.pi * (0.75 * n * r) ** (2 / 3) / np.maximum(n, 1e-30),
-    ),
-    "shifted": (
-        ShiftedLoad(0.3, 1e-4),
-        lambda n, _total, r, _s: np.where(n > 0, 0.3 * (1 + 2 * np.pi * 1e-4 * r / np.maximum(n, 1e-30)), 0.0),
     ),
     "slid": (
         SlidFriction([0.0, 0.05, 0.2], [0.5, 0.3, 0.4]),
@@ -287,7 +283,6 @@ def test_friction_that_rises_with_the_way_begins_to_rise_where_sliding_begins(we
 
 COEFFICIENT, PEAK = 0.3, 0.02
 COULOMB_LIMITS = {
-    "shifted load": {"friction": ShiftedLoad(COEFFICIENT, 0.0)},
     "power law": {"friction": PowerLaw(COEFFICIENT, 1.0, 1e-12)},
     "power law of the total load": {"friction": PowerLaw(COEFFICIENT, 1.0, 1e-12, load="total")},
     "constant slid friction": {"friction": SlidFriction([0.0, 1.0], [COEFFICIENT, COEFFICIENT])},
@@ -295,7 +290,7 @@ COULOMB_LIMITS = {
     "next to no energy wear": {"wear": EnergyWear(volume_per_energy=1e-30)},
     "never yields": {"yielding": hs.yielding.Thornton(hardness=1e6, poissons_ratio=0.3)},
     "law, never yields": {
-        "friction": ShiftedLoad(COEFFICIENT, 0.0),
+        "friction": PowerLaw(COEFFICIENT, 1.0, 1e-12),
         "yielding": hs.yielding.Thornton(hardness=1e6, poissons_ratio=0.3),
     },
     "sliding followed": {"follow_sliding": True},

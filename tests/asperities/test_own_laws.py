@@ -72,9 +72,6 @@ def test_a_law_of_the_library_says_its_coefficients():
     loaded = laws.Loaded(PAIR, np.array([0.01, 0.02]), 0.03, np.array([1.0, 0.7]), np.array([0.0, 0.005]))
     assert laws.ShearStrength(0.05).coefficients(loaded) == pytest.approx(OwnStrength(0.05).coefficients(loaded))
     assert laws.SlidFriction([0.0, 0.01], [0.4, 0.3]).coefficients(loaded) == pytest.approx([0.4, 0.35])
-    assert laws.ShiftedLoad(0.2, 1e-3).coefficients(loaded) == pytest.approx(
-        0.2 * (1 + 2 * np.pi * 1e-3 * loaded.summit_radius / loaded.normal_load)
-    )
     assert laws.PowerLaw(0.2, 0.01, -0.3).coefficients(loaded) == pytest.approx(0.2 * np.array([1.0, 2.0]) ** -0.3)
     assert laws.PowerLaw(0.2, 0.01, -0.3, "total").coefficients(loaded) == pytest.approx([0.2 * 3.0**-0.3] * 2)
     energy = wear.EnergyWear(volume_per_energy=2.0).volume(np.ones(2), np.ones(2), np.array([0.5, -0.1]))

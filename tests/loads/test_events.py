@@ -64,9 +64,18 @@ def test_the_new_summits_of_a_change_come_as_texts():
     assert change == hs.GeometryChange(1e-3, summit_height=-3e-9, summit_radius=(1e-6, 2e-6))
 
 
-def test_a_normal_load_does_not_pull():
-    with pytest.raises(hs.InputError, match=r"a normal load of -0\.001 N pulls.*expected a load of 0 N"):
-        hs.NormalLoad(0.0, -1e-3)
+def test_a_normal_load_does_not_pull(tmp_path):
+    ball = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
+    events = [hs.NormalLoad(0.0, 1e-3), hs.NormalLoad(1.0, -1e-3)]
+    with pytest.raises(
+        hs.InputError, match=r"event 1 at t = 1 s: a normal load of -0\.001 N pulls.*expected a load of 0 N"
+    ):
+        hs.replay(ball, events)
+    with (
+        pytest.raises(hs.InputError, match="pulls on the contact"),
+        hs.EventLog.create(tmp_path / "a.history", ball) as log,
+    ):
+        log.append(events)
     assert hs.NormalLoad(0.0, 0.0).value == 0.0
     for kind in (hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement):
         assert kind(-1.0, -2.0).value == -2.0

@@ -29,7 +29,6 @@ LAWS = [
     laws.PowerLaw(0.4, 0.01, -0.3),
     laws.ShearStrength(0.05),
     laws.ShearStrength(0.05, area="jkr", work_of_adhesion=1e-4),
-    laws.ShiftedLoad(0.3, 1e-4),
     laws.SlidFriction([0.0, 0.1], [0.4, 0.3]),
 ]
 

@@ -88,7 +88,7 @@ NEW_SUMMIT = '    { time = 1.5, geometry = { summit_radius = "5 µm", asperities
 LAWS = [
     {"coefficient": 0.3},
     {"law": "power", "coefficient": 0.3, "reference_load": "1 mN", "exponent": -0.1},
-    {"law": "shifted load", "coefficient": 0.3, "work_of_adhesion": "50 mJ/m2"},
+    {"law": "shear strength", "shear_strength": "300 MPa"},
 ]
 EVOLVING = {
     "wear": (SLIDING + WEAR, {"wear.coefficient": [0, 5e-3], "wear.hardness": ["12 GPa", "6 GPa"]}),

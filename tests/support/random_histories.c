@@ -114,9 +114,9 @@ static int rarely = 20000;
 static void choose_evolution(history *h) {
     hs_law *law = &h->evolution.law;
     hs_wear *wear = &h->evolution.wear;
-    static const int kinds[] = {HS_NO_LAW, HS_SHEAR_STRENGTH, HS_SHIFTED_LOAD, HS_SLID_TABLE, HS_CALLERS_LAW};
-    static const int dependence[] = {HS_ON_NOTHING, HS_ON_OWN_LOAD, HS_ON_OWN_LOAD, HS_ON_SLID_DISTANCE, HS_ON_OWN_LOAD};
-    int kind = below(5);
+    static const int kinds[] = {HS_NO_LAW, HS_SHEAR_STRENGTH, HS_SLID_TABLE, HS_CALLERS_LAW};
+    static const int dependence[] = {HS_ON_NOTHING, HS_ON_OWN_LOAD, HS_ON_SLID_DISTANCE, HS_ON_OWN_LOAD};
+    int kind = below(4);
     memset(&h->evolution, 0, sizeof h->evolution);
     h->evolution.contact_modulus = h->modulus;
     h->evolution.count = h->count;
@@ -127,7 +127,6 @@ static void choose_evolution(history *h) {
     law->exponent = between(-0.4, 0.2);
     law->work_of_adhesion = one_in(2) ? 0.0 : 1e-3 * h->modulus * h->deepest;
     law->shear_strength = between(0.01, 0.1) * h->modulus * 0.1;
-    if (law->kind == HS_SHIFTED_LOAD) law->work_of_adhesion *= 1e-3;
     for (int k = 0; k < 3; ++k) {
         h->distance[k] = k * 10.0 * h->reach;
         h->coefficient[k] = between(0.1, 0.4);

@@ -3,7 +3,7 @@
 import numpy as np
 
 import historysim as hs
-from historysim.asperities.laws import PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
+from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction
 from historysim.asperities.wear import ArchardWear
 from historysim.asperities.yielding import JacksonGreen, KogutEtsion, Thornton
 from historysim.basics.library import lib
@@ -19,7 +19,6 @@ def _options(kind, rng, late, radius):
     mu, options = rng.uniform(0.1, 0.8), {}
     laws = [
         ShearStrength(10 ** rng.uniform(8, 9)),
-        ShiftedLoad(coefficient=mu, work_of_adhesion=0.02),
         PowerLaw(mu, 1e-4, rng.uniform(-0.4, 0.4), load=str(rng.choice(["own", "total"]))),
         SlidFriction([0.0, 10 ** rng.uniform(-9, -6)], [mu, mu * rng.uniform(0.4, 1.3)]),
     ]

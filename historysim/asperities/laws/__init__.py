@@ -1,7 +1,7 @@
 """Friction laws as values: the coefficient of each asperity, and the quantity on which it depends."""
 
 from historysim.asperities.law import LAWS, FrictionLaw, Loaded
-from historysim.asperities.laws.built_in import PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
+from historysim.asperities.laws.built_in import PowerLaw, ShearStrength, SlidFriction
 
 __all__ = [
     "LAWS",
@@ -9,7 +9,6 @@ __all__ = [
     "Loaded",
     "PowerLaw",
     "ShearStrength",
-    "ShiftedLoad",
     "SlidFriction",
     "register",
 ]

@@ -120,44 +120,6 @@ class ShearStrength(FrictionLaw):
         return f"Bowden-Tabor: shear strength {strength} on the {area} of each asperity; tractions as Coulomb's"
 
 
-@LAWS.register
-@attrs.frozen
-class ShiftedLoad(FrictionLaw):
-    """Coulomb's law on the load and the pull of adhesion together: T_max = μ (N + 2πWR).
-
-    Derjaguin's friction law with the pull of Derjaguin, Muller and Toporov (1975), which acts outside the contact and
-    adds to the load. The contact area and the approach stay those of Hertz at N: the pull is taken for the limit alone.
-
-    Parameters
-    ----------
-    coefficient : float
-        μ ≥ 0.
-    work_of_adhesion : float
-        W ≥ 0 [J/m²].
-
-    Examples
-    --------
-    [friction]
-    law = "shifted load"
-    coefficient = 0.2
-    work_of_adhesion = "50 mJ/m2"
-    """
-
-    coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
-    work_of_adhesion: SurfaceEnergy = attrs.field(converter=joules_per_area, validator=at_least(0.0))
-
-    kind, library_kind = "shifted load", "HS_SHIFTED_LOAD"
-    same_bits, depends_on = True, "own"
-
-    @property
-    def text(self) -> str:
-        """The law in a line."""
-        return (
-            f"Coulomb {self.coefficient:g} on the load and the DMT pull 2πWR together, W = {self.work_of_adhesion:g} "
-            "J/m²; areas as Hertz's"
-        )
-
-
 def _numbers(values: Any, name: str = "coefficient") -> tuple[float, ...]:
     if not isinstance(values, Iterable) or isinstance(values, str):
         raise InputError(f"{values!r} is not a column of a table; expected a list of numbers")

@@ -71,15 +71,15 @@ class LoadCurvePicture(Picture):
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class PullOffPicture(Panel):
-    """Load from outside over the approach of a contact that attracts: the history, and the way back to pull-off."""
+    """Load from outside over the approach of a contact that attracts: the history, and all equilibria."""
 
     kind, headed = "pull-off", True
 
     def sheet(self, data: xr.Dataset) -> Chart:
-        """Return the loads of the history, all equilibria on the way back, and the point of pull-off."""
+        """Return the loads of the history, all equilibria, and the point of pull-off."""
         curve, separation = pull_off(data), data["separation"].values
         recorded = Curve(curve.attrs["highest_summit"] - separation, data["total_normal_load"].values, "history", BLUE)
-        back = Curve(curve["approach"].values, curve["normal_load"].values, "way back", THEORY)
+        back = Curve(curve["approach"].values, curve["normal_load"].values, "equilibria", THEORY)
         place, least = ([curve.attrs[name]] for name in ("pull_off_approach", "pull_off_load"))
         point = Curve(place, least, "pull-off", {"color": INK, "linestyle": "", "marker": "o", "ms": 5})
         return Chart(
