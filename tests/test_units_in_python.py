@@ -102,7 +102,7 @@ def cylinder():
     return hs.LineContact(PAIR, 1e-2, 5e-3, 0.2, 1e-2)
 
 
-def rolled():
+def cylinder_state():
     pressed = cylinder().advance(cylinder().initial_state(), normal_load=1.0)
     return cylinder().advance(pressed, tangential_load=0.1)
 
@@ -154,8 +154,8 @@ CALLS = {
         {"normal_displacement": 1e-8, "tangential_load": 1e-5},
     ),
     "LineContact.half_width": (lambda normal_load: cylinder().half_width(normal_load), {"normal_load": [1.0, 2.0]}),
-    "LineContact.pressure": (lambda x: cylinder().pressure(x, rolled()), {"x": [0.0, 1e-6]}),
-    "LineContact.traction": (lambda x: cylinder().traction(x, rolled()), {"x": [0.0, 1e-6]}),
+    "LineContact.pressure": (lambda x: cylinder().pressure(x, cylinder_state()), {"x": [0.0, 1e-6]}),
+    "LineContact.traction": (lambda x: cylinder().traction(x, cylinder_state()), {"x": [0.0, 1e-6]}),
     "Ensemble.with_geometry": (
         lambda **shape: ball().with_geometry(pressed(), **shape),
         {"summit_height": [0.0, -2e-9], "summit_radius": 2e-5},

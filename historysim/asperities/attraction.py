@@ -448,6 +448,10 @@ class AttractingEnsemble(Ensemble):
         return AttractedState.wrap(state, self.pulls, before.jumps, before.jump_energy)
 
 
+# an ensemble with attraction is of this class
+Ensemble.attracting_type = AttractingEnsemble
+
+
 class _Legs:
     """Paths of loads from outside, as paths of the contact: cut where the approach jumps."""
 

@@ -1,9 +1,10 @@
 """`Ensemble`: asperities between two rigid bodies, with one approach and one tangential displacement."""
 
+import inspect
 import json
 from contextlib import AbstractContextManager
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import attrs
 import numpy as np
@@ -100,12 +101,17 @@ class Ensemble(AsperitySet, IntegratedBody):
     yielding: YieldingLaw | None
     rings: Rings
 
+    #: Class of ensembles with attraction, once its module is imported.
+    attracting_type: ClassVar[Any] = None
+
     def __new__(cls, *_: Any, attraction: Any = None, **__: Any) -> Self:
         """Make an `AttractingEnsemble` where there is an attraction."""
         if attraction is not None and cls is Ensemble:
-            from historysim.asperities.attraction import AttractingEnsemble
-
-            made: Any = super().__new__(AttractingEnsemble)
+            if cls.attracting_type is None:
+                raise InputError(
+                    f"attraction is {attraction!r}; expected hs.attraction.DMT(…) or hs.attraction.Meniscus(…)"
+                )
+            made: Any = super().__new__(cls.attracting_type)
             return made  # type: ignore[no-any-return] # its __init__ follows
         return super().__new__(cls)
 
@@ -124,7 +130,7 @@ class Ensemble(AsperitySet, IntegratedBody):
         follow_sliding: bool = False,
         yielding: YieldingLaw | str | None = None,
         rings: Rings = RINGS,
-        attraction: Any = None,
+        attraction: Law | None = None,
     ) -> None:
         # of another class, which `__new__` makes
         del attraction
@@ -455,6 +461,9 @@ class Ensemble(AsperitySet, IntegratedBody):
         return chosen.astype(np.int64)
 
 
+# that of `__new__` has no names
+_made: Any = Ensemble
+_made.__signature__ = inspect.Signature([*inspect.signature(Ensemble.__init__).parameters.values()][1:])
 # a single asperity is an ensemble of one
 Asperity.ensemble_type = Ensemble
 

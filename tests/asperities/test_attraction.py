@@ -22,7 +22,7 @@ def rough(seed=1, count=30, friction=FRICTION):
     return hs.Ensemble(PAIR, height, radius, friction, attraction=DMT)
 
 
-def outside(ensemble, approach):
+def external_load(ensemble, approach):
     """Load from outside at approaches, summed over touching asperities."""
     depth = np.atleast_1d(approach)[:, None] - ensemble.first_touch
     each = 4 / 3 * MODULUS * np.sqrt(ensemble.summit_radius) * np.maximum(depth, 0) ** 1.5
@@ -59,13 +59,13 @@ def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
     deepest = ensemble.resolve(0.0, 60 * PULL)[1]
     fine = np.unique(np.concatenate([np.linspace(0, deepest, 400_001)[1:], ensemble.first_touch + 1e-18]))
     fine = fine[(fine > 0) & (fine <= deepest)]
-    load = outside(ensemble, fine)
+    load = external_load(ensemble, fine)
     targets = [0.0, 5 * PULL, 40 * PULL, 10 * PULL, 0.5 * load.min(), 30 * PULL, 0.9 * load.min()]
     events = [hs.NormalLoad(float(time), target) for time, target in enumerate(targets)]
     history = hs.replay(ensemble, events)
     here = 0.0
     for step, target in enumerate(targets):
-        rises = target >= (outside(ensemble, here)[0] if here else 0.0)
+        rises = target >= (external_load(ensemble, here)[0] if here else 0.0)
         later = fine >= here if rises else fine <= here
         met = later & ((load >= target) if rises else (load <= target))
         expected = fine[met][0 if rises else -1]
@@ -242,7 +242,7 @@ def test_the_pull_off_of_a_history_and_its_picture():
     curve = history.contact.pull_off(points=2001)
     assert curve.attrs["pull_off_load"] == pytest.approx(curve.normal_load.values.min(), rel=1e-9)
     assert curve.normal_load.values == pytest.approx(
-        outside(ensemble, curve.approach.values), rel=1e-9, abs=1e-9 * PULL
+        external_load(ensemble, curve.approach.values), rel=1e-9, abs=1e-9 * PULL
     )
     assert history.total_normal_load.values.min() >= curve.attrs["pull_off_load"]
     hs.plot(history, picture="pull-off")

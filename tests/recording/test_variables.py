@@ -76,7 +76,7 @@ def test_a_variable_is_named_and_typed_and_has_units_and_words(variable):
     assert variable.dimensions in {STEP, ASPERITY, BOTH}
     assert variable.attributes["long_name"].strip()
     assert not {"standard_name", "_FillValue"} & set(variable.attributes)
-    whole = dict.fromkeys(("asperity", "contact_count", "erased_memories"), "int64")
+    whole = dict.fromkeys(("asperity", "contact_count", "erased_memories", "jumps"), "int64")
     assert variable.dtype == (whole | {"slip_state": "int8", "saturated": "int8"}).get(variable.name, "float64")
     if variable in FLAGS:
         assert variable.units == ""

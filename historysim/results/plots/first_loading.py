@@ -11,8 +11,8 @@ from historysim.basics.units import range_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.interaction.areas import area_laws
-from historysim.results.analysis.attraction import pull_off
 from historysim.results.analysis.recorded import shape_in_step
+from historysim.results.analysis.separation_load import pull_off
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS
 from historysim.results.plots.chart import Chart, Curve, Item, Shape, Sheet
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, Panel, Picture, Titled, as_history_list
