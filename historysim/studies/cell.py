@@ -10,7 +10,7 @@ import xarray as xr
 
 from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError, field_error
-from historysim.recording.variables import known_variables
+from historysim.recording.variables import COORDINATES, known_variables
 from historysim.results.analysis.per_asperity import nominal_pressure, total_mean_pressure
 from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
 from historysim.results.analysis.recorded import sizes
@@ -211,11 +211,11 @@ def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
         history = (job if records_rows else attrs.evolve(job, record="totals")).dataset()
     if records_rows:
         return history
-    coordinates = job.ensemble.coordinates
+    values = job.ensemble.coordinates
     summit_values = {
-        name: ("asperity", coordinates[name])
-        for name in ("summit_height", "summit_radius", "friction")
-        if name in coordinates
+        coordinate.name: ("asperity", values[coordinate.name], coordinate.attributes)
+        for coordinate in COORDINATES
+        if coordinate.name in values and coordinate.name in {"summit_height", "summit_radius", "friction"}
     }
     return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **summit_values})
 
