@@ -245,12 +245,14 @@ def test_the_package_has_one_of_each_and_the_law_of_the_page(site):
     assert law.strip() in (site / "stranger.py").read_text(encoding="utf-8")
 
 
-STRINGS = {"N": "2 mN", "m": "3 nm", "s": "4 ms", "1": 0.5}
-NUMBERS = {"N": 2e-3, "m": 3e-9, "s": 4e-3, "1": 0.5}
+STRINGS = {"N": "2 mN", "m": "3 nm", "s": "4 ms", "J m-2": "5 mJ/m2", "1": 0.5}
+NUMBERS = {"N": 2e-3, "m": 3e-9, "s": 4e-3, "J m-2": 5e-3, "1": 0.5}
 
 
 @pytest.mark.usefixtures("site")
-@pytest.mark.parametrize("name", ["Warming", "SquaredWear", "Soft", "Grease", "Stairs", "Strokes", "Cone", "Filled"])
+@pytest.mark.parametrize(
+    "name", ["Warming", "SquaredWear", "Halved", "Soft", "Grease", "Stairs", "Strokes", "Cone", "Filled"]
+)
 def test_its_classes_accept_units_in_python(name):
     kind = getattr(importlib.import_module("stranger"), name)
     units = {field.name: field_unit(field.type) for field in attrs.fields(kind) if field.name in kind.__annotations__}
@@ -342,7 +344,19 @@ def test_help_lists_it(path):
     lines = called("kinds", "laws", "warming").splitlines()
     assert lines[0].endswith("[stranger 1.2]")
     assert [line.split() for line in lines[1:]] == [["cold", "≥", "0"], ["half_load", "[N]", ">", "0"]]
-    groups = {"laws", "wear", "yielding", "events", "surfaces", "loadings", "readers", "files", "plots", "preparations"}
+    groups = {
+        "laws",
+        "wear",
+        "attraction",
+        "yielding",
+        "events",
+        "surfaces",
+        "loadings",
+        "readers",
+        "files",
+        "plots",
+        "preparations",
+    }
     assert set(registries()) == groups
     assert "gaps" in called("plot", "--help")
 

@@ -11,7 +11,7 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 69
+MOST_NAMES = 70
 NAMESPACES = (
     "analysis",
     "contact",

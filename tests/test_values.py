@@ -106,6 +106,7 @@ ERRORS = {
     "LoadError": lambda: hs.LoadError("event 3 at t = 1 s: too much"),
     "FrictionLimitError": lambda: hs.FrictionLimitError(8e-3, 7.5e-3, 2),
     "MissingPackageError": lambda: errors.MissingPackageError("the friction law 'a' is of b, which is not there"),
+    "PullOffError": lambda: errors.PullOffError(-2e-3, -1e-3, 1),
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
     "NoLoopError": lambda: loop_values.NoLoopError("no whole loop"),
@@ -151,7 +152,7 @@ VALUES = {
 # Of these, or of contents, it is not asked yet whether arrays stay read-only.
 OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "State", "state in a plane", "Start", "Replay", "LogHeader"}
 # They look into an ensemble, change at each step, and hold an open file.
-NO_VALUES = {"RampWarning", "UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
+NO_VALUES = {"RampWarning", "UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog", "LineContact"}
 
 
 def taken_apart(value, met=None, *, hard=True):

@@ -135,12 +135,6 @@ class JKR(Attraction):
 
     Beyond full stick its theory is disputed (Savkoor and Briggs; Johnson 1997; Popov). Its normal contact is in
     `hs.contact.adhesion`.
-
-    Examples
-    --------
-    [attraction]
-    law = "jkr"
-    work_of_adhesion = "50 mJ/m2"
     """
 
     work_of_adhesion: SurfaceEnergy = 0.0  #: work of adhesion W

@@ -3,6 +3,7 @@
 import functools
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
@@ -13,7 +14,7 @@ import xarray as xr
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import Lines, Notify, count_text, nearest, progress_bar, silent
-from historysim.errors import HistorySimError, InputError, error_path
+from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning, error_path
 from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors
@@ -54,7 +55,10 @@ class Problem:
 
     def compute_output(self, point: Point, value: float) -> float:
         """Return the output at a point, for a value of the key."""
-        return float(cell(self.scenario, {**point, self.key: value}, (self.output,))[self.output])
+        with warnings.catch_warnings():
+            # a trial may be implausible; the answer is the user's to judge
+            warnings.simplefilter("ignore", UnlikelyValueWarning)
+            return float(cell(self.scenario, {**point, self.key: value}, (self.output,))[self.output])
 
 
 @attrs.frozen

@@ -44,8 +44,8 @@ def read(path):
 
 # an asperity is no table, and `state --asperity` shows it; maps are those of a surface with interaction, see
 # tests/results/plots/test_contact_map.py; cycles need events; slopes are of inclined
-# asperities; and a load curve needs the contact itself, see test_load_curve.py
-OTHERS = {"asperity", "cycles", "load_curve", "point_maps", "slope_load"}
+# asperities, pull-off of those that attract; and a load curve needs the contact itself, see test_load_curve.py
+OTHERS = {"asperity", "cycles", "load_curve", "point_maps", "pull_off", "slope_load"}
 TABLES = [name.replace("_", "-") for name in all_queries() if name not in OTHERS]
 NEEDED = {
     **{question: ["--asperity", "0", "--step", "6"] for question in ("profiles", "reversal-points")},

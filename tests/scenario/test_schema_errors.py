@@ -62,7 +62,7 @@ def message_of(folder, document, change):
     except InputError as error:
         message = str(error)
         assert all(line.startswith(("s.toml: ", "…")) for line in message.splitlines()), message
-        assert max(map(len, message.splitlines())) < 500, message
+        assert max(map(len, message.splitlines())) < 560, message
         return message
     finally:
         assert set(folder.iterdir()) <= {path, *before}

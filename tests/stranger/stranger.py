@@ -5,10 +5,11 @@ from contextlib import contextmanager
 import attrs
 import numpy as np
 
+from historysim.asperities.attraction import Attraction
 from historysim.asperities.laws import FrictionLaw
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.fields import Force, Length, Number, Time, at_least
+from historysim.basics.fields import Force, Length, Number, SurfaceEnergy, Time, at_least
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.results.plots.chart import Chart, Curve
 from historysim.results.plots.pictures import Picture
@@ -57,6 +58,22 @@ class SquaredWear(WearLaw):
     @property
     def text(self):
         return f"squared: {self.rate:g} m²/N²"
+
+
+@attrs.frozen
+class Halved(Attraction):
+    """Half the attraction of a sphere, πRW."""
+
+    work: SurfaceEnergy = attrs.field(validator=at_least(0.0))
+
+    kind = "halved"
+
+    def forces(self, summit_radius):
+        return np.pi * self.work * summit_radius
+
+    @property
+    def text(self):
+        return f"halved: {self.work:g} J/m²"
 
 
 @attrs.frozen(kw_only=True)
