@@ -16,7 +16,7 @@ COMMANDS = "cli"  # may import any room where a command is called
 # How modules begin that import a leaf on request, except commands.
 CALLERS = {
     # types register their pages
-    "report": ("verbs", "scenario.fit", "studies.gallery", "exchange.reduced."),
+    "report": ("verbs", "scenario.fit", "scenario.runs", "studies.gallery", "exchange.reduced."),
     "design studies": ("studies.validation",),
     "adhesion theory": ("scenario.build", "scenario.figure", "scenario.picture_section"),
 }

@@ -104,7 +104,9 @@ def test_an_example_of_a_key_is_valid_in_a_scenario(example, tmp_path):
 
 
 # Documented modules that are not attributes of `historysim`: fields of extensions, the core for compiled callers.
-DOCUMENTED = {f"historysim.{name}" for name in ("basics.fields", "basics.library", "asperities.running_in")}
+DOCUMENTED = {
+    f"historysim.{name}" for name in ("basics.fields", "basics.library", "asperities.running_in", "results.queries")
+}
 MODULES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
     for path in (ROOT / "historysim").rglob("*.py")

@@ -330,7 +330,7 @@ def test_a_stepper_enters_the_plane_at_the_first_pair():
 
 def test_a_hodograph_needs_two_directions():
     history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 1e-9)])
-    with pytest.raises(InputError, match="the history has one tangential direction"):
+    with pytest.raises(InputError, match="needs two tangential directions, and the history has one"):
         hs.plot(history, picture="hodograph")
 
 

@@ -122,6 +122,10 @@ CALLS = {
         lambda **load: single().advance(**load).state,
         {"normal_displacement": 1e-8, "tangential_load": 1e-5},
     ),
+    "Asperity.stress": (
+        lambda x, y, z: asperity().stress(x, y, z, poissons_ratio=0.3),
+        {"x": [1e-9], "y": [2e-9], "z": [3e-9]},
+    ),
     "Asperity.traction": (lambda radius: asperity().traction(radius), {"radius": [1e-9, 2e-9]}),
     "Ensemble": (
         hs.Ensemble,

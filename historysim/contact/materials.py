@@ -205,7 +205,9 @@ def material(name: str) -> Material:
     matching = dict.fromkeys(row.name for full, row in _BY_KEY.items() if words and words <= set(full.split()))
     if len(matching) > 1:
         raise InputError(f"{name!r} is not one built-in material; expected one of {', '.join(matching)}; {other}")
-    near = f"did you mean {next(iter(matching))!r}?" if matching else nearest(key, [*MATERIALS, *_BY_KEY])
+    near = f"did you mean {next(iter(matching))!r}?" if matching else nearest(key, [*MATERIALS])
+    if near.startswith("expected"):
+        near = nearest(key, [*_BY_KEY])
     hint = "" if near.startswith("expected") else f"{near} "
     raise InputError(f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; {other}")
 

@@ -17,7 +17,16 @@ from historysim.results.queries import Query, all_queries, earlier_names
 
 if TYPE_CHECKING:
     from historysim.results import history_drift, recompute
-    from historysim.results.analysis import along_time, history_summary, per_asperity, preliminary, slips
+    from historysim.results.analysis import (
+        along_time,
+        cycle_counting,
+        history_summary,
+        peak_stresses,
+        per_asperity,
+        preliminary,
+        separation_load,
+        slips,
+    )
 
     P = ParamSpec("P")
     R = TypeVar("R")
@@ -56,6 +65,7 @@ class Queries:
         branch_drift = _typed(history_drift.branch_drift)
         critical_asperity = _typed(preliminary.critical_asperity)
         cycle_drift = _typed(history_drift.cycle_drift)
+        cycles = _typed(cycle_counting.cycles)
         dissipated_power = _typed(per_asperity.dissipated_power)
         drift = _typed(preliminary.drift)
         energy_per_cycle = _typed(along_time.energy_per_cycle)
@@ -64,11 +74,13 @@ class Queries:
         mean_pressure = _typed(per_asperity.mean_pressure)
         nominal_pressure = _typed(per_asperity.nominal_pressure)
         peak_pressure = _typed(per_asperity.peak_pressure)
+        peak_stress = _typed(peak_stresses.peak_stress)
         point_maps = _typed(recompute.point_maps)
         positioning_error = _typed(history_drift.positioning_error)
         preliminary_displacement = _typed(preliminary.preliminary_displacement)
         presliding_work = _typed(preliminary.presliding_work)
         profiles = _typed(recompute.profiles)
+        pull_off = _typed(separation_load.pull_off)
         representative_step = _typed(slips.representative_step)
         reversal_points = _typed(recompute.reversal_points)
         run_drift = _typed(history_drift.run_drift)

@@ -49,7 +49,7 @@ def located_errors(source: str) -> Iterator[None]:
             key, _, problem = line.partition(": ")
             first_key = first_keys.setdefault(problem, key)
             is_repeated = first_key != key and len(problem) > LONG_PROBLEM
-            problems.append(f"{source}: {f'{key}: the same problem as {first_key}' if is_repeated else line}")
+            problems.append(f"{source}: {f'{key}: the same problem as above' if is_repeated else line}")
         more = [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
         raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error
 

@@ -14,7 +14,6 @@ from historysim.basics.wording import Lines
 from historysim.errors import InputError, LoadError
 from historysim.measured.reduction import check_moves
 from historysim.scenario.loading_kinds import EACH
-from historysim.scenario.record_search import loops
 from historysim.scenario.scenario import Scenario, load, summary
 from historysim.scenario.schema import explicit_fields
 from historysim.scenario.sections import Coefficients
@@ -133,6 +132,9 @@ def _record_notes(run: Scenario) -> list[str]:
             check_moves(measurement["tangential_displacement"], measurement.dead_band.get("tangential_displacement"))
         except InputError as error:
             return [f"nothing moves: {error}"]
+        # imports xarray, which other scenarios do not need
+        from historysim.scenario.record_search import loops
+
         try:
             loops(run)
         except InputError as error:

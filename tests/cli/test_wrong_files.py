@@ -53,7 +53,7 @@ TOML = "expected a scenario file (TOML)"
 # One command for each function that opens files: its arguments, the files that it accepts, and what it expects.
 COMMANDS = {
     "run": (["run", "FILE", "-o", "out.nc"], {"a.toml", "a.history", "a.nc"}, TOML),
-    "verify": (["verify", "FILE"], {"a.nc", "a.history"}, "expected a result of historysim run (netCDF), or a log"),
+    "verify": (["verify", "FILE"], {"a.nc", "a.history"}, "expected a result of historysim run, or a log"),
     "verify --log": (["verify", "a.nc", "--log", "FILE"], {"a.history"}, LOG),
     "state": (["state", "FILE"], {"a.history"}, LOG),
     "compare": (["compare", "FILE"], set(), TOML),

@@ -478,7 +478,7 @@ def test_xarray_finds_the_engine_by_the_file(log):
 def read_by_threads(tmp_path, monkeypatch):
     """A lazy history that six threads read, each block evicting another one, and its values."""
     path, rng = tmp_path / "x.history", np.random.default_rng(5)
-    hs.EventLog.create(path, ensemble(rng), ramps(rng, by_load=False)).close()
+    hs.EventLog.create(path, ensemble(rng), ramps(rng, by_load=False), hold=False).close()
     monkeypatch.setattr(lazy_history, "CACHE_BYTES", 1)
     history = xr.open_dataset(path, engine="historysim")
     values, errors, done = history["normal_load"].values, [], threading.Event()

@@ -377,7 +377,7 @@ def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tm
 
 def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
     (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
-    values = {"surface.ball_radius": "1 m", "surface.crop_x": ["0 µm", "31 µm"], "surface.rms_height": "1 µm"}
+    values = {"surface.ball_radius": "0.4 m", "surface.crop_x": ["0 µm", "31 µm"], "surface.rms_height": "1 µm"}
     cut = hs.load(tmp_path / "ball.toml", values).surface().surface
     whole = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=1)
     assert cut.shape == (32, 64)
