@@ -169,7 +169,7 @@ class Pulls(NamedTuple):
     touch: Floats  #: approaches at which asperities touch, ascending [m]
     force: Floats  #: sum of the forces of the first k of them (k from 0) [N]
 
-    def sum_at(self, approach: Any) -> Any:
+    def compute_sum(self, approach: Any) -> Any:
         """Return the attraction at approaches [N]."""
         return self.force[np.searchsorted(self.touch, approach, side="left")]
 
@@ -202,7 +202,7 @@ class AttractedState(State):
     @property
     def attraction(self) -> float:
         """Sum of the forces on touching asperities [N]."""
-        return float(self.pulls.sum_at(self.approach))
+        return float(self.pulls.compute_sum(self.approach))
 
     @property
     def normal_load(self) -> float:  # type: ignore[override] # of a state without attraction it is the contact load
@@ -396,7 +396,7 @@ class AttractingEnsemble(Ensemble):
         names = ("normal_load", "normal_displacement", "tangential_load", "tangential_displacement")
         given = {name: targets.pop(name, None) for name in names}
         friction = targets.pop("friction", None)
-        moved = self.advance_along(state, self.path_to(state, **given), **targets)
+        moved = self.advance_along(state, self.find_path(state, **given), **targets)
         if friction is None:
             return moved
         return self.advance(self.with_friction(moved, friction, instrument=targets.get("instrument", RIGID)), **targets)
@@ -431,7 +431,7 @@ class AttractingEnsemble(Ensemble):
             # a jump on a path in several parts is at its end
             last = np.append(leg[1:] != leg[:-1], True) & (legs.paths["recorded"][leg] == 1)
             row = np.where(last, leg + 1, leg)
-            rows.totals["normal_load"] -= self.pulls.sum_at(rows.totals["approach"])
+            rows.totals["normal_load"] -= self.pulls.compute_sum(rows.totals["approach"])
             rows.totals["yielded_share"] = np.append(before.jumps, jumps)[row]
             rows.totals["yielding_energy"] = np.append(before.jump_energy, energy)[row]
         counts = (int(jumps[-1]), float(energy[-1])) if legs.paths.size else (before.jumps, before.jump_energy)
@@ -477,7 +477,7 @@ class _Legs:
             self._append(index, leg)
             return
         ensemble, start = self._ensemble, self._approach
-        present = ensemble.contact_load(start) - float(ensemble.pulls.sum_at(start))
+        present = ensemble.contact_load(start) - float(ensemble.pulls.compute_sum(start))
         load = present + fraction * (float(path["normal_target"]) - present)
         load = float(path["normal_target"]) if fraction == 1.0 else load
         try:
@@ -499,7 +499,7 @@ class _Legs:
     def _cut(self, index: int, path: Any, jumps: list[Jump], ends: tuple[float, ...]) -> None:
         """Add legs between rows and jumps of a path in loads."""
         (start, present, load, pressed), parts = ends, int(path["parts"])
-        width, done, pulled = load - present, 0.0, float(self._ensemble.pulls.sum_at(start))
+        width, done, pulled = load - present, 0.0, float(self._ensemble.pulls.compute_sum(start))
         points: list[tuple[float, int, Jump | None]] = [(part / parts, 1, None) for part in range(1, parts + 1)]
         points += [((jump.normal_load - present) / width if width else 0.0, 0, jump) for jump in jumps]
         # a row at the load of a jump is after it
@@ -516,7 +516,7 @@ class _Legs:
                 leg = _part(path, done, done)
                 leg["normal_control"], leg["normal_target"], leg["recorded"] = DISPLACED, jump.approach, False
                 self._append(index, leg, 1, jump.energy)
-                pulled = float(self._ensemble.pulls.sum_at(jump.approach))
+                pulled = float(self._ensemble.pulls.compute_sum(jump.approach))
 
     def _append(self, index: int, leg: Any, jumps: int = 0, energy: float = 0.0) -> None:
         self._legs.append(leg)

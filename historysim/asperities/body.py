@@ -163,7 +163,7 @@ class Body(abc.ABC):
     def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last; InputError in two directions."""
 
-    def path_to(
+    def find_path(
         self,
         state: Any,
         *,

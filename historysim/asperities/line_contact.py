@@ -188,7 +188,7 @@ class LineContact(Patches):
         return self.half_width(self.curves.total(self.curves.stick_approach(elements)))
 
     @property
-    def _projected(self) -> int:
+    def _column_count(self) -> int:
         """Number of elements whose rows give those of the contact: the one that touches first."""
         return 1
 

@@ -152,7 +152,7 @@ class Patches(IntegratedBody):
             return self._integrate(state, paths, **options)
         chosen = np.asarray(asperities, dtype=np.int64)
         # the first element is sufficient to locate the slip front
-        columns = np.arange(self._projected if chosen.size else 1)
+        columns = np.arange(self._column_count if chosen.size else 1)
         elements = blank_rows(len(rows.totals), columns.size, planar=bool(rows.vectors))
         advanced_state = self._integrate(state, paths, rows=elements, asperities=columns, **options)
         self._project(elements, float(advanced_state.friction[0]), chosen, rows)
@@ -190,7 +190,7 @@ class Patches(IntegratedBody):
         return binding.new_contact(height, radius, self.curves.stiffness, None, *moduli, touches)
 
     @property
-    def _projected(self) -> int:
+    def _column_count(self) -> int:
         """Number of elements whose rows give the rows of patches."""
         return self.elements
 

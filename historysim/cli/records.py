@@ -355,7 +355,7 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
     def check(output: Path, picture: Path) -> list[Path]:
         return check_outputs(loaded.files, (output, FITTED), (picture, PICTURE))
 
-    def outputs_of(fitted: "Fit", output: Path, picture: Path) -> "Outputs":
+    def list_outputs(fitted: "Fit", output: Path, picture: Path) -> "Outputs":
         def draw() -> None:
             save(ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}), picture)
 
@@ -366,13 +366,13 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
         results = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
         for _, paths in results:
             check(*paths)
-        return [each for fitted, paths in results if fitted is not None for each in outputs_of(fitted, *paths)]
+        return [each for fitted, paths in results if fitted is not None for each in list_outputs(fitted, *paths)]
 
     check(*names)
     find = functools.partial(fit_scenario, progress=not options.has_flag("quiet"))
     if not _write_each(loaded, find, fit_rows, write=write_each):
         fitted = find(loaded)
-        write_answer(fitted.summary(), [fitted.comparison.rows()], outputs=outputs_of(fitted, *names))
+        write_answer(fitted.summary(), [fitted.comparison.rows()], outputs=list_outputs(fitted, *names))
 
 
 def _record(file: Path, values: dict[str, Any]) -> "Scenario | Path":

@@ -19,7 +19,7 @@ from historysim.basics.wording import count_text
 from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, Events, Loads
 from historysim.loads.events import ACROSS, LOAD_KINDS, Event, load_kind
-from historysim.recording.stored_units import in_declared_units
+from historysim.recording.stored_units import to_declared_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +61,7 @@ def history_channels(history: "xr.Dataset") -> tuple[Floats, Floats, Floats, Flo
     missing = [name for name in names if name not in history.variables]
     if missing:
         raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
-    channels = in_declared_units(history[list(names)])
+    channels = to_declared_units(history[list(names)])
     time, displacement, tangential_load, normal_load = (np.asarray(channels[name].values) for name in names)
     return time, displacement, tangential_load, normal_load
 

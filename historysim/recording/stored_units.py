@@ -49,7 +49,7 @@ def unit_factor(name: str, attributes: Mapping[Any, Any], unit: str) -> float:
         raise InputError(f"{name} of the history: its attribute units: {error}; {mend}") from error
 
 
-def in_declared_units(history: "xr.Dataset") -> "xr.Dataset":
+def to_declared_units(history: "xr.Dataset") -> "xr.Dataset":
     """Return a history with all recorded variables in their declared units; the same object if they have them already.
 
     Values are read when they are used. InputError as for `unit_factor`.

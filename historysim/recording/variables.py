@@ -120,7 +120,7 @@ def _separation(rows: "Rows", ensemble: "Body", _: "Instrument") -> Array:
 
 
 def _attraction(rows: "Rows", body: Any, _: "Instrument") -> Array:  # noqa: ANN401 - of an ensemble with attraction
-    attraction: Array = body.pulls.sum_at(rows.totals["approach"])
+    attraction: Array = body.pulls.compute_sum(rows.totals["approach"])
     return attraction
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
 from historysim.errors import InputError
-from historysim.recording.stored_units import in_declared_units
+from historysim.recording.stored_units import to_declared_units
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable, known_variables
 from historysim.results.history_view import MODULI
 
@@ -47,7 +47,7 @@ def standard_layout(history: xr.Dataset) -> xr.Dataset:
         in the order of time, or with numbers of too few bits.
     """
     _check_complete(history)
-    result = _with_axes(in_declared_units(history))
+    result = _with_axes(to_declared_units(history))
     selected = selected_axes(result)
     declarations = _declarations()
     variables = {

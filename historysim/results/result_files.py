@@ -15,7 +15,7 @@ from historysim.basics.files import is_log, is_netcdf, is_zarr, path_state
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
-from historysim.recording.stored_units import declared_units, in_declared_units, is_as_recorded
+from historysim.recording.stored_units import declared_units, is_as_recorded, to_declared_units
 from historysim.recording.variables import COORDINATES, VARIABLES
 from historysim.results.history_view import MODULI, NEEDED, FileHistory, History
 
@@ -134,7 +134,7 @@ def open_history(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     try:
         with report_damage(path):
             _check_history(history, path)
-            return _in_declared_units(history, path)
+            return _to_declared_units(history, path)
     except BaseException:
         history.close()
         raise
@@ -149,13 +149,13 @@ def open_zarr_history(path: Path) -> "xr.Dataset":
 
     history = open_store(path)
     _check_history(history, path)
-    return _in_declared_units(history, path)
+    return _to_declared_units(history, path)
 
 
-def _in_declared_units(history: "xr.Dataset", path: Path) -> "xr.Dataset":
+def _to_declared_units(history: "xr.Dataset", path: Path) -> "xr.Dataset":
     """Return an open history in the declared units, with which its file is closed as well."""
     try:
-        converted = in_declared_units(history)
+        converted = to_declared_units(history)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     if converted is not history:

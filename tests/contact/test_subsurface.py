@@ -5,7 +5,7 @@ import pytest
 
 import historysim as hs
 from historysim.contact.subsurface import largest_principal, normal_stress, tangential_stress, von_mises
-from historysim.results.analysis.peak_stresses import peak_of, slip_amplitude
+from historysim.results.analysis.peak_stresses import find_peak, slip_amplitude
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 
@@ -93,7 +93,7 @@ def test_the_largest_shear_is_below_the_surface_and_reaches_it_under_friction():
     depths = []
     for coefficient in (0.1, 0.25, 0.35):
         sliding = hs.Asperity(PAIR, 1e-3, coefficient).advance(normal_load=1e-2, tangential_displacement=1e-5)
-        depths.append(peak_of(sliding, "von_mises", 0.3)[2] / ball.contact_radius)
+        depths.append(find_peak(sliding, "von_mises", 0.3)[2] / ball.contact_radius)
     assert depths[0] > 0.3
     assert depths[2] == 0.0
 
@@ -122,7 +122,7 @@ def test_a_history_has_the_largest_stress_of_each_asperity_and_its_slip():
     state = ensemble.initial_state()
     states = [state := ensemble.advance(state, normal_load=1e-2, tangential_load=load) for load in (0.0, 2e-3, -1e-3)]
     contacts = [ensemble.asperity(1, each) for each in states]
-    largest = max(peak_of(each, "tensile", 0.2)[0] for each in contacts)
+    largest = max(find_peak(each, "tensile", 0.2)[0] for each in contacts)
     assert peaks.tensile[1] == pytest.approx(largest, rel=1e-12)
     assert peaks.tensile_step.values.tolist() == [1, 1, -1]
     assert peaks.tensile_x[0] < 0.0

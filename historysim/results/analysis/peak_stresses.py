@@ -85,12 +85,12 @@ def history_poissons_ratio(history: "xr.Dataset", poissons_ratio: float | str | 
     if isinstance(poissons_ratio, float | int):
         return poissons_ratio
 
-    def of_body(origin: ReplaySource) -> float | None:
+    def read_ratio(origin: ReplaySource) -> float | None:
         pair = origin.job.ensemble.pair
         body = pair.first if poissons_ratio == "first" else pair.second
         return None if body is None else float(body.poissons_ratio)
 
-    ratio = query_source(history, of_body)
+    ratio = query_source(history, read_ratio)
     return poissons_ratio if ratio is None else ratio
 
 
@@ -99,13 +99,13 @@ def _peaks(contacts: list[Asperity], poissons_ratio: float | str | None) -> dict
     peaks = dict.fromkeys(MEASURES, (0, 0.0, 0.0, 0.0))
     for index, contact in enumerate(contacts):
         for name in MEASURES:
-            peak = peak_of(contact, name, poissons_ratio)
+            peak = find_peak(contact, name, poissons_ratio)
             if peak[0] > peaks[name][1]:
                 peaks[name] = (index, *peak)
     return peaks
 
 
-def peak_of(contact: Asperity, measure: str, poissons_ratio: float | str | None = None) -> tuple[float, float, float]:
+def find_peak(contact: Asperity, measure: str, poissons_ratio: float | str | None = None) -> tuple[float, float, float]:
     """Return the largest stress of a measure below a contact [Pa], and its position x and z [m]."""
     radius = contact.contact_radius
     x, z = radius * SECTION_X, radius * SECTION_Z

@@ -43,7 +43,7 @@ def pull_off(history: "xr.Dataset", points: int = 201) -> "xr.Dataset":
     # both sides of each touch, where the load jumps
     approach = np.concatenate([np.linspace(0.0, deepest, points), touches, np.nextafter(touches, np.inf)])
     approach = np.unique(approach)[::-1]
-    attraction = ensemble.pulls.sum_at(approach)
+    attraction = ensemble.pulls.compute_sum(approach)
     load = np.array([ensemble.contact_load(float(depth)) for depth in approach]) - attraction
     least, place = ensemble.pull_off(deepest)
     along = describe("approach", approach, "approach of the highest summit from first touch", "m")

@@ -8,7 +8,7 @@ import xarray as xr
 
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.results.analysis.peak_stresses import MEASURES, TEXTS, history_poissons_ratio, peak_of
+from historysim.results.analysis.peak_stresses import MEASURES, TEXTS, find_peak, history_poissons_ratio
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN
 from historysim.results.plots.chart import Chart, Curve, Item, Map, Sheet
@@ -68,7 +68,7 @@ class StressPicture(Picture):
         ratio = ASSUMED_RATIO if ratio is None else ratio
         tensor = contact.stress(x[:, np.newaxis], 0.0, z, poissons_ratio=ratio)
         stress = MEASURES[self.measure](tensor)
-        peak, peak_x, peak_z = peak_of(contact, self.measure, ratio)
+        peak, peak_x, peak_z = find_peak(contact, self.measure, ratio)
         signed = self.measure == "tensile"
         look = {"cmap": DIVERGING if signed else "viridis", "vmin": -peak if signed else 0.0, "vmax": peak}
         extent = float(x[0]), float(x[-1]), float(z[-1]), 0.0
