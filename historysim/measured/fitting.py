@@ -4,6 +4,7 @@ README.md of this folder, "Fit", defines the objective and the two intervals of 
 """
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 
 import attrs
@@ -12,6 +13,7 @@ import numpy as np
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import UNIT_OF, quantity_text
 from historysim.basics.wording import count_text
+from historysim.errors import UnlikelyValueWarning
 from historysim.measured import intervals
 from historysim.measured.comparison import ModelResponse, Observation, compute_residuals
 from historysim.measured.loop_table import CONFIDENCE
@@ -174,13 +176,17 @@ def fit_parameters(
     The model builds an ensemble and an instrument from the parameters by name; the start, > 0, may be off by 10⁴.
     `notify` is called at each replay of the observation, with their estimated number.
     """
-    search = Search.from_start(model, start, observation)
-    result = search.solve(notify)
-    outliers = search.find_outliers(result)
-    if outliers.any():
-        search = search.without(outliers)
-        result = attrs.evolve(search.verify_minimum(search.minimise_reweighted(result.unknowns)), spread=result.spread)
-    return _evaluate(search, result, int(outliers.sum()))
+    with warnings.catch_warnings():
+        # trials of the search may be implausible; the estimates are printed
+        warnings.simplefilter("ignore", UnlikelyValueWarning)
+        search = Search.from_start(model, start, observation)
+        result = search.solve(notify)
+        outliers = search.find_outliers(result)
+        if outliers.any():
+            search = search.without(outliers)
+            minimum = search.verify_minimum(search.minimise_reweighted(result.unknowns))
+            result = attrs.evolve(minimum, spread=result.spread)
+        return _evaluate(search, result, int(outliers.sum()))
 
 
 def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> ParameterFit:

@@ -126,7 +126,9 @@ def test_a_stop_leaves_the_friction_of_the_level_part(shape):
     assert not any("longer strokes" in note for note in loops.notes)
     # an elastic stop takes nothing
     if not (shape.get("grow") or shape.get("rounded")):
-        assert loops.statistics("dissipated_energy").mean == pytest.approx(4 * 10 * (50e-6 - 2e-6), rel=0.03)
+        # straight lines between samples cut the four corners of a loop
+        accuracy = 0.06 if "samples" in shape else 0.03
+        assert loops.statistics("dissipated_energy").mean == pytest.approx(4 * 10 * (50e-6 - 2e-6), rel=accuracy)
     assert loops.fretting.regime_text().startswith("gross slip")
     assert not slider(**{**shape, "stop": (0.0, 0.0)}).hooked_branches.any()
 
