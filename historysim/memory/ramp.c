@@ -397,10 +397,10 @@ typedef struct group_end {
 } group_end;
 
 /* Loads of a group or of all, and their derivatives while the slip of the springs goes on. */
-typedef struct rates {
+typedef struct ramp_rates {
     double load, load_slope;         /* P, dP/dd */
     double force, stiffness, drift;  /* T, ∂T/∂V, ∂T/∂d */
-} rates;
+} ramp_rates;
 
 typedef struct ramp {
     double load[2], force[2];
@@ -412,13 +412,13 @@ typedef struct ramp {
     hs_line *present, *trial; /* at the start of a step, and at its end */
     hs_point heading[2];     /* direction of the ramp in (d, V) there */
     group_end *ends;         /* of all groups: at each node on the ramp and on the chord */
-    rates *rates;            /* of all groups, at one point */
+    ramp_rates *rates;         /* of all groups, at one point */
     hs_vertex *scratch;      /* to clip polylines that are steep */
     double *part;            /* of one group's asperities */
 } ramp;
 
 /* Rates of a steep group: zones on the cone slip, others stick. */
-static rates rates_of_steep(const hs_group *group, const hs_vertex *stack, int64_t depth, hs_point to, rates found) {
+static ramp_rates rates_of_steep(const hs_group *group, const hs_vertex *stack, int64_t depth, hs_point to, ramp_rates found) {
     double slope_low = 0.0;
     found.force = stack[depth - 1].tangential;
     for (int64_t j = 1; j < depth; ++j) {
@@ -434,14 +434,14 @@ static rates rates_of_steep(const hs_group *group, const hs_vertex *stack, int64
 }
 
 /* Solve for the end of a straight path of a group from the present state; its rates only if it `has_loads`. */
-static rates solve_end(const ramp *way, int64_t index, hs_point to, int has_loads, group_end *end) {
+static ramp_rates solve_end(const ramp *way, int64_t index, hs_point to, int has_loads, group_end *end) {
     const hs_line *memory = way->present;
     const hs_group group = hs_group_of(memory, index);
     const hs_point from = {memory->approach, memory->displacement};
     const double friction = group.friction, gap = group.curve.gap[0];
     const int64_t depth = memory->depth[index];
     const hs_vertex *stack = group.stack, *last = stack + depth - 1;
-    rates found = {0.0, 0.0, 0.0, 0.0, 0.0};
+    ramp_rates found = {0.0, 0.0, 0.0, 0.0, 0.0};
     *end = HS_MADE(group_end){0, gap, 0.0, 0.0};
     if (to.d <= gap) return found;
     hs_load at_edge = {0.0, 0.0};
@@ -502,11 +502,11 @@ static rates solve_end(const ramp *way, int64_t index, hs_point to, int has_load
     return found;
 }
 
-static rates solve_ends(ramp *way, hs_point to, group_end *ends) {
+static ramp_rates solve_ends(ramp *way, hs_point to, group_end *ends) {
     const hs_line *memory = way->present;
-    rates sum = {0.0, 0.0, 0.0, 0.0, 0.0};
+    ramp_rates sum = {0.0, 0.0, 0.0, 0.0, 0.0};
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
-        rates own = way->rates[index] = solve_end(way, index, to, 1, ends + index);
+        ramp_rates own = way->rates[index] = solve_end(way, index, to, 1, ends + index);
         sum.load += own.load;
         sum.load_slope += own.load_slope;
         sum.force += own.force;
@@ -518,7 +518,7 @@ static rates solve_ends(ramp *way, hs_point to, group_end *ends) {
 
 /* Direction in (d, V) in which a ramp goes on, from rates on which springs go on to slip; a group that would not slip further
  * sticks. */
-static hs_point heading_of(const ramp *way, rates sum) {
+static hs_point heading_of(const ramp *way, ramp_rates sum) {
     const double rise = way->load[1] - way->load[0], change = way->force[1] - way->force[0];
     const int64_t groups = way->present->contact->groups;
     const double *friction = way->present->friction;
@@ -527,9 +527,9 @@ static hs_point heading_of(const ramp *way, rates sum) {
         hs_point before = found;
         found = HS_MADE(hs_point){sum.stiffness * rise, sum.load_slope * change - sum.drift * rise};
         if (found.d == before.d && found.v == before.v) break;
-        rates next = {sum.load, sum.load_slope, sum.force, 0.0, 0.0};
+        ramp_rates next = {sum.load, sum.load_slope, sum.force, 0.0, 0.0};
         for (int64_t index = 0; index < groups; ++index) {
-            const rates *own = way->rates + index;
+            const ramp_rates *own = way->rates + index;
             int slips = own->drift == 0.0 || copysign(1.0, own->drift) * found.v > friction[index] * found.d;
             next.stiffness += slips ? own->stiffness : own->load_slope;
             next.drift += slips ? own->drift : 0.0;
@@ -687,7 +687,7 @@ static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
     for (int k = 0; k < NODES; ++k) most = hs_max(most, fabs(distance_at(chord, front_node[NODES - 2][k])));
     for (int k = 0; k < NODES; ++k) {
         const double u = front_node[NODES - 2][k], guess = w[k] = distance_at(chord, u);
-        rates here;
+        ramp_rates here;
         for (int iteration = 0;; ++iteration) {
             nodes->point[k] = point_beside(chord, u, w[k]);
             here = solve_ends(way, nodes->point[k], way->ends + k * groups);
@@ -885,7 +885,7 @@ int hs_ramp(hs_line *memory, double load, double force, double time, const hs_dr
     way.present = hs_line_copy(memory);
     way.trial = hs_line_copy(memory);
     way.ends = (group_end *)malloc(2 * NODES * groups * sizeof *way.ends);
-    way.rates = (rates *)malloc(groups * sizeof *way.rates);
+    way.rates = (ramp_rates *)malloc(groups * sizeof *way.rates);
     way.part = (double *)malloc((size_t)contact->count * sizeof *way.part);
     const int has_room = way.present && way.trial && way.ends && way.rates && way.part;
     int status = has_room ? integrate_ramp(memory, &way) : (int)HS_OUT_OF_MEMORY;
