@@ -41,7 +41,7 @@ _NAMES = {
     "m": (
         "summit_height summit_radius radius contact_radius approach normal_displacement tangential_displacement "
         "displacement pixel_size rms_height autocorrelation_length highest_summit sliding_distance largest_approach "
-        "height x y r pitch cutoff height_deviation mean_height height_scatter separation shift distance dead_band "
+        "height x y z r pitch cutoff height_deviation mean_height height_scatter separation shift distance dead_band "
         "displacement_offset length reference_depth"
     ),
     "s": "sample_time duration dt until at t_span",
