@@ -1,18 +1,20 @@
 """Compile the package's C into one library, and read its headers, where it is installed or a wheel of it is built.
 
-The library (`historysim/basics/libhistorysim.so`) knows nothing of Python: a C compiler is enough, Python's headers are
-not needed, and one wheel serves all versions of Python. Where there is no C compiler either, the package ``ziglang``
-brings one for the time of the build. The environment's ``CC``, ``CFLAGS`` and ``LDFLAGS`` are honoured, but for what
-would change the bits of results, and for the level of optimisation, which is -O3 unless they hold -O0.
+The library (`historysim/basics/libhistorysim.so`) knows nothing of Python: a C compiler is enough,
+Python's headers are not needed, and one wheel serves all versions of Python. Where there is no C
+compiler either, the package ``ziglang`` brings one for the time of the build. The environment's
+``CC``, ``CFLAGS`` and ``LDFLAGS`` are honoured, but for what would change the bits of results, and
+for the level of optimisation, which is -O3 unless they hold -O0.
 
-For pages, the memory is also compiled to WebAssembly: `historysim/results/report/browser.wasm` is a tracked file, which
-``python hatch_build.py --browser`` writes anew. The compiler is pinned in `pyproject.toml` (extra ``browser``), since
-another one gives other bytes.
+For pages, the memory is also compiled to WebAssembly: `historysim/results/report/browser.wasm` is a
+tracked file, which ``python hatch_build.py --browser`` writes anew. The compiler is pinned in
+`pyproject.toml` (extra ``browser``), since another one gives other bytes.
 
-The public headers are the declarations: cffi reads them now, into `historysim/basics/_declarations.py`, so that nothing
-need be parsed when the package is imported.
+The public headers are the declarations: cffi reads them now, into
+`historysim/basics/_declarations.py`, so that nothing need be parsed when the package is imported.
 
-``python hatch_build.py`` compiles the library alone, in place, after a change of a ``.c`` or ``.h`` file.
+``python hatch_build.py`` compiles the library alone, in place, after a change of a ``.c`` or ``.h``
+file.
 """
 
 import argparse
@@ -40,10 +42,16 @@ _SPEC = importlib.util.spec_from_file_location("compiler", HERE / PLACE / "compi
 _COMPILING: Any = importlib.util.module_from_spec(_SPEC)  # type: ignore[arg-type] # the file is there
 _SPEC.loader.exec_module(_COMPILING)  # type: ignore[union-attr]
 ZIG, compile_wasm = _COMPILING.ZIG, _COMPILING.compile_wasm
-compiler, options, compile_shared = _COMPILING.compiler, _COMPILING.options, _COMPILING.compile_shared
+compiler, options, compile_shared = (
+    _COMPILING.compiler,
+    _COMPILING.options,
+    _COMPILING.compile_shared,
+)
 
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
-FOR_CPP_ALONE = re.compile(r"^[ \t]*#[ \t]*ifdef __cplusplus$.*?^[ \t]*#[ \t]*endif", re.DOTALL | re.MULTILINE)
+FOR_CPP_ALONE = re.compile(
+    r"^[ \t]*#[ \t]*ifdef __cplusplus$.*?^[ \t]*#[ \t]*endif", re.DOTALL | re.MULTILINE
+)
 CONSTANT = re.compile(r"\s*#\s*define\s+\w+\s+-?(0[xX][0-9a-fA-F]+|[0-9]+)\s*")
 
 
@@ -62,7 +70,9 @@ class CompiledLibrary(BuildHookInterface):
             )
         if compiler():
             return [CFFI]
-        self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is used, which contains one")
+        self.app.display_info(
+            "no C compiler is found (CC, cc, gcc, clang): ziglang is used, which contains one"
+        )
         return [CFFI, "ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
@@ -79,7 +89,9 @@ class CompiledLibrary(BuildHookInterface):
             for name in (LIBRARY, DECLARATIONS):
                 build_data["force_include"][str(Path(self._folder.name, name))] = str(PLACE / name)
         # a library that was compiled here is not one for all Linux of an age
-        machine = next(tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux")))
+        machine = next(
+            tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux"))
+        )
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{machine}"
 
 
@@ -104,7 +116,9 @@ def compile_library(root: Path, library: Path) -> None:
     """Compile all C of a source tree, in one call of the compiler. Errors as in `build`."""
     files = (file.relative_to(root) for file in root.glob("historysim/**/*.c"))
     # sources for other programs and for browsers are not part of it
-    sources = sorted(str(root / file) for file in files if file.parts[1] not in {"exchange", "results"})
+    sources = sorted(
+        str(root / file) for file in files if file.parts[1] not in {"exchange", "results"}
+    )
     command = [*(compiler() or ZIG), *options()]
     try:
         compile_shared(command, sources, library, windows=sys.platform == "win32")
@@ -117,7 +131,9 @@ def compile_library(root: Path, library: Path) -> None:
 
 def build_browser_library(root: Path, library: Path) -> None:
     """Compile the memory of a source tree to WebAssembly; RuntimeError without the pinned ziglang or if it fails."""
-    installed = [f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")]
+    installed = [
+        f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")
+    ]
     if browser_compiler() not in installed:
         raise RuntimeError(
             f"{BROWSER} is not compiled: {' '.join(installed) or 'no ziglang'} is installed; expected the version that "
@@ -133,7 +149,9 @@ def build_browser_library(root: Path, library: Path) -> None:
 
 def browser_compiler() -> str:
     """Return the pinned requirement of the compiler of WebAssembly, as ``"ziglang==0.13.0"``."""
-    extras = tomllib.loads((HERE / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    extras = tomllib.loads((HERE / "pyproject.toml").read_text("utf-8"))["project"][
+        "optional-dependencies"
+    ]
     (requirement,) = extras["browser"]
     return str(requirement)
 
@@ -154,17 +172,22 @@ def write_declarations(root: Path, file: Path) -> None:
 def declarations(header: str) -> str:
     """Return what a header declares as cffi takes it: constants, types and functions; nothing if it is not public.
 
-    Of directives only ``#define NAME integer`` is understood, and whole ``#ifdef __cplusplus`` are left out.
+    Of directives only ``#define NAME integer`` is understood, and whole ``#ifdef __cplusplus`` are
+    left out.
     """
     text = COMMENT.sub(" ", header).replace("\\\n", " ")
     lines = FOR_CPP_ALONE.sub("", text).splitlines()
-    text = "\n".join(line for line in lines if not line.lstrip().startswith("#") or CONSTANT.fullmatch(line))
+    text = "\n".join(
+        line for line in lines if not line.lstrip().startswith("#") or CONSTANT.fullmatch(line)
+    )
     return re.sub(r"\bHS_API\b", "", text) if "HS_API" in text else ""
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="Compile the C of historysim in place.")
-    parser.add_argument("--browser", action="store_true", help=f"write {BROWSER} instead of the library")
+    parser.add_argument(
+        "--browser", action="store_true", help=f"write {BROWSER} instead of the library"
+    )
     try:
         if parser.parse_args().browser:
             build_browser_library(HERE, HERE / BROWSER)

@@ -1,8 +1,8 @@
 """Build the documentation site into ``build/site``: ``python .site/build.py``.
 
-Prose is in READMEs of the folders that it describes. They are laid out as in the repository, so that
-links between them are the same here and there; the pages of this folder, and those that are made from the package,
-are next to them. Nothing is fetched, and what comes out needs no network.
+Prose is in READMEs of the folders that it describes. They are laid out as in the repository, so
+that links between them are the same here and there; the pages of this folder, and those that are
+made from the package, are next to them. Nothing is fetched, and what comes out needs no network.
 """
 
 import argparse
@@ -31,10 +31,15 @@ LINK = re.compile(r"\]\(([^)#:\s]+)")
 
 def files() -> list[Path]:
     """Return the files of the repository that the site has."""
-    found = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CITATION.cff", ".github/CONTRIBUTING.md")]
+    found = [
+        ROOT / name
+        for name in ("README.md", "CHANGELOG.md", "CITATION.cff", ".github/CONTRIBUTING.md")
+    ]
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
-            hidden = any(part.startswith((".", "__pycache__")) for part in path.relative_to(ROOT).parts)
+            hidden = any(
+                part.startswith((".", "__pycache__")) for part in path.relative_to(ROOT).parts
+            )
             if path.suffix in COPIED and path.is_file() and not hidden:
                 found.append(path)
     return found
@@ -45,7 +50,9 @@ def relinked(name: str, text: str) -> str:
 
     def led(link: re.Match[str]) -> str:
         target = posixpath.normpath(posixpath.join(posixpath.dirname(name), link[1]))
-        return "](" + posixpath.relpath(MOVED.get(target, target), posixpath.dirname(MOVED.get(name, name)) or ".")
+        return "](" + posixpath.relpath(
+            MOVED.get(target, target), posixpath.dirname(MOVED.get(name, name)) or "."
+        )
 
     return LINK.sub(led, text)
 
@@ -56,7 +63,9 @@ def pages(pictures: Path) -> dict[str, bytes]:
     for path in files():
         name = path.relative_to(ROOT).as_posix()
         content = path.read_bytes()
-        found[MOVED.get(name, name)] = relinked(name, content.decode()).encode() if path.suffix == ".md" else content
+        found[MOVED.get(name, name)] = (
+            relinked(name, content.decode()).encode() if path.suffix == ".md" else content
+        )
     found["index.md"] += b"\n" + (HERE / "contents.md").read_bytes()
     found["try_it.md"] = (HERE / "try_it.md").read_bytes()
     made = interface.pages() | gallery.pages(ROOT, pictures)
@@ -67,7 +76,11 @@ def lay_out(source: Path, pictures: Path) -> None:
     """Bring the pages together; one that has not changed keeps its time, so that Sphinx does not read it again."""
     found = pages(pictures)
     for path in source.rglob("*"):
-        if path.is_file() and path.relative_to(source).as_posix() not in found and ".doctrees" not in path.parts:
+        if (
+            path.is_file()
+            and path.relative_to(source).as_posix() not in found
+            and ".doctrees" not in path.parts
+        ):
             path.unlink()
     for name, content in found.items():
         path = source / name
@@ -80,7 +93,9 @@ def main() -> int:
     """Build the site, and return the exit code."""
     parser = argparse.ArgumentParser(description="Build the documentation site.")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "build" / "site")
-    parser.add_argument("--no-pictures", action="store_true", help="draw no gallery, which takes some minutes")
+    parser.add_argument(
+        "--no-pictures", action="store_true", help="draw no gallery, which takes some minutes"
+    )
     parser.add_argument("--workers", type=int, default=2, help="processes that draw the gallery")
     parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     arguments = parser.parse_args()

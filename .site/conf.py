@@ -43,10 +43,23 @@ def _bars(app, what, name, of, options, lines):  # noqa: ARG001 - the arguments 
 
 def _toml(app, what, name, of, options, lines):  # noqa: ARG001 - the arguments that Sphinx passes
     """Set examples in TOML as code, before numpydoc reads them."""
-    begin = next((at + 1 for at, line in enumerate(lines) if lines[at - 1 : at + 1] == ["Examples", "--------"]), None)
+    begin = next(
+        (
+            at + 1
+            for at, line in enumerate(lines)
+            if lines[at - 1 : at + 1] == ["Examples", "--------"]
+        ),
+        None,
+    )
     if begin is None or not lines[begin].startswith("["):
         return
-    end = next((at for at in range(begin, len(lines)) if lines[at] and set(lines[at]) == {"-"}), len(lines) + 1) - 1
+    end = (
+        next(
+            (at for at in range(begin, len(lines)) if lines[at] and set(lines[at]) == {"-"}),
+            len(lines) + 1,
+        )
+        - 1
+    )
     lines[begin:end] = [".. code-block:: toml", "", *(f"    {line}" for line in lines[begin:end])]
 
 

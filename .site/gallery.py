@@ -22,7 +22,11 @@ THUMBNAIL = (300, 260)  # points
 
 def is_up_to_date(page: Path, root: Path) -> bool:
     """Return whether nothing of which the pictures are made has changed since."""
-    made_of = (path for folder in ("scenarios", "data", "historysim") for path in (root / folder).rglob("*.*"))
+    made_of = (
+        path
+        for folder in ("scenarios", "data", "historysim")
+        for path in (root / folder).rglob("*.*")
+    )
     newest = max(path.stat().st_mtime for path in made_of if "__pycache__" not in path.parts)
     return page.exists() and page.stat().st_mtime >= newest
 
@@ -38,7 +42,9 @@ def _sections(text: str) -> dict[str, tuple[str, str]]:
     """Return the title and the HTML of each section of the page, by its anchor; it has to have some."""
     found = {anchor: (title, parts) for anchor, title, parts in SECTION.findall(text)}
     if not found:
-        raise SystemExit("the page of the gallery has no sections as .site/gallery.py expects them; mend SECTION")
+        raise SystemExit(
+            "the page of the gallery has no sections as .site/gallery.py expects them; mend SECTION"
+        )
     return found
 
 
@@ -67,9 +73,15 @@ def pages(root: Path, drawn: Path) -> dict[str, str]:
         title, body = found.get(name, (escape(path.stem), "<p>Not drawn.</p>"))
         folder_name = name.rpartition("/")[0] or "scenarios"
         label = f"scenario-{re.sub('[^a-z0-9]+', '-', path.name.lower())}"
-        thumbnails.setdefault(folder_name, []).append(_thumbnail(f"gallery/{folder_name}.html#{label}", title, body))
+        thumbnails.setdefault(folder_name, []).append(
+            _thumbnail(f"gallery/{folder_name}.html#{label}", title, body)
+        )
         group = parts.setdefault(folder_name, [])
-        group += [f"({label})=\n## {title}", f"[{name}](../scenarios/{name})", f"```{{raw}} html\n{body}\n```"]
+        group += [
+            f"({label})=\n## {title}",
+            f"[{name}](../scenarios/{name})",
+            f"```{{raw}} html\n{body}\n```",
+        ]
     overview = ["# Gallery"]
     for group, links in thumbnails.items():
         grid = '<div class="thumbnails">' + "\n".join(links) + "</div>"

@@ -10,7 +10,9 @@ from historysim.results.accessor import Queries
 
 GROUPS = {
     "Run, ask and draw": "run replay Replay open load validate show plot report explore write_csv write_netcdf",
-    "Contacts": ("Material MaterialPair material Ensemble State Rings Asperity SlipState Instrument ContactBatch"),
+    "Contacts": (
+        "Material MaterialPair material Ensemble State Rings Asperity SlipState Instrument ContactBatch"
+    ),
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
     "Surfaces": "Surface Summits random_surface read_surface registered area_laws",
     "Measured records": "loops sliding compare creep fit",
@@ -41,10 +43,14 @@ def _at(path: str) -> object:
 
 def groups() -> dict[str, list[str]]:
     """Return the names of the package itself, group by group."""
-    found = {title: [f"historysim.{name}" for name in names.split()] for title, names in GROUPS.items()}
+    found = {
+        title: [f"historysim.{name}" for name in names.split()] for title, names in GROUPS.items()
+    }
     known = {name for names in found.values() for name in names}
     public = [f"historysim.{name}" for name in dir(hs) if not name.startswith("_")]
-    others = [path for path in public if path not in known and not isinstance(_at(path), ModuleType)]
+    others = [
+        path for path in public if path not in known and not isinstance(_at(path), ModuleType)
+    ]
     return found | ({"Further names": others} if others else {})
 
 
@@ -85,7 +91,9 @@ def _question(name: str) -> str:
 
 def _documented(path: str) -> str:
     module, _, name = path.rpartition(".")
-    kind = "class" if inspect.isclass(getattr(importlib.import_module(module), name)) else "function"
+    kind = (
+        "class" if inspect.isclass(getattr(importlib.import_module(module), name)) else "function"
+    )
     members = "\n   :members:" if kind == "class" else ""
     return f"```{{eval-rst}}\n.. auto{kind}:: {path}{members}\n```"
 
@@ -98,14 +106,21 @@ def _listed(paths: list[str]) -> str:
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
     chapters = [(title, "", paths) for title, paths in groups().items()]
-    chapters.append(("Questions to a history", QUESTIONS, [_question(name) for name in all_queries()]))
+    chapters.append(
+        ("Questions to a history", QUESTIONS, [_question(name) for name in all_queries()])
+    )
     for path, paths in namespaces().items():
         module = _at("historysim" + path.removeprefix("hs"))
         chapters.append((f"`{path}`", (inspect.getdoc(module) or "").strip(), paths))
     made, links = {}, []
-    parts = ["# Interface", "`import historysim as hs` gives all of these names. Each is loaded when it is first used."]
+    parts = [
+        "# Interface",
+        "`import historysim as hs` gives all of these names. Each is loaded when it is first used.",
+    ]
     for title, text, paths in chapters:
-        page = "interface/" + title.strip("`").lower().replace(" ", "_").replace(",", "").replace(".", "_")
+        page = "interface/" + title.strip("`").lower().replace(" ", "_").replace(",", "").replace(
+            ".", "_"
+        )
         made[f"{page}.md"] = "\n\n".join([f"# {title}", text, *map(_documented, paths)]) + "\n"
         links.append(page)
         parts += [f"## [{title}]({page}.md)", _listed(paths)]

@@ -71,8 +71,14 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
         (sections.Coefficients, sections.CourseFile, LAWS),
     ),
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
-    "`[attraction]`": ("Constant force on each touching asperity: `law` with the keys of the law.", (ATTRACTIONS,)),
-    "`[wear]`": ("Wear of the asperities by sliding: `law` with the keys of the law.", (WEAR_LAWS,)),
+    "`[attraction]`": (
+        "Constant force on each touching asperity: `law` with the keys of the law.",
+        (ATTRACTIONS,),
+    ),
+    "`[wear]`": (
+        "Wear of the asperities by sliding: `law` with the keys of the law.",
+        (WEAR_LAWS,),
+    ),
     "`[instrument]`": ("", (Instrument,)),
     "`[rings]`": ("", (Rings,)),
     "`[adhesion]`": ("", (sections.AdhesionSection,)),
@@ -167,12 +173,16 @@ def type_text(kind: Any) -> str:
     if get_origin(kind) is Annotated:
         return _quantity_text(*get_args(kind))
     if get_origin(kind) in {Union, UnionType}:
-        return " or ".join(dict.fromkeys(type_text(member) for member in get_args(kind) if member is not NoneType))
+        return " or ".join(
+            dict.fromkeys(type_text(member) for member in get_args(kind) if member is not NoneType)
+        )
     if get_origin(kind) is tuple:
         return f"array of {_plural(type_text(get_args(kind)[0]))}"
     if get_origin(kind) is dict or attrs.has(kind):
         return "column" if kind is Column else "table"
-    return {str: "text", int: "whole number", float: "number", bool: "true or false"}.get(kind, "any value")
+    return {str: "text", int: "whole number", float: "number", bool: "true or false"}.get(
+        kind, "any value"
+    )
 
 
 def _quantity_text(plain: Any, mark: object) -> str:
@@ -180,7 +190,9 @@ def _quantity_text(plain: Any, mark: object) -> str:
         return "table" if isinstance(mark, KindIn) and not mark.alone else "text or table"
     unit = "number" if mark.unit == "1" else _unit(mark.unit)
     if mark.components:
-        return f"{unit}, one, two, or `{{ {', '.join(f'{name} = …' for name in mark.components)} }}`"
+        return (
+            f"{unit}, one, two, or `{{ {', '.join(f'{name} = …' for name in mark.components)} }}`"
+        )
     if get_origin(plain) is tuple and not mark.alone:
         return f"array, {unit}"
     return f"{unit}, one or several" if mark.alone or isinstance(plain, UnionType) else unit
@@ -210,7 +222,12 @@ def _unit(text: str) -> str:
 def _plural(text: str) -> str:
     if text in {"text or whole number", "whole number or text"}:
         return "texts or whole numbers"
-    return {"text": "texts", "whole number": "whole numbers", "table": "tables", "column": "columns"}.get(text, text)
+    return {
+        "text": "texts",
+        "whole number": "whole numbers",
+        "table": "tables",
+        "column": "columns",
+    }.get(text, text)
 
 
 def _default(field: "attrs.Attribute[Any]") -> str:
@@ -231,7 +248,9 @@ def keys(kind: type) -> "Iterator[attrs.Attribute[Any]]":
     elsewhere = {field.name for shared in above for field in attrs.fields(shared)}
     if kind is sections.Sections:
         elsewhere = {field.name for field in attrs.fields(kind)} - {"title"}
-    elsewhere |= {"changes", "values", "preparations", "of"} & {field.name for field in attrs.fields(kind)}
+    elsewhere |= {"changes", "values", "preparations", "of"} & {
+        field.name for field in attrs.fields(kind)
+    }
     if issubclass(kind, Event):
         elsewhere = {"time"}
     yield from sorted(
@@ -261,7 +280,9 @@ def _required_fields(event: type) -> list[str]:
 
 def summary(kind: type) -> str:
     """Return the first paragraph of the docstring of a class."""
-    return " ".join(inspect.cleandoc(kind.__doc__ or "").split("\n\n")[0].split()).replace("``", "`")
+    return " ".join(inspect.cleandoc(kind.__doc__ or "").split("\n\n")[0].split()).replace(
+        "``", "`"
+    )
 
 
 def kind_title(kind: type, registry: "Registry[Any]") -> str:
@@ -282,7 +303,9 @@ def variants(kind: type) -> "Iterator[tuple[str, type]]":
             continue
         if candidate is not kind and kind.chosen(dict.fromkeys(own_keys)) is candidate:  # type: ignore[attr-defined]
             needed = [
-                field.name for field in keys(candidate) if field.name in own_keys and field.default is attrs.NOTHING
+                field.name
+                for field in keys(candidate)
+                if field.name in own_keys and field.default is attrs.NOTHING
             ]
             yield needed[0], candidate
 
@@ -298,7 +321,11 @@ def own_kinds(registry: "Registry[Any]") -> dict[str, type]:
     """Return the built-in kinds of a registry."""
     kinds = {name: kind for name, kind in registry.items() if registry.provider(kind) is None}
     # pictures of Python objects do not occur in scenarios
-    return {name: kind for name, kind in kinds.items() if not issubclass(kind, Picture) or IN_SCENARIOS & {*kind.of}}
+    return {
+        name: kind
+        for name, kind in kinds.items()
+        if not issubclass(kind, Picture) or IN_SCENARIOS & {*kind.of}
+    }
 
 
 def classes_with_titles(kinds: Kinds) -> "Iterator[tuple[str, type]]":
@@ -322,7 +349,9 @@ def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
         return
     of = f" of {title[0].lower()}{title[1:]}" if title else ""
     if kind is inline.Waypoint:
-        tables = [(name, event) for name, event in EVENTS.own().items() if not _required_fields(event)]
+        tables = [
+            (name, event) for name, event in EVENTS.own().items() if not _required_fields(event)
+        ]
         for name, event in tables:
             yield from with_tables(f"`{name}`{of}", event)
     for field in keys(kind):
@@ -348,8 +377,14 @@ def page() -> str:
     for heading, (text, kinds) in SECTIONS.items():
         blocks += [f"## {heading}"] + ([text] if text else [])
         if heading == "`[materials]`":
-            blocks.append(f"Built in: {', '.join(f'`{chr(34)}{name}{chr(34)}`' for name in MATERIALS)}.")
-        blocks += [markdown(own_kinds(registry), "`law`") for registry in LAW_REGISTRIES if registry in kinds]
+            blocks.append(
+                f"Built in: {', '.join(f'`{chr(34)}{name}{chr(34)}`' for name in MATERIALS)}."
+            )
+        blocks += [
+            markdown(own_kinds(registry), "`law`")
+            for registry in LAW_REGISTRIES
+            if registry in kinds
+        ]
         for title, kind in classes_with_titles(kinds):
             if kind in done:
                 continue

@@ -33,14 +33,18 @@ INTRODUCTION = (
 def render() -> str:
     """Render the page as HTML."""
     library = browser.encode(browser.LIBRARY.read_bytes())
-    scripts = "".join(f"<script>\n{file.read_text(encoding='utf-8')}</script>\n" for file in (browser.SCRIPT, SCRIPT))
+    scripts = "".join(
+        f"<script>\n{file.read_text(encoding='utf-8')}</script>\n"
+        for file in (browser.SCRIPT, SCRIPT)
+    )
     fields = "".join(
         f'<span class="control"><label for="{name}">{label}</label><input type="number" id="{name}" data-part="{name}" '
         f'data-factor="{factor}" {attributes}></span>'
         for name, label, attributes, factor in FIELDS
     )
     kinds = (
-        '<option value="ball">a ball on a flat</option><option value="drawn">asperities of Gaussian heights</option>'
+        '<option value="ball">a ball on a flat</option>'
+        '<option value="drawn">asperities of Gaussian heights</option>'
     )
     focus = {"plane": ' tabindex="0" style="touch-action: none; cursor: crosshair"'}
     panels = "".join(
@@ -54,7 +58,9 @@ def render() -> str:
         f'<label for="kind">contact</label><select id="kind" data-part="kind">{kinds}</select></span>{fields}</p>'
         '<p class="controls"><span class="control"><label for="file">CSV file</label>'
         '<input type="file" id="file" data-part="file" accept=".csv,.txt,.tsv"></span>'
-        + "".join(f'<button type="button" data-part="{name}">{label}</button>' for name, label in buttons)
+        + "".join(
+            f'<button type="button" data-part="{name}">{label}</button>' for name, label in buttons
+        )
         + '</p><p data-part="message" role="alert" class="warning"></p><p data-part="shown" aria-live="polite"></p>'
         '<p class="controls"><span class="control"><label for="time">time</label>'
         '<input type="range" id="time" data-part="time" min="0" max="0"></span></p>'

@@ -12,14 +12,21 @@ RESOLUTION = 0.1  # nm
 Wave = tuple[float, float, float, float]  # wave vector (1/µm), amplitude (nm) and phase
 
 
-def waves(source: random.Random, count: int, longest: float, shortest: float, rms_height: float) -> list[Wave]:
+def waves(
+    source: random.Random, count: int, longest: float, shortest: float, rms_height: float
+) -> list[Wave]:
     """Give wave vectors (1/µm), amplitudes (nm) and phases of an isotropic roughness with a Hurst exponent of 0.8."""
     found = []
     for _ in range(count):
         number = 2 * math.pi / longest * (longest / shortest) ** source.random()
         direction = math.pi * source.random()
         found.append(
-            (number * math.cos(direction), number * math.sin(direction), number**-0.8, 2 * math.pi * source.random())
+            (
+                number * math.cos(direction),
+                number * math.sin(direction),
+                number**-0.8,
+                2 * math.pi * source.random(),
+            )
         )
     # of independent waves the squares of the amplitudes add up
     scale = rms_height / math.sqrt(sum(amplitude**2 for _, _, amplitude, _ in found) / 2)
@@ -38,7 +45,8 @@ def rounded(height: float) -> str:
     return f"{round(height / RESOLUTION) * RESOLUTION:.1f}"
 
 
-# -- a rough ball ---------------------------------------------------------------------------------------
+# -- a rough ball
+# ---------------------------------------------------------------------------------------
 
 POINTS = 128
 RADIUS = 2500.0  # µm
@@ -55,7 +63,9 @@ def write_ball() -> None:
     for j in range(POINTS):
         row = []
         for i in range(POINTS):
-            height = sum(amplitude * math.cos(x * i + y * j + phase) for x, y, amplitude, phase in roughness)
+            height = sum(
+                amplitude * math.cos(x * i + y * j + phase) for x, y, amplitude, phase in roughness
+            )
             distance = (i - middle) ** 2 + (j - middle) ** 2
             height += 1000 * (math.sqrt(RADIUS**2 - distance) - RADIUS) + TILT[0] * i + TILT[1] * j
             lost = source.random() < MISSING
@@ -64,7 +74,8 @@ def write_ball() -> None:
     write_map("heights_128.txt", rows)
 
 
-# -- one area before and after wear ------------------------------------------------------------------------
+# -- one area before and after wear
+# ------------------------------------------------------------------------
 
 PAIR_POINTS = 256
 PAIR_PIXEL = 0.5  # µm
@@ -86,7 +97,9 @@ def heights_on(roughness: list[Wave], shift: tuple[float, float]) -> Callable[[i
     along = [PAIR_PIXEL * i + shift[0] for i in range(PAIR_POINTS)]
     across = [PAIR_PIXEL * j + shift[1] for j in range(PAIR_POINTS)]
     # cos(u + v) = cos u cos v - sin u sin v
-    columns = [[turn(k * x) for turn in (math.cos, math.sin) for k, _, _, _ in roughness] for x in along]
+    columns = [
+        [turn(k * x) for turn in (math.cos, math.sin) for k, _, _, _ in roughness] for x in along
+    ]
     lines = [
         [a * math.cos(k * y + phase) for _, k, a, phase in roughness]
         + [-a * math.sin(k * y + phase) for _, k, a, phase in roughness]
@@ -104,10 +117,13 @@ def write_pair() -> None:
     everywhere = range(PAIR_POINTS)
     fresh = [[before(i, j) for i in everywhere] for j in everywhere]
     moved = [
-        [worn(after(i, j)) + offset + PAIR_PIXEL * (along_x * i + along_y * j) for i in everywhere] for j in everywhere
+        [worn(after(i, j)) + offset + PAIR_PIXEL * (along_x * i + along_y * j) for i in everywhere]
+        for j in everywhere
     ]
     for name, heights in (("fresh_256.txt", fresh), ("worn_256.txt", moved)):
-        write_map(name, [[rounded(height + source.gauss(0, NOISE)) for height in row] for row in heights])
+        write_map(
+            name, [[rounded(height + source.gauss(0, NOISE)) for height in row] for row in heights]
+        )
     far = PAIR_PIXEL * (PAIR_POINTS - 1)
     lost = sum(
         height - worn(height)

@@ -26,7 +26,11 @@ def waypoints() -> list[tuple[float, float, float]]:
         time += LOAD_RAMP
         points.append((time, float(load), 0.0))
         for _ in range(LOOPS):
-            for after, displacement in ((quarter, AMPLITUDE), (2 * quarter, -AMPLITUDE), (quarter, 0.0)):
+            for after, displacement in (
+                (quarter, AMPLITUDE),
+                (2 * quarter, -AMPLITUDE),
+                (quarter, 0.0),
+            ):
                 time += after
                 points.append((time, float(load), displacement))
     return points
@@ -36,7 +40,9 @@ def main() -> None:
     """Write the loops."""
     points = waypoints()
     samples = []
-    for (start, load, displacement), (end, next_load, next_displacement) in itertools.pairwise(points):
+    for (start, load, displacement), (end, next_load, next_displacement) in itertools.pairwise(
+        points
+    ):
         count = round((end - start) * SAMPLE_RATE)
         for index in range(count):
             share = index / count
@@ -51,13 +57,24 @@ def main() -> None:
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
     events: list[hs.NormalLoad | hs.TangentialDisplacement] = []
     for time, load, displacement in samples:
-        events += [hs.NormalLoad(time, load * 1e-3), hs.TangentialDisplacement(time, displacement * 1e-9)]
-    history = hs.replay(hs.Ensemble(pair, 0.0, RADIUS, FRICTION), events, instrument=hs.Instrument(LATERAL_STIFFNESS))
+        events += [
+            hs.NormalLoad(time, load * 1e-3),
+            hs.TangentialDisplacement(time, displacement * 1e-9),
+        ]
+    history = hs.replay(
+        hs.Ensemble(pair, 0.0, RADIUS, FRICTION),
+        events,
+        instrument=hs.Instrument(LATERAL_STIFFNESS),
+    )
     noise = random.Random(5)  # noqa: S311 - a reproducible stream is wanted, not a secret
     rows = ["time_s,normal_load_mN,displacement_nm,tangential_load_mN"]
-    for (time, load, displacement), force in zip(samples, history["total_tangential_load"].values, strict=True):
+    for (time, load, displacement), force in zip(
+        samples, history["total_tangential_load"].values, strict=True
+    ):
         read = displacement + noise.gauss(0.0, DISPLACEMENT_NOISE)
-        rows.append(f"{time:.1f},{load:.3f},{read:.2f},{force * 1e3 + noise.gauss(0.0, FORCE_NOISE):.4f}")
+        rows.append(
+            f"{time:.1f},{load:.3f},{read:.2f},{force * 1e3 + noise.gauss(0.0, FORCE_NOISE):.4f}"
+        )
     path = FOLDER / "unat_loops.csv"
     path.write_text("\n".join(rows) + "\n", encoding="utf-8", newline="\n")
     print(f"{path.name}: {len(rows) - 1} rows")

@@ -31,7 +31,9 @@ def read_off(value: float, resolution: float, noise: random.Random) -> float:
     return round(value / resolution + noise.gauss(0.0, 12**-0.5)) * resolution
 
 
-def loops(levels: Iterable[float], count: int, amplitude: float, speed: float = SPEED) -> list[Waypoint]:
+def loops(
+    levels: Iterable[float], count: int, amplitude: float, speed: float = SPEED
+) -> list[Waypoint]:
     """Give waypoints (s, mN, nm) of triangular loops at each normal load, without release in between."""
     quarter = amplitude / speed
     time = 0.0
@@ -40,7 +42,11 @@ def loops(levels: Iterable[float], count: int, amplitude: float, speed: float = 
         time += LOAD_RAMP
         waypoints.append((time, load, 0.0))
         for _ in range(count):
-            for after, displacement in ((quarter, amplitude), (2 * quarter, -amplitude), (quarter, 0.0)):
+            for after, displacement in (
+                (quarter, amplitude),
+                (2 * quarter, -amplitude),
+                (quarter, 0.0),
+            ):
                 time += after
                 waypoints.append((time, load, displacement))
     return waypoints
@@ -67,12 +73,20 @@ def write_sequence(
     write(name, "time_s,normal_load_mN,tangential_displacement_nm", rows)
 
 
-def write_path(name: str, normal_change: float, tangential_start: float, tangential_change: float) -> None:
+def write_path(
+    name: str, normal_change: float, tangential_start: float, tangential_change: float
+) -> None:
     """Write a load path of one asperity: out and back twice along a straight line in (N, T)."""
-    start, end = (50.0, tangential_start), (50.0 + normal_change, tangential_start + tangential_change)
+    start, end = (
+        (50.0, tangential_start),
+        (50.0 + normal_change, tangential_start + tangential_change),
+    )
     corners = [(0.0, 0.0), (50.0, 0.0), start, end, start, end, start]
     waypoints = [(2.0 * index, *corner) for index, corner in enumerate(corners)]
-    rows = (f"{time:.1f},{normal:.3f},{tangential:.3f}" for time, normal, tangential in sampled(waypoints))
+    rows = (
+        f"{time:.1f},{normal:.3f},{tangential:.3f}"
+        for time, normal, tangential in sampled(waypoints)
+    )
     write(name, "time_s,normal_load_mN,tangential_load_mN", rows)
 
 

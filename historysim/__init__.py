@@ -1,7 +1,7 @@
 """historysim: event-sourced load-history simulator for rough frictional contacts before they slide.
 
-Its names stand in the stub beside this file, and are imported when they are first used: importing the package costs
-nothing.
+Its names stand in the stub beside this file, and are imported when they are first used: importing
+the package costs nothing.
 """
 
 import importlib

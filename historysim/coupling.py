@@ -1,7 +1,7 @@
 """Coupling of a contact to SciPy's integrators of equations of motion.
 
-A contact remembers its load history. Trial steps of a solver therefore start from the last accepted state, and only
-accepted steps are committed.
+A contact remembers its load history. Trial steps of a solver therefore start from the last accepted
+state, and only accepted steps are committed.
 """
 
 import inspect
@@ -34,9 +34,11 @@ METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 # Parameters of scipy's solvers that are not options; the last collects all other names.
 NO_OPTIONS = ("fun", "t0", "y0", "t_bound", "extraneous")
 PARTS = 8  # equal parts of a step, at whose ends a reversal of the contact is detected
-ROUNDING = 1e-12  # fraction of the path of the contact below which a change of direction is rounding
+# fraction of the path of the contact below which a change of direction is rounding
+ROUNDING = 1e-12
 EDGE = 1e-3  # fraction of a step at either end, used to determine the direction of motion there
-# Tolerance of a reversal point, and its least distance from the start of a step, as fractions of the step.
+# Tolerance of a reversal point, and its least distance from the start of a step, as fractions of
+# the step.
 TURN_TOLERANCE, AT_BEGINNING = 1e-6, 1e-4
 
 
@@ -69,26 +71,29 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
 ) -> CoupledSolution:
     """Integrate equations of motion that include a contact; only accepted steps are committed.
 
-    A step in which the contact reverses is shortened to the reversal point, where its forces have a kink: the method
-    keeps its order, and each step is one straight load path of the contact.
+    A step in which the contact reverses is shortened to the reversal point, where its forces have a
+    kink: the method keeps its order, and each step is one straight load path of the contact.
 
     Parameters
     ----------
     motion : callable
-        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the trial `State` of the contact. Its
-        force on a body that moves by the tangential displacement is minus its ``tangential_load`` [N].
+        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the trial `State` of the contact.
+        Its force on a body that moves by the tangential displacement is minus its
+        ``tangential_load`` [N].
     t_span : (float, float)
         Start and end [s].
     y0 : array_like (variable)
         Initial values of the variables.
     ensemble : Ensemble
     place : callable
-        ``place(t, y)`` returns the targets of the contact, as keyword arguments of `Ensemble.advance`, such as
-        ``{"tangential_displacement": y[0]}``.
+        ``place(t, y)`` returns the targets of the contact, as keyword arguments of
+        `Ensemble.advance`, such as ``{"tangential_displacement": y[0]}``.
     state : State, optional
-        Initial state of the contact, before the targets of ``place`` at the start; by default unloaded.
+        Initial state of the contact, before the targets of ``place`` at the start; by default
+        unloaded.
     method : str or class
-        A method of `scipy.integrate.solve_ivp`, or a subclass of `scipy.integrate.OdeSolver`, with its ``options``.
+        A method of `scipy.integrate.solve_ivp`, or a subclass of `scipy.integrate.OdeSolver`, with
+        its ``options``.
     saturate, instrument
         As for `Ensemble.advance`.
 
@@ -105,7 +110,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     if span.shape != (2,):
         raise InputError(f"t_span is {t_span!r}; expected two times, the start and the end")
     if start_values.ndim != 1:
-        raise InputError(f"y0 has {start_values.ndim} dimensions; expected one, the initial values of the variables")
+        raise InputError(
+            f"y0 has {start_values.ndim} dimensions; expected one, the initial values of the variables"
+        )
     start_time, end_time = span.tolist()
     make = _solver_class(method, options)
     _check_targets(place(start_time, start_values))
@@ -113,7 +120,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
 
     def trial_state(t: float, y: Floats) -> "State":
         targets: dict[str, Any] = dict(place(t, y))
-        trial: State = ensemble.advance(states[-1], **targets, saturate=saturate, instrument=instrument)
+        trial: State = ensemble.advance(
+            states[-1], **targets, saturate=saturate, instrument=instrument
+        )
         return trial
 
     def accept(t: float, y: Floats) -> None:
@@ -125,7 +134,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         derivative = as_floats("dy/dt of motion", motion(t, y, trial_state(t, y)))
         if derivative.shape != y.shape:
             # one number would be broadcast to all variables
-            raise InputError(f"motion returned {derivative.tolist()}; expected dy/dt of each of {y.size} variables")
+            raise InputError(
+                f"motion returned {derivative.tolist()}; expected dy/dt of each of {y.size} variables"
+            )
         return derivative
 
     # the contact moves from the given state to its first targets in one straight path
@@ -134,7 +145,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     while solver.status == "running":
         message = solver.step()
         if solver.status == "failed":
-            raise LoadError(f"the integration fails at t = {solver.t:.6g} s: {message}; expected smoother equations")
+            raise LoadError(
+                f"the integration fails at t = {solver.t:.6g} s: {message}; expected smoother equations"
+            )
         dense = solver.dense_output()
         turn = _first_turn(dense, solver.t_old, solver.t, place)
         if turn is None:
@@ -144,7 +157,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         step = min(abs(solver.t - solver.t_old), abs(end_time - turn))
         accept(turn, dense(turn))
         # multistep methods must not use values from before the reversal
-        solver = make(rate, turn, np.array(dense(turn)), end_time, **{**options, "first_step": step})
+        solver = make(
+            rate, turn, np.array(dense(turn)), end_time, **{**options, "first_step": step}
+        )
     loads = {
         name: np.array([getattr(accepted, name) for accepted in states[1:]])
         for name in ("normal_load", "tangential_load", "dissipated_energy")
@@ -168,12 +183,16 @@ def _solver_class(method: str | type[Any], options: Mapping[str, object]) -> typ
     elif method in METHODS:
         make = getattr(integrate, str(method))
     else:
-        raise InputError(f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver")
+        raise InputError(
+            f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver"
+        )
     # scipy only warns of unknown options
     option_names = [name for name in inspect.signature(make).parameters if name not in NO_OPTIONS]
     for name in options:
         if name not in option_names:
-            raise InputError(f"{name!r} is not an option of {make.__name__}; {nearest(name, option_names)}")
+            raise InputError(
+                f"{name!r} is not an option of {make.__name__}; {nearest(name, option_names)}"
+            )
     return make
 
 
@@ -184,7 +203,9 @@ def _check_targets(where: object) -> None:
         )
     unknown = sorted(set(where) - set(INPUTS))
     if unknown:
-        raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
+        raise InputError(
+            f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}"
+        )
 
 
 def _first_turn(

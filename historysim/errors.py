@@ -36,7 +36,8 @@ class InputError(HistorySimError, ValueError):
     Attributes
     ----------
     place : tuple of str or int
-        Location of the value in the input: names and indices, outermost first; empty if the message states it.
+        Location of the value in the input: names and indices, outermost first; empty if the message
+        states it.
     path : int
         Position of the load path that failed, if several are integrated.
     """
@@ -53,7 +54,9 @@ def distinct_texts(value: float, bound: float, digits: int = 6) -> tuple[str, st
     """Format a value and the bound that it violates with at least `digits` digits, and as many as tell them apart."""
     texts = f"{value:.{digits}g}", f"{bound:.{digits}g}"
     # 17 digits tell any two floats apart
-    return texts if texts[0] != texts[1] or digits >= 17 else distinct_texts(value, bound, digits + 1)
+    return (
+        texts if texts[0] != texts[1] or digits >= 17 else distinct_texts(value, bound, digits + 1)
+    )
 
 
 def path_text(path: Iterable[str | int]) -> str:
@@ -64,7 +67,9 @@ def path_text(path: Iterable[str | int]) -> str:
             text += f"[{step}]"
         else:
             name = step if len(step) <= LONGEST_NAME else f"{step[:LONGEST_NAME]}…"
-            text += ("." if text else "") + (name if re.fullmatch(r"[A-Za-z0-9_-]+…?", name) else repr(name))
+            text += ("." if text else "") + (
+                name if re.fullmatch(r"[A-Za-z0-9_-]+…?", name) else repr(name)
+            )
     return text
 
 

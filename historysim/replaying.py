@@ -46,20 +46,27 @@ class Replay:
     substeps : int
         Rows recorded per interval between event times; they do not change the result.
     saturate : bool
-        Hold tangential loads beyond the friction limit at the limit, and flag the step, instead of raising.
+        Hold tangential loads beyond the friction limit at the limit, and flag the step, instead of
+        raising.
     record : {"touching", "all", "totals"} or sequence of int
-        Asperities to record: those that touch at any time, all, none (totals alone), or a few by index.
+        Asperities to record: those that touch at any time, all, none (totals alone), or a few by
+        index.
     instrument : Instrument, optional
-        In series with the contact: tangential displacements of the events are those of its drive, recorded, too.
+        In series with the contact: tangential displacements of the events are those of its drive,
+        recorded, too.
     threads : int, optional
-        Threads that record many asperities; one for each processor, up to 4, by default. The bits are the same.
+        Threads that record many asperities; one for each processor, up to 4, by default. The bits
+        are the same.
     hold : bool, optional
-        Hold load channels at events that do not set them, by waypoints in ``events``. By default they ramp to their
-        next waypoint, with a RampWarning if they pass such events; with False without.
+        Hold load channels at events that do not set them, by waypoints in ``events``. By default
+        they ramp to their next waypoint, with a RampWarning if they pass such events; with False
+        without.
     past : {"untouched", "unknown"}
-        With "unknown" a Dataset also has the bounds that all earlier histories allow; see `unknown_past`.
+        With "unknown" a Dataset also has the bounds that all earlier histories allow; see
+        `unknown_past`.
 
-    Carrying it out may raise InputError, and LoadError for a load that the contact cannot carry, with its event.
+    Carrying it out may raise InputError, and LoadError for a load that the contact cannot carry,
+    with its event.
     """
 
     ensemble: Body = attrs.field(validator=check_body)
@@ -69,7 +76,8 @@ class Replay:
     record: Selection = attrs.field(default="touching", kw_only=True)
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
     threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
-    hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)  #: False once `events` has the waypoints
+    #: False once `events` has the waypoints
+    hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)
     past: str = attrs.field(default="untouched", kw_only=True, validator=unknown_past.check_past)
 
     def __attrs_post_init__(self) -> None:
@@ -97,20 +105,28 @@ class Replay:
         """Return the provenance attributes of the history."""
         return provenance.attributes(self.ensemble, self.events, self.instrument)
 
-    def recorder(self, kind: type[RecorderType], *, until: float = math.inf, **options: Any) -> RecorderType:
+    def recorder(
+        self, kind: type[RecorderType], *, until: float = math.inf, **options: Any
+    ) -> RecorderType:
         """Make a recorder of a class for this replay, with its further options."""
         common: dict[str, Any] = {"instrument": self.instrument, "changes": self.changes}
         return kind(self.ensemble, self.asperities, self.steps(until), **common, **options)
 
     def dataset(
-        self, *, until: float = math.inf, attributes: dict[str, Any] | None = None, progress: bool = False
+        self,
+        *,
+        until: float = math.inf,
+        attributes: dict[str, Any] | None = None,
+        progress: bool = False,
     ) -> "xr.Dataset":
         """Compute the history up to a time [s] in memory; ``attributes`` replace those of the same name."""
         target = self.recorder(DatasetRecorder, until=until)
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
         history.encoding[provenance.MADE_BY] = self
-        return history if self.past == "untouched" else unknown_past.add_bounds(self, history, until)
+        return (
+            history if self.past == "untouched" else unknown_past.add_bounds(self, history, until)
+        )
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which appears when it is complete."""
@@ -118,7 +134,10 @@ class Replay:
 
         unknown_past.check_written(self.past)
         options: dict[str, Any] = {"attributes": self.attributes()}
-        with replacing(path_to_write(path, ".nc")) as file, self.recorder(FileRecorder, path=file, **options) as target:
+        with (
+            replacing(path_to_write(path, ".nc")) as file,
+            self.recorder(FileRecorder, path=file, **options) as target,
+        ):
             self.walk(target, progress=progress)
             target.finish()
 
@@ -138,19 +157,33 @@ class Replay:
     ) -> "State":
         """Integrate the events up to a time [s], record their rows, also one at that time, and return the last state.
 
-        A segment has at most ``most_rows``; ``on_event`` gets cursor and state of each segment that ends at an event.
+        A segment has at most ``most_rows``; ``on_event`` gets cursor and state of each segment that
+        ends at an event.
         """
-        # slide times are needed for recorded asperities, and for states from which a later replay starts
-        timed = isinstance(target, StateOnly) or any(item is not None for item in (target.asperities, start, on_event))
+        # slide times are needed for recorded asperities, and for states from which a later replay
+        # starts
+        timed = isinstance(target, StateOnly) or any(
+            item is not None for item in (target.asperities, start, on_event)
+        )
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
-        plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=seconds(until))
-        with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
+        plan = schedule.segments(
+            self.events, self.substeps, at_once, start=start.cursor, until=seconds(until)
+        )
+        with progress_bar(
+            progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2
+        ) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
-                path = segment if timed else attrs.evolve(segment, paths=drop_slide_times(segment.paths))
-                state = self._advance_over(path, state, rows=rows, asperities=columns, threads=self.threads)
+                path = (
+                    segment
+                    if timed
+                    else attrs.evolve(segment, paths=drop_slide_times(segment.paths))
+                )
+                state = self._advance_over(
+                    path, state, rows=rows, asperities=columns, threads=self.threads
+                )
                 target.record(segment.row_time)
                 if on_event is not None and segment.cursor is not None:
                     on_event(segment.cursor, state)
@@ -164,7 +197,9 @@ class Replay:
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}
         try:
             recorded |= segment.friction_options(len(ensemble))
-            state = ensemble.advance_along(state, segment.paths, until=segment.share, **how, **recorded)
+            state = ensemble.advance_along(
+                state, segment.paths, until=segment.share, **how, **recorded
+            )
             if segment.change is not None:
                 event = segment.change_event
                 state = segment.change.act(ensemble, state, **how)
@@ -189,11 +224,16 @@ def replay(  # noqa: PLR0913 - the options of `Replay`
 ) -> "xr.Dataset":
     """Replay load events across an ensemble; parameters, errors and warnings as in `Replay`.
 
-    The Dataset has the dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. It warns if
-    nothing ever touches.
+    The Dataset has the dimensions ``step`` and ``asperity``; see `historysim.recording.variables`.
+    It warns if nothing ever touches.
     """
     events = apply_hold(as_events(events), hold, stacklevel=3)
-    how: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "instrument": instrument}
+    how: dict[str, Any] = {
+        "substeps": substeps,
+        "saturate": saturate,
+        "record": record,
+        "instrument": instrument,
+    }
     history = Replay(ensemble, events, threads=threads, hold=False, past=past, **how).dataset()
     provenance.warn_of_no_contact(ensemble, events)
     return history

@@ -1,7 +1,8 @@
 """Verbs for any object or its file: `hs.open`, `hs.show`, `hs.plot`, `hs.report`, `hs.explore`.
 
-A type supports them by a method ``summary`` and by implementations registered with `make_figure` and `render_page`.
-Heavy packages are imported only if needed: `show` of a result does not import xarray.
+A type supports them by a method ``summary`` and by implementations registered with `make_figure`
+and `render_page`. Heavy packages are imported only if needed: `show` of a result does not import
+xarray.
 """
 
 import contextlib
@@ -44,7 +45,10 @@ if TYPE_CHECKING:
 
     Content = Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable
 
-HISTORIES: "Mapping[str, Callable[[Path], xr.Dataset]]" = {"result": open_history, "zarr": open_zarr_history}
+HISTORIES: "Mapping[str, Callable[[Path], xr.Dataset]]" = {
+    "result": open_history,
+    "zarr": open_zarr_history,
+}
 MOST_CHANNELS = 40  # columns of a record; a height map has as many as points
 MAP_ALONE = "only apply to the path of a height map; expected such a path, or none of them"
 
@@ -71,26 +75,29 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     Parameters
     ----------
     path : path
-        A scenario, a log, a result (netCDF or zarr), friction loops, friction over time or distance, a sweep, a table
-        of a query, a reduced model (JSON), or a height map.
+        A scenario, a log, a result (netCDF or zarr), friction loops, friction over time or
+        distance, a sweep, a table of a query, a reduced model (JSON), or a height map.
     form : str, optional
         Form removed from a height map, as by `Surface.detrended`; by default a plane.
     chunks : mapping or "auto", optional
-        Open a log or a result as a history of dask arrays, with these numbers of steps and asperities in a chunk, such
-        as ``{"step": 1000, "asperity": 100_000}``. Variables of asperities are read from a result that contains them,
-        and otherwise computed from the log on access. Requires dask (``pip install "historysim[dask]"``).
+        Open a log or a result as a history of dask arrays, with these numbers of steps and
+        asperities in a chunk, such as ``{"step": 1000, "asperity": 100_000}``. Variables of
+        asperities are read from a result that contains them, and otherwise computed from the log on
+        access. Requires dask (``pip install "historysim[dask]"``).
     **reading
         Properties that the file of a height map lacks, as for `read_surface`.
 
     Returns
     -------
     Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable, ReducedModel or Surface
-        A result is read lazily; results and logs are closed by ``close()`` or at the end of a ``with`` block.
+        A result is read lazily; results and logs are closed by ``close()`` or at the end of a
+        ``with`` block.
 
     Raises
     ------
     InputError
-        The file does not exist or cannot be used, or options of a height map are given for another file.
+        The file does not exist or cannot be used, or options of a height map are given for another
+        file.
 
     Examples
     --------
@@ -102,7 +109,9 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     kind = file_type(path)
     if chunks is not None and kind not in {"log", "result", "zarr"}:
         called = CALLED.get(kind, f"a {kind}")
-        raise InputError(f"chunks: {path} is {called}; expected a log or a result, whose history has chunks")
+        raise InputError(
+            f"chunks: {path} is {called}; expected a log or a result, whose history has chunks"
+        )
     if kind == "height map":
         return _height_map(path, form or "plane", **reading)
     _check_reading(path, kind, form, reading)
@@ -126,7 +135,9 @@ def _check_reading(path: Path, kind: str, form: str | None, reading: Reading) ->
     """Check that no options of a height map are given for a file of another type."""
     if unused := ([] if form is None else ["form"]) + list(reading):
         called = CALLED.get(kind, f"a {kind}")
-        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map for these options")
+        raise InputError(
+            f"{', '.join(unused)}: {path} is {called}; expected a height map for these options"
+        )
 
 
 def _open_chunked(path: Path, kind: str, chunks: "Mapping[str, int] | str") -> "xr.Dataset":
@@ -157,10 +168,15 @@ def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kind
 
 
 @contextlib.contextmanager
-def open_content(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
+def open_content(
+    path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
+) -> "Iterator[Content]":
     """Open any file that historysim knows, and close it when the block ends; parameters and errors as for `open`."""
     content: Any = open(path, form=form, **reading)
-    with content if hasattr(content, "__exit__") else contextlib.nullcontext(), report_damage(Path(path)):
+    with (
+        content if hasattr(content, "__exit__") else contextlib.nullcontext(),
+        report_damage(Path(path)),
+    ):
         yield content
 
 
@@ -172,7 +188,9 @@ def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
         surface = read_surface(path, **reading)
     except InputError as error:
         read_so = "read as a height map: neither named .toml nor a result of historysim run"
-        raise InputError(_no_map(path, is_described=bool(reading)) or f"{error} ({read_so})") from error
+        raise InputError(
+            _no_map(path, is_described=bool(reading)) or f"{error} ({read_so})"
+        ) from error
     with representable():
         return surface.detrended(form)
 
@@ -180,7 +198,8 @@ def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
 def _no_map(path: Path, *, is_described: bool) -> str:
     """Describe a file that is not a height map but a picture or a record; empty if it may be a height map.
 
-    A list of points may be a map: one of x and z only if lengths or units are ``given``, or its columns name them.
+    A list of points may be a map: one of x and z only if lengths or units are ``given``, or its
+    columns name them.
     """
     from historysim.surfaces.map_files import find_coordinates
     from historysim.tables import describe
@@ -202,18 +221,27 @@ def _no_map(path: Path, *, is_described: bool) -> str:
         if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
             seen = list_names(names)
             command = f"historysim columns {shell_word(path)}"
-            record = f"{path}: is a record with the columns {seen}, not a height map; expected {command}"
-            return f"{record}, or of the points of a profile height_unit and lateral_unit" if points else record
+            record = (
+                f"{path}: is a record with the columns {seen}, not a height map; expected {command}"
+            )
+            return (
+                f"{record}, or of the points of a profile height_unit and lateral_unit"
+                if points
+                else record
+            )
     return ""
 
 
-def show(what: object, *, form: str | None = None, attributes: bool = False, **reading: Unpack[Reading]) -> Lines:
+def show(
+    what: object, *, form: str | None = None, attributes: bool = False, **reading: Unpack[Reading]
+) -> Lines:
     """Summarise a scenario, result, log or height map (object or path).
 
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, EventLog or Surface
-        Two height maps of one area, or their paths, in a list: the material lost between them (`registered`).
+        Two height maps of one area, or their paths, in a list: the material lost between them
+        (`registered`).
     form : str, optional
         Form removed from the height map of a file first; by default a plane.
     attributes : bool
@@ -272,10 +300,14 @@ def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  
             for height_map in maps
         ]
     wrong = [
-        str(height_map) for height_map, surface in zip(maps, surfaces, strict=True) if not isinstance(surface, Surface)
+        str(height_map)
+        for height_map, surface in zip(maps, surfaces, strict=True)
+        if not isinstance(surface, Surface)
     ]
     if wrong or len(surfaces) != 2:
-        which = f"; {wrong[0] if len(wrong[0]) < 200 else 'one'} is not a height map" if wrong else ""
+        which = (
+            f"; {wrong[0] if len(wrong[0]) < 200 else 'one'} is not a height map" if wrong else ""
+        )
         raise InputError(
             f"{len(surfaces)} files or maps are given{which}; expected one, or two height maps of one area"
         )
@@ -286,7 +318,11 @@ def _lines(content: Any, *, attributes: bool = False) -> list[tuple[str, str]]: 
     if is_dataset(content):
         from historysim.results import tables
 
-        summaries = {"sweep": tables.sweep_summary, "table": tables.table_summary, "loops": tables.loop_summary}
+        summaries = {
+            "sweep": tables.sweep_summary,
+            "table": tables.table_summary,
+            "loops": tables.loop_summary,
+        }
         if summarise := summaries.get(KINDS.get(str(content.attrs.get("content")), "")):
             return summarise(content)
         if "total_normal_load" not in content:
@@ -345,15 +381,17 @@ def plot(
 ) -> "FigureOrAxes":
     """Draw a history, a surface, a scenario, loops, a comparison or an asperity, or a file of them.
 
-    ``hs.plots`` has the pictures as functions; ``historysim kinds plots traction`` lists the options of one.
+    ``hs.plots`` has the pictures as functions; ``historysim kinds plots traction`` lists the
+    options of one.
 
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, Surface, Measurement, Loops, LoopTable, Sliding, Comparison, Fit, …
-        Of a history: the ``[picture]`` of its scenario, or else the friction loop, the loads, and the slip states. Of
-        a scenario or a height map: the surface with its summits. Of a sweep: its ``[picture]``, or else a summary value
-        over the swept keys, or the loops of its cells in one diagram. Several histories, or paths of them: their loops,
-        or tractions, in one picture. Two height maps of one area: the material lost between them.
+        Of a history: the ``[picture]`` of its scenario, or else the friction loop, the loads, and
+        the slip states. Of a scenario or a height map: the surface with its summits. Of a sweep:
+        its ``[picture]``, or else a summary value over the swept keys, or the loops of its cells in
+        one diagram. Several histories, or paths of them: their loops, or tractions, in one picture.
+        Two height maps of one area: the material lost between them.
     picture : str, optional
         One of ``historysim kinds plots``. Of a sweep also a summary value of its cells.
     size : (float, float), optional
@@ -363,9 +401,10 @@ def plot(
     ax : Axes, optional
         Draw into these axes: pictures with one panel.
     **options
-        Options of the picture: ``step`` of "contact-map" (which it selects), ``steps`` of "loops" and "traction",
-        ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on the adhesion map. Of the
-        path of a height map ``form``, ``pixel_size``, …, as for `read_surface`.
+        Options of the picture: ``step`` of "contact-map" (which it selects), ``steps`` of "loops"
+        and "traction", ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on
+        the adhesion map. Of the path of a height map ``form``, ``pixel_size``, …, as for
+        `read_surface`.
 
     Returns
     -------
@@ -388,13 +427,20 @@ def plot(
 
     fields: dict[str, Any] = options
     target: Place = {"size": size, "figure": figure, "ax": ax}
-    reading = {name: fields.pop(name) for name in ("form", *Reading.__annotations__) if name in fields}
+    reading = {
+        name: fields.pop(name) for name in ("form", *Reading.__annotations__) if name in fields
+    }
     with contextlib.ExitStack() as files:
         if isinstance(what, str | Path):
-            fields, what = {"name": str(what)} | fields, files.enter_context(open_content(what, **reading))
+            fields, what = (
+                {"name": str(what)} | fields,
+                files.enter_context(open_content(what, **reading)),
+            )
         elif isinstance(what, list | tuple):
             what = [
-                files.enter_context(open_content(item, **reading)) if isinstance(item, str | Path) else item
+                files.enter_context(open_content(item, **reading))
+                if isinstance(item, str | Path)
+                else item
                 for item in what
             ]
             if any(isinstance(each, Surface) for each in what):
@@ -402,7 +448,11 @@ def plot(
         elif reading:
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
         # any explicit option replaces the picture of the scenario
-        if picture is None and not {*fields} - {"name"} and (scenario_figure := _draw_scenario_picture(what, target)):
+        if (
+            picture is None
+            and not {*fields} - {"name"}
+            and (scenario_figure := _draw_scenario_picture(what, target))
+        ):
             return scenario_figure
         return make_figure(what, picture=picture, target=target, **fields)
 
@@ -424,9 +474,9 @@ def report(what: object, output: str | Path | None = None) -> str:
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, Fit, Loops, LoopTable or Sliding
-        A history, which the page recomputes for any step, asperity, friction and moduli; a sweep; friction loops,
-        individually or by load; friction over time or distance; a fit. A scenario with a measured loading is fitted if
-        it has ``[fit]``, or else compared with its record.
+        A history, which the page recomputes for any step, asperity, friction and moduli; a sweep;
+        friction loops, individually or by load; friction over time or distance; a fit. A scenario
+        with a measured loading is fitted if it has ``[fit]``, or else compared with its record.
     output : path, optional
         File to write the page to, complete or not at all.
 
@@ -471,7 +521,11 @@ def _page(content: object, name: str) -> str:
     if isinstance(content, xr.Dataset):
         try:
             scenario_figure = _draw_scenario_picture(content, {})
-            figures = [] if scenario_figure is None else [picture(scenario_figure, "The picture of the scenario.")]
+            figures = (
+                []
+                if scenario_figure is None
+                else [picture(scenario_figure, "The picture of the scenario.")]
+            )
         except InputError as error:
             figures = [paragraph(f"No picture of the scenario: {error}", "note")]
         return dataset_page(content, figures)
@@ -487,7 +541,9 @@ def _page(content: object, name: str) -> str:
             return render_page(comparison)
         return comparison_page(comparison, content.title or content.path.stem, content.text)
     if isinstance(content, EventLog):
-        raise InputError(f"{name}: is a log; expected its result; historysim run {shell_word(name)} recomputes it")
+        raise InputError(
+            f"{name}: is a log; expected its result; historysim run {shell_word(name)} recomputes it"
+        )
     if render_page.dispatch(type(content)) is render_page.dispatch(object):
         raise InputError(f"{name}: has no report; {EXPECTED}")
     return render_page(content)
@@ -503,7 +559,9 @@ class Explorer:
     def _repr_html_(self) -> str:
         # a frame isolates the page from styles and scripts of the notebook
         frame = "width: 100%; height: 46rem; border: 0"
-        return f'<iframe title="through time" style="{frame}" srcdoc="{escape(self.page)}"></iframe>'
+        return (
+            f'<iframe title="through time" style="{frame}" srcdoc="{escape(self.page)}"></iframe>'
+        )
 
 
 def explore(history: "str | Path | xr.Dataset") -> Explorer:
@@ -527,5 +585,7 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
         with open_content(history) as content:
             return explore(content)  # type: ignore[arg-type] # other types are rejected below
     if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
-        raise InputError(f"explore: {type(history).__name__}; expected a history, as returned by hs.run")
+        raise InputError(
+            f"explore: {type(history).__name__}; expected a history, as returned by hs.run"
+        )
     return Explorer(interactive_page(history))

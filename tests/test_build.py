@@ -24,7 +24,9 @@ SPEC.loader.exec_module(hatch_build)
 
 EXCHANGE = ROOT / "historysim" / "exchange"
 APART = {EXCHANGE, (ROOT / hatch_build.BROWSER).parent}
-C_FILES = sorted(str(file) for file in ROOT.glob("historysim/**/*.c") if not APART & {*file.parents})
+C_FILES = sorted(
+    str(file) for file in ROOT.glob("historysim/**/*.c") if not APART & {*file.parents}
+)
 NO_COMPILER = "needs a C compiler"
 compiles = pytest.mark.skipif(not hatch_build.compiler(), reason=NO_COMPILER)
 NAMES = [name for name in ("gcc", "clang") if shutil.which(name)]
@@ -116,7 +118,9 @@ def built(tree, folder):
     hatch_build.build(tree, folder)
     made = {}
     exec((folder / hatch_build.DECLARATIONS).read_text(encoding="utf-8"), made)  # noqa: S102 - as the package does
-    assert sorted(path.name for path in folder.iterdir()) == sorted([hatch_build.DECLARATIONS, made["LIBRARY"]])
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        [hatch_build.DECLARATIONS, made["LIBRARY"]]
+    )
     return made["ffi"], made["ffi"].dlopen(str(folder / made["LIBRARY"]))
 
 
@@ -133,7 +137,10 @@ def test_only_integers_are_left_of_the_directives():
 
 def test_a_header_that_marks_nothing_is_not_public():
     assert hatch_build.declarations(TREE["two/two.h"]) == ""
-    assert hatch_build.declarations((ROOT / "historysim/basics/api.h").read_text(encoding="utf-8")) == ""
+    assert (
+        hatch_build.declarations((ROOT / "historysim/basics/api.h").read_text(encoding="utf-8"))
+        == ""
+    )
 
 
 def test_the_library_has_the_declared_functions(tree, tmp_path):
@@ -148,7 +155,13 @@ def test_the_library_has_the_declared_functions(tree, tmp_path):
         "hs_size",
         "hs_sum",
     ]
-    assert (lib.HS_LANES, lib.HS_MASK, lib.HS_LEAST, lib.HS_LONG, lib.HS_SECOND) == (3, 16, -2, 12, 5)
+    assert (lib.HS_LANES, lib.HS_MASK, lib.HS_LEAST, lib.HS_LONG, lib.HS_SECOND) == (
+        3,
+        16,
+        -2,
+        12,
+        5,
+    )
     assert lib.hs_size() == ffi.sizeof("hs_state") == 40
     law = ffi.callback("hs_law", lambda _, slid: 100.0 * slid)
     state = ffi.new("hs_state *", {"flag": 3, "values": [1.0, 2.0, 4.0], "law": law})
@@ -173,7 +186,9 @@ def test_an_editable_installation_is_built_in_place(tree):
 def test_variables_of_the_environment_are_honoured(tree, tmp_path, monkeypatch):
     asked = tmp_path / "asked"
     script = tmp_path / "my cc"
-    script.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" > {asked}\nexec {hatch_build.compiler()[0]} "$@"\n')
+    script.write_text(
+        f'#!/bin/sh\nprintf "%s\\n" "$@" > {asked}\nexec {hatch_build.compiler()[0]} "$@"\n'
+    )
     script.chmod(0o755)
     monkeypatch.setenv("CC", f"{shlex.quote(str(script))} -DFIRST")
     monkeypatch.setenv("CFLAGS", "-O1 -DA='b c' -ffast-math -std=gnu11")
@@ -185,7 +200,9 @@ def test_variables_of_the_environment_are_honoured(tree, tmp_path, monkeypatch):
     assert "-ffast-math" not in options
     monkeypatch.setenv("CFLAGS", "-g -O0")
     built(tree, tmp_path / "plain")
-    assert [option for option in asked.read_text().splitlines() if option.startswith("-O")] == ["-O0"]
+    assert [option for option in asked.read_text().splitlines() if option.startswith("-O")] == [
+        "-O0"
+    ]
     assert options.index("-std=gnu11") < options.index("-std=c11")
     assert "-Wl,-s" in options
 
@@ -212,19 +229,27 @@ print(ask(0, 1.0, 1e17, 0.0), ask(5, 1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0), floa
 def test_no_flag_changes_the_bits(tree, tmp_path, monkeypatch, name):
     (tree / "historysim" / "one" / "one.c").write_text(BITS)
     monkeypatch.setenv("CC", name)
-    monkeypatch.setenv("CFLAGS", "-march=native -Ofast -ffp-contract=fast -funsafe-math-optimizations")
+    monkeypatch.setenv(
+        "CFLAGS", "-march=native -Ofast -ffp-contract=fast -funsafe-math-optimizations"
+    )
     monkeypatch.setenv("LDFLAGS", "-ffast-math -ffp-contract=fast")
     built(tree, tmp_path / "out")
     done = subprocess.run(
-        [sys.executable, "-c", ASK_FOR_BITS, str(tmp_path / "out")], capture_output=True, text=True, check=True
+        [sys.executable, "-c", ASK_FOR_BITS, str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=True,
     )
-    # reordered sums give 1, contracted products -2⁻⁶⁰, and numbers below the normal ones are flushed to 0
+    # reordered sums give 1, contracted products -2⁻⁶⁰, and numbers below the normal ones are
+    # flushed to 0
     assert done.stdout.split() == ["0.0", "0.0", "True"]
 
 
 def test_an_error_of_the_compiler_is_reported(tree, tmp_path):
     (tree / "historysim" / "two" / "two.c").write_text("not C")
-    with pytest.raises(RuntimeError, match=r"expected a compiler of C11(.|\n)*two\.c(.|\n)*error") as told:
+    with pytest.raises(
+        RuntimeError, match=r"expected a compiler of C11(.|\n)*two\.c(.|\n)*error"
+    ) as told:
         hatch_build.build(tree, tmp_path)
     assert "-ffp-contract=off" in str(told.value)
     assert not [path for path in tmp_path.iterdir() if path.suffix in {".so", ".py"}]
@@ -238,10 +263,16 @@ def test_a_compiler_is_found(monkeypatch):
 
 
 @pytest.mark.parametrize(("version", "refused"), [((3, 13, 1), True), ((3, 14, 0), False)])
-def test_a_free_threaded_interpreter_without_cffi_is_refused_in_words(monkeypatch, version, refused):
+def test_a_free_threaded_interpreter_without_cffi_is_refused_in_words(
+    monkeypatch, version, refused
+):
     monkeypatch.setattr("sysconfig.get_config_var", lambda name: int(name == "Py_GIL_DISABLED"))
     monkeypatch.setattr(hatch_build.sys, "version_info", version)
-    with pytest.raises(SystemExit, match=r"free-threaded build of Python 3\.13") if refused else nullcontext():
+    with (
+        pytest.raises(SystemExit, match=r"free-threaded build of Python 3\.13")
+        if refused
+        else nullcontext()
+    ):
         hook(ROOT).dependencies()
 
 
@@ -258,14 +289,18 @@ def test_only_the_pinned_compiler_builds_the_library_of_browsers(tmp_path, monke
 @pytest.mark.ci
 def test_the_tracked_library_of_browsers_is_of_the_present_sources(tmp_path):
     pinned = hatch_build.browser_compiler()
-    installed = {f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")}
+    installed = {
+        f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")
+    }
     if pinned not in installed:
         pytest.skip(f"needs {pinned}: pip install -e '.[browser]'")
     library = tmp_path / "browser.wasm"
     hatch_build.build_browser_library(ROOT, library)
     tracked = ROOT / hatch_build.BROWSER
     same = library.read_bytes() == tracked.read_bytes()
-    assert same, f"{hatch_build.BROWSER} is of other sources; expected that of: python hatch_build.py --browser"
+    assert same, (
+        f"{hatch_build.BROWSER} is of other sources; expected that of: python hatch_build.py --browser"
+    )
 
 
 @pytest.mark.usefixtures("no_compiler")
@@ -314,9 +349,15 @@ def check_wheel(wheel, folder):
     with zipfile.ZipFile(wheel) as packed:
         names = packed.namelist()
         packed.extractall(folder)  # noqa: S202 - our own
-    for name in (f"historysim/basics/{LIBRARY}", f"historysim/basics/{hatch_build.DECLARATIONS}", hatch_build.BROWSER):
+    for name in (
+        f"historysim/basics/{LIBRARY}",
+        f"historysim/basics/{hatch_build.DECLARATIONS}",
+        hatch_build.BROWSER,
+    ):
         assert names.count(str(name)) == 1
-    assert {name for name in names if name.endswith((".c", ".h"))} >= {"historysim/measured/reduction.h"}
+    assert {name for name in names if name.endswith((".c", ".h"))} >= {
+        "historysim/measured/reduction.h"
+    }
     home = folder / "historysim" / "__init__.py"
     assert python("-P", "-c", COUNT, PYTHONPATH=str(folder)).split() == [str(home), "4"]
 
@@ -331,7 +372,17 @@ def test_a_wheel_is_built_from_the_sources_alone(tmp_path):
         packed.extractall(tmp_path, filter="data")
     assert not [name for name in names if name.endswith((LIBRARY, hatch_build.DECLARATIONS))]
     unpacked = tmp_path / sources.name.removesuffix(".tar.gz")
-    python("-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path), folder=unpacked, CFLAGS="-O0")
+    python(
+        "-m",
+        "hatchling",
+        "build",
+        "-t",
+        "wheel",
+        "-d",
+        str(tmp_path),
+        folder=unpacked,
+        CFLAGS="-O0",
+    )
     assert not (unpacked / hatch_build.PLACE / LIBRARY).exists()
     (wheel,) = tmp_path.glob("*.whl")
     check_wheel(wheel, tmp_path / "wheel")
@@ -361,7 +412,9 @@ def test_no_compiler_warns(name, language):
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_each_header_compiles_by_itself_and_twice(name, language, tmp_path):
-    headers = sorted(file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents)
+    headers = sorted(
+        file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents
+    )
     for number, header in enumerate(headers):
         program = f'#include "{header}"\n#include "{header}"\nint main(void) {{ return 0; }}\n'
         (tmp_path / f"{number}_{header.stem}.c").write_text(program, encoding="utf-8")

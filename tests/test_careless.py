@@ -19,7 +19,9 @@ radius = "2.5 mm"
 coefficient = 0.2
 [loading]
 """
-WAYPOINTS = 'waypoints = [{ time = 0, normal_load = "50 mN" }, { time = 1, tangential_load = "5 mN" }]\n'
+WAYPOINTS = (
+    'waypoints = [{ time = 0, normal_load = "50 mN" }, { time = 1, tangential_load = "5 mN" }]\n'
+)
 MEASURED = """file = "r.csv"
 [loading.columns]
 time = "t"
@@ -58,36 +60,72 @@ def said(*words):
         ("-o out.nc run my.toml", "Options of a command follow its name."),
         ("run my.toml out.nc", "a file to write as -o out.nc"),
         ("run my.toml --substeps 10", "A key of the scenario is set by --set KEY=VALUE."),
-        ("run my.toml --set friction.coefficient 0.3", "expected KEY=VALUE, such as friction.coefficient=0.3"),
+        (
+            "run my.toml --set friction.coefficient 0.3",
+            "expected KEY=VALUE, such as friction.coefficient=0.3",
+        ),
         ("run my.toml --set substeps=3", "substeps: unknown key; did you mean loading.substeps?"),
-        ("run my.toml --set friction.law=stribeck", "one of your own is an entry point of 'historysim.laws'"),
-        ("run my.toml --set friction=0.3", "friction: 0.3; expected a table, such as [friction] with its keys below"),
-        ("validate m.toml --set loading.normal_load=3", "expected columns.normal_load = { constant = … }"),
-        ("validate my.toml --set loading.normal_load=3", "expected it in a waypoint, as { time = 0, normal_load = … }"),
+        (
+            "run my.toml --set friction.law=stribeck",
+            "one of your own is an entry point of 'historysim.laws'",
+        ),
+        (
+            "run my.toml --set friction=0.3",
+            "friction: 0.3; expected a table, such as [friction] with its keys below",
+        ),
+        (
+            "validate m.toml --set loading.normal_load=3",
+            "expected columns.normal_load = { constant = … }",
+        ),
+        (
+            "validate my.toml --set loading.normal_load=3",
+            "expected it in a waypoint, as { time = 0, normal_load = … }",
+        ),
         ("validate my.toml m.toml", "Expected only SCENARIO"),
         ("state my.history 1.5", "a time is given as --at 1.5"),
         ("log state my.history", "Expected historysim state, without log before it."),
-        ("show r.csv", 'is a record with the columns "t", "N_mN", "x", not a height map; expected historysim col'),
+        (
+            "show r.csv",
+            'is a record with the columns "t", "N_mN", "x", not a height map; expected historysim col',
+        ),
         ("show map.txt", "in the shell --height-unit nm"),
-        ("columns map.txt", "32 columns without names; if this is a height map: historysim show map.txt"),
+        (
+            "columns map.txt",
+            "32 columns without names; if this is a height map: historysim show map.txt",
+        ),
         ("loops r.csv", "`historysim columns r.csv -o my.toml` writes a scenario"),
         (
             "validate m.toml --set loading.file=bare.csv",
             "set header = 0, and give columns by position",
         ),
-        ("validate m.toml --set loading.columns.normal_load.unit=V", "the value of 1 V, as '2.5 mN'"),
-        ('validate m.toml --set loading.delimiter=";"', "expected the delimiter ',', which occurs in the header"),
+        (
+            "validate m.toml --set loading.columns.normal_load.unit=V",
+            "the value of 1 V, as '2.5 mN'",
+        ),
+        (
+            'validate m.toml --set loading.delimiter=";"',
+            "expected the delimiter ',', which occurs in the header",
+        ),
         (
             'validate m.toml --set loading.columns.normal_load="50 mN"',
             "a value that does not change is { constant =",
         ),
-        ("validate m.toml --set loading.columns.time=\"'1'\"", "a position has no quotes, as { column = 1 }"),
+        (
+            "validate m.toml --set loading.columns.time=\"'1'\"",
+            "a position has no quotes, as { column = 1 }",
+        ),
         (
             "validate m.toml --set loading.columns.normal_load=N_mN",
             "column 'N_mN': taken in N; did you mean unit =",
         ),
-        ("validate m.toml --set loading.sheet=1", "loading.sheet: r.csv: belongs to a workbook (.xlsx, .ods)"),
-        ("validate m.toml --set loading.file=p.png", "p.png: is a picture; expected a file of numbers"),
+        (
+            "validate m.toml --set loading.sheet=1",
+            "loading.sheet: r.csv: belongs to a workbook (.xlsx, .ods)",
+        ),
+        (
+            "validate m.toml --set loading.file=p.png",
+            "p.png: is a picture; expected a file of numbers",
+        ),
     ],
 )
 def test_a_command_suggests_the_right_arguments(words, mend):
@@ -100,7 +138,9 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
     (folder / "r.csv").write_bytes(TABLE.encode("utf-16-le"))
     assert "valid" in said("validate", "m.toml")
     columns = zip(*(line.split(",") for line in TABLE.splitlines()), strict=True)
-    (folder / "r.csv").write_text("\n".join(",".join(column) for column in columns), encoding="utf-8")
+    (folder / "r.csv").write_text(
+        "\n".join(",".join(column) for column in columns), encoding="utf-8"
+    )
     assert "expected one line for each sample: transpose the file" in said("validate", "m.toml")
     (folder / "r.csv").write_text(TABLE.replace("3,50,", "PAUSE,,", 1), encoding="utf-8")
     assert "remove the lines between blocks to join them" in said("validate", "m.toml")
@@ -112,30 +152,60 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
     ("call", "mend"),
     [
         (lambda *_: hs.replay("my.toml", []), "a scenario is run by hs.run('my.toml')"),
-        (lambda contact, _: contact.asperity("first", contact.initial_state()), "expected an index from 0 to 0"),
-        (lambda contact, _: hs.Ensemble(contact.pair, [0.0, None], 1e-5, 0.2), "expected numbers in SI"),
+        (
+            lambda contact, _: contact.asperity("first", contact.initial_state()),
+            "expected an index from 0 to 0",
+        ),
+        (
+            lambda contact, _: hs.Ensemble(contact.pair, [0.0, None], 1e-5, 0.2),
+            "expected numbers in SI",
+        ),
         (
             lambda contact, _: hs.Ensemble.from_summits(contact.pair, 5, friction=0.2),
             "such as Surface.summits() returns",
         ),
-        (lambda _, history: hs.run(history), "of the type Dataset is not a scenario; expected the path of a TOML file"),
-        (lambda _, history: hs.verify(history), "path is of the type Dataset; expected the name of a file"),
+        (
+            lambda _, history: hs.run(history),
+            "of the type Dataset is not a scenario; expected the path of a TOML file",
+        ),
+        (
+            lambda _, history: hs.verify(history),
+            "path is of the type Dataset; expected the name of a file",
+        ),
         (lambda *_: hs.open(5), "path is 5; expected the name of a file"),
-        (lambda *_: hs.loops(np.zeros((99, 3))), "of the type ndarray: cannot be evaluated; expected a history"),
-        (lambda *_: hs.sweep("my.toml", ["friction.coefficient"]), "as {'friction.coefficient': [0.1, 0.2]}"),
+        (
+            lambda *_: hs.loops(np.zeros((99, 3))),
+            "of the type ndarray: cannot be evaluated; expected a history",
+        ),
+        (
+            lambda *_: hs.sweep("my.toml", ["friction.coefficient"]),
+            "as {'friction.coefficient': [0.1, 0.2]}",
+        ),
         (lambda *_: hs.spread(5), "5 is no sweep; expected the Dataset of hs.sweep"),
         (lambda *_: hs.write_csv(5, "x.csv"), "expected a Dataset or DataArray of xarray"),
-        (lambda _, history: hs.write_netcdf(history, "my.toml"), ".toml is the ending of a scenario; expected .nc"),
-        (lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"), "expected .nc here"),
+        (
+            lambda _, history: hs.write_netcdf(history, "my.toml"),
+            ".toml is the ending of a scenario; expected .nc",
+        ),
+        (
+            lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"),
+            "expected .nc here",
+        ),
         *(
-            (lambda _, history, name=name: hs.write_netcdf(history, f"my{name}"), f"{name} is the ending of")
+            (
+                lambda _, history, name=name: hs.write_netcdf(history, f"my{name}"),
+                f"{name} is the ending of",
+            )
             for name in (".zarr", ".csv", ".history", ".json", ".png")
         ),
         *(
             (lambda _, history, name=name: hs.write_csv(history, f"my{name}"), "expected .csv here")
             for name in (".zarr", ".nc", ".history", ".toml", ".xlsx")
         ),
-        (lambda contact, _: hs.EventLog.create("my.nc", contact), "my.nc: .nc is the ending of netCDF"),
+        (
+            lambda contact, _: hs.EventLog.create("my.nc", contact),
+            "my.nc: .nc is the ending of netCDF",
+        ),
         (lambda _, history: hs.write_netcdf(history, "y.zarr"), 'history.to_zarr("NAME.zarr")'),
         (lambda *_: hs.plots.loop(5), "5 is not a history; expected a Dataset from historysim"),
         (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is not a history"),
@@ -143,7 +213,9 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
     ],
 )
 def test_a_call_suggests_the_right_arguments(folder, call, mend):
-    contact = hs.Ensemble(hs.MaterialPair(hs.material("silicon"), hs.material("silica")), 0.0, 1e-5, 0.2)
+    contact = hs.Ensemble(
+        hs.MaterialPair(hs.material("silicon"), hs.material("silica")), 0.0, 1e-5, 0.2
+    )
     history = hs.replay(contact, [hs.NormalLoad(0, 1e-3)])
     with pytest.raises(hs.InputError) as caught:
         call(contact, history)

@@ -16,19 +16,24 @@ import score
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "tests" / "benchmarks" / "histories"
-# digest of the hash file of each published version; a changed number is a new version, with a new line here
+# digest of the hash file of each published version; a changed number is a new version, with a new
+# line here
 VERSIONS = {"histories-1.0": "9ca88c6a9f39fbe28ca62773fa5ea1e6dc5a2415693f94e31ba083dc5ec417e1"}
 CASES = score.list_cases()
 LINE = [name for name in CASES if name < "16"]
 WITH_LOADS = [name for name in LINE if score.read_case(name)[0]["control"][0] == "N"]
 # accuracy that historysim states: rounding along a line, the tolerance of `Rings` in the plane
 ACCURACY = {"T": 1e-3, "E": 1e-3, "N": 0.0}
-RAMP_ENERGY = 1e-8  # stated accuracy of the energy where both loads are controlled, of μN and full slip
+# stated accuracy of the energy where both loads are controlled, of μN and full slip
+RAMP_ENERGY = 1e-8
 
 
 def run_score(*arguments):
     return subprocess.run(
-        [sys.executable, FOLDER / "score.py", *map(str, arguments)], capture_output=True, text=True, check=False
+        [sys.executable, FOLDER / "score.py", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
 
 
@@ -43,7 +48,9 @@ def test_files_agree_with_the_version():
     assert names == sorted(f"{name}.{kind}" for name in CASES for kind in ("csv", "yaml"))
     for line in lines:
         digest, name = line.split("  ")
-        assert hashlib.sha256((FOLDER / name).read_bytes()).hexdigest() == digest, f"{name} changed: make a new version"
+        assert hashlib.sha256((FOLDER / name).read_bytes()).hexdigest() == digest, (
+            f"{name} changed: make a new version"
+        )
 
 
 def test_a_changed_number_is_a_new_version():
@@ -54,7 +61,8 @@ def test_a_changed_number_is_a_new_version():
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in WITH_LOADS else name for name in LINE]
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow) if name in WITH_LOADS else name for name in LINE],
 )
 def test_the_script_makes_the_file(name):
     case, expected = make.build_cases()[name], score.read_case(name)[1]
@@ -71,14 +79,17 @@ def test_the_script_makes_the_file_in_the_plane(name):
     case, expected = make.build_cases()[name], score.read_case(name)[1]
     found = make.solve_plane(case)
     for column in make.answer_columns(case):
-        np.testing.assert_allclose(found[column], expected[column], atol=1e-6 * make.column_unit(case, column))
+        np.testing.assert_allclose(
+            found[column], expected[column], atol=1e-6 * make.column_unit(case, column)
+        )
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_bounds_hold_the_second_method(name):
     case, _ = score.read_case(name)
     for column, difference in case["second_method_difference"].items():
-        # springs and cells have errors of their own: along a line they confirm, in the plane they are the bound
+        # springs and cells have errors of their own: along a line they confirm, in the plane they
+        # are the bound
         allowed = 2e-6 if name in LINE else case["bounds"][column]
         assert difference <= allowed, column
 
@@ -96,14 +107,23 @@ def test_historysim_is_within_the_bound_and_its_accuracy(name):
 def test_descriptions_are_yaml():
     yaml = pytest.importorskip("yaml")
     for name in CASES:
-        assert yaml.safe_load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8")) == score.read_case(name)[0]
+        assert (
+            yaml.safe_load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8"))
+            == score.read_case(name)[0]
+        )
 
 
 def test_the_measured_impact_rebounds_as_measured():
     case, columns = score.read_case("12_measured_impact")
-    momentum = case["sphere_mass"] * case["speed"] * math.sin(math.radians(case["angle_to_normal_degrees"]))
+    momentum = (
+        case["sphere_mass"]
+        * case["speed"]
+        * math.sin(math.radians(case["angle_to_normal_degrees"]))
+    )
     restitution = 1 - np.trapezoid(columns["T"], columns["t"]) / momentum
-    assert restitution == pytest.approx(case["measured_tangential_restitution"], abs=case["measured_reading_error"])
+    assert restitution == pytest.approx(
+        case["measured_tangential_restitution"], abs=case["measured_reading_error"]
+    )
 
 
 @pytest.mark.parametrize("name", ["02_nested_reversals", "19_circle_07"])
@@ -148,12 +168,19 @@ def test_a_result_passes_only_with_the_whole_answer(changes, words, status, tmp_
 
 def test_no_number_is_an_error():
     _, columns = score.read_case("02_nested_reversals")
-    assert score.compute_errors({"T": columns["T"] * np.nan}, "02_nested_reversals") == {"T": np.inf}
+    assert score.compute_errors({"T": columns["T"] * np.nan}, "02_nested_reversals") == {
+        "T": np.inf
+    }
 
 
 def test_the_score_needs_numpy_alone():
     tree = ast.parse((FOLDER / "score.py").read_text(encoding="utf-8"))
-    modules = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    modules = {
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import)
+        for alias in node.names
+    }
     modules |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     assert {name.split(".")[0] for name in modules} - set(sys.stdlib_module_names) == {"numpy"}
 
@@ -197,7 +224,9 @@ def test_another_path_is_refused(tmp_path):
 
 def test_the_ten_lines_of_the_page_score_themselves(capsys, monkeypatch):
     monkeypatch.syspath_prepend(FOLDER)
-    code = re.search(r"```python\n(.*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    code = re.search(
+        r"```python\n(.*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), re.DOTALL
+    )[1]
     exec(compile(code, "page", "exec"), {})  # noqa: S102 - it is what a reader would type
     assert float(re.search(r"T': ([\d.e-]+)", capsys.readouterr().out)[1]) < 2e-6
 
@@ -212,6 +241,8 @@ def test_lammps_is_as_its_equation(name):
         pytest.skip(f"LAMMPS does not start: {problem}")
     motion = adapters.build_motion(case, columns, 1000)
     loads, _ = adapters.slider(motion, rescaled=True)
-    expected = dict(zip(("Tx", "Ty") if loads.ndim > 1 else ("T",), np.atleast_2d(loads[::1000].T), strict=True))
+    expected = dict(
+        zip(("Tx", "Ty") if loads.ndim > 1 else ("T",), np.atleast_2d(loads[::1000].T), strict=True)
+    )
     for column, values in expected.items():
         np.testing.assert_allclose(found[column], values, atol=1e-6 * case["units"][column])

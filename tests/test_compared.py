@@ -11,13 +11,16 @@ import historysim as hs
 
 ROOT = Path(__file__).parents[1]
 PAGE, SCALE = (
-    (ROOT / "tests" / "benchmarks" / name).read_text(encoding="utf-8") for name in ("compared.md", "scale.md")
+    (ROOT / "tests" / "benchmarks" / name).read_text(encoding="utf-8")
+    for name in ("compared.md", "scale.md")
 )
 BLOCK = re.search(r"<!-- scores -->\n(.*?)\n<!-- end -->", PAGE, re.DOTALL)[1]
 
 
 def rows_of(text):
-    return [[*map(str.strip, line.split("|")[1:-1])] for line in text.splitlines() if "---" not in line]
+    return [
+        [*map(str.strip, line.split("|")[1:-1])] for line in text.splitlines() if "---" not in line
+    ]
 
 
 def numbers(cell):
@@ -38,11 +41,15 @@ def test_errors_of_the_page_agree_with_the_laws(scored):
             for was, value in zip(numbers(old), numbers(new), strict=True):
                 # two digits are printed; what is exact has errors of rounding
                 assert (was is None) == (value is None), before[0]
-                assert was is None or max(was, value) < 1e-8 or value == pytest.approx(was, rel=0.12), before[0]
+                assert (
+                    was is None or max(was, value) < 1e-8 or value == pytest.approx(was, rel=0.12)
+                ), before[0]
 
 
 def test_a_file_has_as_many_bytes_as_the_page_says(tmp_path):
-    contact = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), np.zeros(2000), 1.0, 0.2)
+    contact = hs.Ensemble(
+        hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), np.zeros(2000), 1.0, 0.2
+    )
     events = [hs.NormalLoad(0.0, 1.0), hs.TangentialLoad(1.0, 0.1)]
     sizes = {}
     for record in ("totals", "all"):

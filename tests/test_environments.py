@@ -19,14 +19,17 @@ import historysim
 ROOT = Path(historysim.__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SMOKE = ROOT / "tests" / "scripts" / "smoke.py"
-# Extras that need no other program, in one environment; `surfaces` and `zarr` need newer packages than historysim.
+# Extras that need no other program, in one environment; `surfaces` and `zarr` need newer packages
+# than historysim.
 EXTRAS = ("hdf5", "tdms", "dask", "excel")
 
 pytestmark = [
     pytest.mark.ci,
     # packages are downloaded and built; some minutes on a busy machine
     pytest.mark.timeout(3600),
-    pytest.mark.skipif(importlib.util.find_spec("uv") is None, reason="needs uv, which installs the packages"),
+    pytest.mark.skipif(
+        importlib.util.find_spec("uv") is None, reason="needs uv, which installs the packages"
+    ),
 ]
 
 
@@ -38,8 +41,11 @@ def run(*command, **variables):
         encoding="utf-8",
         check=False,
         # the folder of the sources is not on the path: what is installed is tested
-        # and the C is compiled in a fraction of the time: that it works at -O3 is tested in this environment
-        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | {"CFLAGS": "-O0"} | variables,
+        # and the C is compiled in a fraction of the time: that it works at -O3 is tested in this
+        # environment
+        env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        | {"CFLAGS": "-O0"}
+        | variables,
         cwd=ROOT.anchor,
     )
     assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
@@ -82,21 +88,29 @@ def test_every_requirement_has_a_lower_bound():
         PROJECT["project"]["dependencies"],
         *PROJECT["project"]["optional-dependencies"].values(),
     ]
-    assert [each for requirements in lists for each in requirements if not find_lowest([each])] == []
+    assert [
+        each for requirements in lists for each in requirements if not find_lowest([each])
+    ] == []
 
 
 def test_every_command_works_with_the_lowest_versions_that_are_declared(tmp_path):
     python = make_environment(tmp_path / "environment", "3.11")
     constraints = tmp_path / "build.txt"
     lowest = find_lowest([*PROJECT["build-system"]["requires"], "cffi>=1.16"])  # and the hook's
-    constraints.write_text("".join(f"{name}=={version}\n" for name, version in lowest.items()), encoding="utf-8")
+    constraints.write_text(
+        "".join(f"{name}=={version}\n" for name, version in lowest.items()), encoding="utf-8"
+    )
     install = ["pip", "install", "--quiet", "--python", python, "--resolution", "lowest-direct"]
     uv(*install, "--build-constraints", constraints, f"{ROOT}[{','.join(EXTRAS)}]")
     installed = dict(
-        line.lower().split("==") for line in uv("pip", "freeze", "--python", python).splitlines() if "==" in line
+        line.lower().split("==")
+        for line in uv("pip", "freeze", "--python", python).splitlines()
+        if "==" in line
     )
     optional = PROJECT["project"]["optional-dependencies"]
-    declared = find_lowest([*PROJECT["project"]["dependencies"], *(each for name in EXTRAS for each in optional[name])])
+    declared = find_lowest(
+        [*PROJECT["project"]["dependencies"], *(each for name in EXTRAS for each in optional[name])]
+    )
     newer = {
         name: installed[name]
         for name, version in declared.items()

@@ -113,7 +113,9 @@ def test_every_extension_runs_from_the_scenario_to_the_report(path):
     assert "bit-identical" in called("verify", "a.nc")
     called("plot", "a.nc", "-o", "a.png", "--picture", "gaps")
     called("report", "a.nc")
-    assert "How far the flat is above the datum." in Path("a_report.html").read_text(encoding="utf-8")
+    assert "How far the flat is above the datum." in Path("a_report.html").read_text(
+        encoding="utf-8"
+    )
     called("sweep", path.name, "-o", "sweep.nc", "--workers", "1")
     with xr.open_dataset("sweep.nc") as sweep:
         assert sweep.preliminary_displacement.dims == ("friction_cold", "surface_step")
@@ -152,11 +154,15 @@ def test_log_and_result_name_the_law_its_package_and_its_numbers(path):
 def test_a_missing_package_is_named(path, site):
     hs.run(path, "a.nc").close()
     shutil.rmtree(next(site.glob("*.dist-info")))
-    with pytest.raises(MissingPackageError, match=r"friction law 'warming' is of stranger 1.2, which is not there"):
+    with pytest.raises(
+        MissingPackageError, match=r"friction law 'warming' is of stranger 1.2, which is not there"
+    ):
         hs.verify("a.nc")
     with pytest.raises(InputError, match=r"surface.kind: 'stairs'; "):
         hs.load(path)
-    with pytest.raises(InputError, match=r"the scenario in the result: picture: \[0\].kind: 'gaps'; expected"):
+    with pytest.raises(
+        InputError, match=r"the scenario in the result: picture: \[0\].kind: 'gaps'; expected"
+    ):
         hs.plot("a.nc")
     with pytest.raises(InputError, match="picture is 'gaps'; expected one of"):
         hs.plot(xr.open_dataset("a.nc"), picture="gaps")
@@ -167,7 +173,9 @@ def test_another_version_of_a_package_is_reported(path, site):
     info = next(site.glob("*.dist-info"))
     metadata = (info / "METADATA").read_text(encoding="utf-8")
     info.rename(site / "stranger-1.3.dist-info")
-    (site / "stranger-1.3.dist-info" / "METADATA").write_text(metadata.replace("1.2", "1.3"), encoding="utf-8")
+    (site / "stranger-1.3.dist-info" / "METADATA").write_text(
+        metadata.replace("1.2", "1.3"), encoding="utf-8"
+    )
     told = []
     found = hs.verify("a.nc", notify=told.append)
     assert found
@@ -185,16 +193,26 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
     assert history.worn_volume.values.max() > 0
     assert '"rate": 1e-09' in history.attrs["wear_law_settings"]
     path.write_text(
-        SCENARIO.replace('"10 µm"', '"10 µm"\nyielding = { law = "soft", onset = "2 nm" }'), encoding="utf-8"
+        SCENARIO.replace('"10 µm"', '"10 µm"\nyielding = { law = "soft", onset = "2 nm" }'),
+        encoding="utf-8",
     )
     hs.run(path, "yielded.nc").close()
     assert "bit-identical" in called("verify", "yielded.nc")
     with hs.open("yielded.nc") as history:
-        # Hertz's at the onset, and its tangent beyond: below Hertz's there, so that the summits stay flattened
-        load, depth = history.normal_load.values.max(axis=0), history.yielded_depth.values.max(axis=0)
-        assert (depth > 0).tolist() == (load > 4 / 3 * history.contact_modulus * np.sqrt(1e-5 * 2e-9**3)).tolist()
+        # Hertz's at the onset, and its tangent beyond: below Hertz's there, so that the summits
+        # stay flattened
+        load, depth = (
+            history.normal_load.values.max(axis=0),
+            history.yielded_depth.values.max(axis=0),
+        )
+        assert (depth > 0).tolist() == (
+            load > 4 / 3 * history.contact_modulus * np.sqrt(1e-5 * 2e-9**3)
+        ).tolist()
         assert (depth > 0).any()
-        assert '"package": ["stranger", "1.2"], "onset": 2e-09' in history.attrs["yielding_law_settings"]
+        assert (
+            '"package": ["stranger", "1.2"], "onset": 2e-09'
+            in history.attrs["yielding_law_settings"]
+        )
     (tmp_path / "a.stairs").write_text("5 8", encoding="utf-8")
     surface = hs.read_surface(tmp_path / "a.stairs")
     assert surface.heights.shape == (5, 5)
@@ -210,7 +228,9 @@ def named_classes(cell):
         yield getattr(module, name.rpartition(".")[2])
 
 
-@pytest.mark.parametrize("row", [row for row in ROWS if row[1].startswith("`")], ids=lambda row: row[0])
+@pytest.mark.parametrize(
+    "row", [row for row in ROWS if row[1].startswith("`")], ids=lambda row: row[0]
+)
 def test_the_page_names_methods_and_fields_that_exist(row):
     classes = [*named_classes(row[1])]
     bases = {base for kind in classes for base in inspect.getmro(kind)}
@@ -222,13 +242,19 @@ def test_the_page_names_methods_and_fields_that_exist(row):
         assert name in members, code
         if parenthesis:
             method = next(getattr(kind, name) for kind in classes if hasattr(kind, name))
-            stated = [argument.strip().removesuffix("=…") for argument in arguments.strip(")").split(",")]
-            assert stated == [name for name in inspect.signature(method).parameters if name != "self"], code
+            stated = [
+                argument.strip().removesuffix("=…") for argument in arguments.strip(")").split(",")
+            ]
+            assert stated == [
+                name for name in inspect.signature(method).parameters if name != "self"
+            ], code
 
 
 def test_the_page_names_types_checks_and_groups_that_exist():
     introduction = HOW_TO.split("| to add |")[0]
-    names = re.search(r"has types with\s+units \((.*?), …\) and checks \((.*?)\)", introduction).groups()
+    names = re.search(
+        r"has types with\s+units \((.*?), …\) and checks \((.*?)\)", introduction
+    ).groups()
     names = re.findall(r"`(\w+)`", " ".join(names))
     assert len(names) > 3
     assert [name for name in names if not hasattr(fields, name)] == []
@@ -238,8 +264,17 @@ def test_the_page_names_types_checks_and_groups_that_exist():
 
 def test_the_package_has_one_of_each_and_the_law_of_the_page(site):
     stranger = importlib.import_module("stranger")
-    kinds = {kind for row in ROWS if len(row) > 4 and row[4].strip("` |") for kind in named_classes(row[1])}
-    own = [value for value in vars(stranger).values() if inspect.isclass(value) and value.__module__ == "stranger"]
+    kinds = {
+        kind
+        for row in ROWS
+        if len(row) > 4 and row[4].strip("` |")
+        for kind in named_classes(row[1])
+    }
+    own = [
+        value
+        for value in vars(stranger).values()
+        if inspect.isclass(value) and value.__module__ == "stranger"
+    ]
     assert [kind for kind in kinds if not any(issubclass(value, kind) for value in own)] == []
     law = BLOCKS[0].split("@attrs.frozen")[1]
     assert law.strip() in (site / "stranger.py").read_text(encoding="utf-8")
@@ -251,11 +286,16 @@ NUMBERS = {"N": 2e-3, "m": 3e-9, "s": 4e-3, "J m-2": 5e-3, "1": 0.5}
 
 @pytest.mark.usefixtures("site")
 @pytest.mark.parametrize(
-    "name", ["Warming", "SquaredWear", "Halved", "Soft", "Grease", "Stairs", "Strokes", "Cone", "Filled"]
+    "name",
+    ["Warming", "SquaredWear", "Halved", "Soft", "Grease", "Stairs", "Strokes", "Cone", "Filled"],
 )
 def test_its_classes_accept_units_in_python(name):
     kind = getattr(importlib.import_module("stranger"), name)
-    units = {field.name: field_unit(field.type) for field in attrs.fields(kind) if field.name in kind.__annotations__}
+    units = {
+        field.name: field_unit(field.type)
+        for field in attrs.fields(kind)
+        if field.name in kind.__annotations__
+    }
     units = {key: unit for key, unit in units.items() if unit}
     assert units
     made = kind(**{key: STRINGS[unit] for key, unit in units.items()})
@@ -263,7 +303,11 @@ def test_its_classes_accept_units_in_python(name):
     assert {type(getattr(made, key)) for key in units} == {float}
     key, unit = next(iter(units.items()))
     others = {other: NUMBERS[units[other]] for other in units if other != key}
-    said = f"{name}: {key}: '5 K': 'K' is not a unit of" if unit != "1" else f"{name}: {key}: '5 K' is a string"
+    said = (
+        f"{name}: {key}: '5 K': 'K' is not a unit of"
+        if unit != "1"
+        else f"{name}: {key}: '5 K' is a string"
+    )
     with pytest.raises(InputError, match=said):
         kind(**others, **{key: "5 K"})
 
@@ -277,7 +321,9 @@ def test_its_tables_map_and_picture_are_read_and_drawn(path, tmp_path):
         assert table.columns["load"].tolist() == [1e-3, 2e-3]
         assert table.columns["stroke"].tolist() == pytest.approx([3e-9, 5e-9])
     called("plot", *_result(path), "-o", "limits.png", "--picture", "limits")
-    path.write_text(WITHOUT.replace('"sphere"\nradius = "10 µm"', '"cone"\nheight = "20 nm"'), encoding="utf-8")
+    path.write_text(
+        WITHOUT.replace('"sphere"\nradius = "10 µm"', '"cone"\nheight = "20 nm"'), encoding="utf-8"
+    )
     built = hs.load(path).surface()
     assert built.summits.height.tolist() == [0.0]
 
@@ -309,9 +355,16 @@ def test_type_checkers_accept_the_page_and_the_package(tmp_path):
         (tmp_path / f"block{number}.py").write_text(block, encoding="utf-8")
     (tmp_path / "typed.py").write_text(TYPED, encoding="utf-8")
     files = sorted(map(str, tmp_path.glob("*.py")))
-    options = ["--config-file=", "--check-untyped-defs", "--ignore-missing-imports", "--follow-imports=silent"]
+    options = [
+        "--config-file=",
+        "--check-untyped-defs",
+        "--ignore-missing-imports",
+        "--follow-imports=silent",
+    ]
     command = [sys.executable, "-m", "mypy", *options, *files]
-    done = subprocess.run(command, cwd=PROJECT.parents[1], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=PROJECT.parents[1], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stdout
 
 
@@ -319,7 +372,11 @@ def test_type_checkers_accept_the_page_and_the_package(tmp_path):
     ("before", "after", "said"),
     [
         ("half_load", "half_lode", "friction.half_lode: unknown key; did you mean 'half_load'"),
-        ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onse = 1 }', "surface.yielding.onse: unknown key; did you"),
+        (
+            '"10 µm"',
+            '"10 µm"\nyielding = { law = "soft", onse = 1 }',
+            "surface.yielding.onse: unknown key; did you",
+        ),
     ],
 )
 def test_keys_of_an_extension_are_checked(path, before, after, said):
@@ -343,7 +400,10 @@ def test_help_lists_it(path):
     assert path.exists()
     lines = called("kinds", "laws", "warming").splitlines()
     assert lines[0].endswith("[stranger 1.2]")
-    assert [line.split() for line in lines[1:]] == [["cold", "≥", "0"], ["half_load", "[N]", ">", "0"]]
+    assert [line.split() for line in lines[1:]] == [
+        ["cold", "≥", "0"],
+        ["half_load", "[N]", ">", "0"],
+    ]
     groups = {
         "laws",
         "wear",
@@ -364,7 +424,10 @@ def test_help_lists_it(path):
 def test_a_package_that_cannot_be_loaded_is_named(path, site):
     (site / "stranger.py").write_text("1/0", encoding="utf-8")
     sys.modules.pop("stranger", None)
-    with pytest.raises(InputError, match=r"of the package stranger cannot be loaded from stranger:Stairs \(division"):
+    with pytest.raises(
+        InputError,
+        match=r"of the package stranger cannot be loaded from stranger:Stairs \(division",
+    ):
         hs.load(path)
     # what does not need it works
     path.write_text(WITHOUT, encoding="utf-8")
@@ -406,7 +469,10 @@ def test_an_event_of_it_runs_and_is_in_the_log(path, site):
     shutil.rmtree(next(site.glob("*.dist-info")))
     with (
         hs.EventLog(Path("a.history")) as log,
-        pytest.raises(MissingPackageError, match=r"holds an event 'grease' of stranger 1.2, which is not there"),
+        pytest.raises(
+            MissingPackageError,
+            match=r"holds an event 'grease' of stranger 1.2, which is not there",
+        ),
     ):
         log.events()
     with pytest.raises(InputError, match=r"loading.waypoints\[2\].grease: unknown key"):
@@ -416,7 +482,10 @@ def test_an_event_of_it_runs_and_is_in_the_log(path, site):
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ("{ part = -1 }", r"loading.waypoints\[2\].grease: Grease: part is -1.0; expected a number of 0 or more"),
+        (
+            "{ part = -1 }",
+            r"loading.waypoints\[2\].grease: Grease: part is -1.0; expected a number of 0 or more",
+        ),
     ],
 )
 def test_keys_of_its_event_are_checked(path, told, said):

@@ -34,7 +34,9 @@ def test_an_expected_end_passes(made):
 
 def test_an_unexpected_end_is_found(made, monkeypatch):
     assert "code 0" in hostile.wrong(case(codes=(2,)), made)
-    assert "does not say" in hostile.wrong(case(arguments=["validate", "none.toml"], said=("no such word",)), made)
+    assert "does not say" in hostile.wrong(
+        case(arguments=["validate", "none.toml"], said=("no such word",)), made
+    )
 
     monkeypatch.setattr(hostile, "carried_out", lambda *_: sys.exit(7))
     assert "without an answer" in hostile.wrong(case(), made)
@@ -43,7 +45,9 @@ def test_an_unexpected_end_is_found(made, monkeypatch):
     monkeypatch.setattr(hostile, "carried_out", lambda *_: time.sleep(60))
     monkeypatch.setattr(hostile, "PATIENCE", 0.5)
     assert "waits" in hostile.wrong(case(seconds=0.1), made)
-    monkeypatch.setattr(hostile, "carried_out", lambda *rest: rest[2].send((1, "KeyError('x')", "", 0.0)))
+    monkeypatch.setattr(
+        hostile, "carried_out", lambda *rest: rest[2].send((1, "KeyError('x')", "", 0.0))
+    )
     assert "KeyError" in hostile.wrong(case(), made)
 
 
@@ -57,7 +61,11 @@ def harmful(_, folder, answer):
 def test_every_hostile_input_ends_as_expected(kind, made):
     hs.run(made / "s.toml", made / "a.nc").close()
     (made / "loads.csv").write_text("time,normal_load\n10,0.01\n", encoding="utf-8")
-    found = [f"{each.name}: {problem}" for _, each in hostile.cases([kind]) if (problem := hostile.wrong(each, made))]
+    found = [
+        f"{each.name}: {problem}"
+        for _, each in hostile.cases([kind])
+        if (problem := hostile.wrong(each, made))
+    ]
     assert not found
 
 
@@ -86,8 +94,12 @@ PLACES = {
 @pytest.mark.parametrize("place", [*PLACES, "file"])
 def test_a_message_echoes_little_of_a_file_and_no_control_characters(tmp_path, place, content):
     (tmp_path / "f").write_text(content, encoding="utf-8")
-    loading = "" if place == "record" else "[loading]\nwaypoints = [{ time = 0, normal_load = 1e-3 }]\n"
-    materials = '[materials]\nfirst = "silicon"\nsecond = "float glass"\n[friction]\ncoefficient = 0.2\n'
+    loading = (
+        "" if place == "record" else "[loading]\nwaypoints = [{ time = 0, normal_load = 1e-3 }]\n"
+    )
+    materials = (
+        '[materials]\nfirst = "silicon"\nsecond = "float glass"\n[friction]\ncoefficient = 0.2\n'
+    )
     (tmp_path / "s.toml").write_text(materials + PLACES.get(place, "") + loading, encoding="utf-8")
     calls = [hs.open, hs.show, hs.run] if place == "file" else [hs.run]
     for call in calls:

@@ -30,19 +30,25 @@ def test_a_case_with_more_instructions_is_named():
 def test_goals_are_of_cases_that_do_not_reach_them_yet():
     table = json.loads((SCRIPT.parent / "instructions.json").read_text(encoding="utf-8"))
     counted = table["instructions"]
-    assert [name for name, goal in table["goals"].items() if not counted.get(name, 0.0) > goal] == []
+    assert [
+        name for name, goal in table["goals"].items() if not counted.get(name, 0.0) > goal
+    ] == []
 
 
 @pytest.mark.ci
 @pytest.mark.timeout(900)
-@pytest.mark.skipif(not (shutil.which("valgrind") and shutil.which("gcc")), reason="needs valgrind and gcc")
+@pytest.mark.skipif(
+    not (shutil.which("valgrind") and shutil.which("gcc")), reason="needs valgrind and gcc"
+)
 def test_no_case_takes_more_instructions_than_recorded():
     spec = importlib.util.spec_from_file_location("instructions", SCRIPT)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     table = json.loads(module.TABLE.read_text(encoding="utf-8"))
     if table["compiler"] != module.compiler():
-        pytest.skip(f"instructions are recorded for {table['compiler']}: run tests/benchmarks/instructions.py")
+        pytest.skip(
+            f"instructions are recorded for {table['compiler']}: run tests/benchmarks/instructions.py"
+        )
     counted = module.measure()
     assert set(counted) == set(table["instructions"])
     assert exceeded(counted, table["instructions"]) == []

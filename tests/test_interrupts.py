@@ -68,13 +68,17 @@ def test_a_signal_is_heard_in_the_midst_of_a_segment(ensemble, normal, tangentia
         raise HeardError
 
     rows = Rows(np.zeros(PARTS, dtype=TOTALS), {})
-    start = ensemble.advance(ensemble.initial_state(), normal_load=0.03, tangential_displacement=0.0)
+    start = ensemble.advance(
+        ensemble.initial_state(), normal_load=0.03, tangential_displacement=0.0
+    )
     before = signal.signal(signal.SIGVTALRM, ring)
     try:
         # in processor time, in which no walk of so many parts ends
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.2)
         with pytest.raises(HeardError):
-            ensemble.advance_along(start, straight_paths(normal, tangential, parts=PARTS), rows=rows, saturate=True)
+            ensemble.advance_along(
+                start, straight_paths(normal, tangential, parts=PARTS), rows=rows, saturate=True
+            )
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
@@ -88,8 +92,12 @@ def test_a_signal_is_heard_in_the_midst_of_a_segment(ensemble, normal, tangentia
 @posix
 def test_a_signal_is_heard_in_the_midst_of_a_step_of_two_directions():
     """A single path without rows on the way, whose rings take longer than anybody waits."""
-    ensemble = hs.Ensemble(PAIR, *SUMMITS, 0.5, rings=hs.Rings(height_classes=1, rings=800, tolerance=1e-9))
-    start = ensemble.advance(ensemble.initial_state(), normal_load=0.03, tangential_displacement=(4e-3, 0.0))
+    ensemble = hs.Ensemble(
+        PAIR, *SUMMITS, 0.5, rings=hs.Rings(height_classes=1, rings=800, tolerance=1e-9)
+    )
+    start = ensemble.advance(
+        ensemble.initial_state(), normal_load=0.03, tangential_displacement=(4e-3, 0.0)
+    )
 
     def ring(*_):
         raise HeardError
@@ -124,7 +132,9 @@ main(["run", "long.toml", "-q"])
 def test_a_run_of_a_long_segment_ends_at_an_interrupt(tmp_path):
     (tmp_path / "long.toml").write_text(SCENARIO, encoding="utf-8")
     command = [sys.executable, "-c", TELLING]
-    run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    run = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     # the first waypoint is walked with the long segment after it
     assert run.stdout.readline() == "walking\n"
     run.send_signal(signal.SIGINT)
@@ -157,7 +167,9 @@ def test_processes_end_at_an_interrupt_in_the_midst_of_their_tasks():
 
 
 def test_an_interrupted_sweep_reports_its_finished_cells(tmp_path, monkeypatch):
-    scenario = SCENARIO.replace(f"substeps = {PARTS}", "substeps = 2").replace("[0.5, 0.4, 0.5]", "0.4")
+    scenario = SCENARIO.replace(f"substeps = {PARTS}", "substeps = 2").replace(
+        "[0.5, 0.4, 0.5]", "0.4"
+    )
     (tmp_path / "s.toml").write_text(scenario, encoding="utf-8")
     original = _Plan.carry_out
 
@@ -167,7 +179,11 @@ def test_an_interrupted_sweep_reports_its_finished_cells(tmp_path, monkeypatch):
 
     monkeypatch.setattr(_Plan, "carry_out", carry_out)
     over = {"friction.coefficient": [0.1, 0.2]}
-    with pytest.raises(KeyboardInterrupt, match=r"cells keeps 2 of 2 cells, and the same sweep resumes there"):
-        hs.sweep(tmp_path / "s.toml", over, outputs=["peak_contact_count"], store=tmp_path / "cells")
+    with pytest.raises(
+        KeyboardInterrupt, match=r"cells keeps 2 of 2 cells, and the same sweep resumes there"
+    ):
+        hs.sweep(
+            tmp_path / "s.toml", over, outputs=["peak_contact_count"], store=tmp_path / "cells"
+        )
     with pytest.raises(KeyboardInterrupt, match="2 of 2 cells are lost without a store"):
         hs.sweep(tmp_path / "s.toml", over, outputs=["peak_contact_count"])

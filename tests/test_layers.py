@@ -59,11 +59,15 @@ def complaints(root):
     graph = {name: own for name, (own, _) in imports(root).items() if name not in (*FREE, ANYONE)}
     for name, own in graph.items():
         if room(name) not in ROOMS:
-            found.append(f"{name} is in no package of the table; move it into one, below the packages it imports")
+            found.append(
+                f"{name} is in no package of the table; move it into one, below the packages it imports"
+            )
             continue
         for target in sorted(own - {name, ANYONE}):
             if target in FREE:
-                found.append(f"{name} imports the package itself; import the module that defines the name")
+                found.append(
+                    f"{name} imports the package itself; import the module that defines the name"
+                )
             elif room(target) in ROOMS and ROOMS.index(room(target)) > ROOMS.index(room(name)):
                 found.append(f"{name} imports {target}, which is below it")
     for own_room in ROOMS:
@@ -128,10 +132,15 @@ def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
 
 @pytest.mark.parametrize("name", READERS)
 def test_readers_of_a_dataset_do_not_import_the_engine(name):
-    # the declarations of the variables name types of the engine, but do not import them when they run
+    # the declarations of the variables name types of the engine, but do not import them when they
+    # run
     declarations = {SCHEMA: package_imports(top_level=True)[SCHEMA]}
     found = reachable({**package_imports(), **declarations, "": (set(), set())}, [name])
-    assert {module for module in found if room(module) in ENGINE} <= {SCHEMA, room(SCHEMA), "recording.stored_units"}
+    assert {module for module in found if room(module) in ENGINE} <= {
+        SCHEMA,
+        room(SCHEMA),
+        "recording.stored_units",
+    }
 
 
 def test_nothing_heavy_is_imported_before_the_command_line_answers():
@@ -162,15 +171,22 @@ def made(folder, **sources):
     ],
 )
 def test_an_import_from_below_is_found_anywhere(tmp_path, source):
-    assert complaints(made(tmp_path, loads=source, cli="")) == ["loads imports cli, which is below it"]
+    assert complaints(made(tmp_path, loads=source, cli="")) == [
+        "loads imports cli, which is below it"
+    ]
     assert complaints(made(tmp_path, loads="", cli="from historysim import loads")) == []
 
 
-@pytest.mark.parametrize("source", ["import historysim", "from historysim import replay", "from . import replay"])
+@pytest.mark.parametrize(
+    "source", ["import historysim", "from historysim import replay", "from . import replay"]
+)
 def test_an_import_of_the_whole_package_is_seen(tmp_path, source):
     found = complaints(made(tmp_path, loads=source))
     assert found == ["loads imports the package itself; import the module that defines the name"]
-    assert complaints(made(tmp_path, loads="from historysim._version import __version__", _version="")) == []
+    assert (
+        complaints(made(tmp_path, loads="from historysim._version import __version__", _version=""))
+        == []
+    )
 
 
 def test_a_circle_inside_a_room_is_seen(tmp_path):
@@ -178,13 +194,19 @@ def test_a_circle_inside_a_room_is_seen(tmp_path):
     empty = {"__init____in__memory": ""}
     good = made(tmp_path, **empty, **{above: "", below: "from historysim.memory import layout"})
     assert complaints(good) == []
-    bad = made(tmp_path, **empty, **{above: "from . import walk", below: "from historysim.memory import layout"})
+    bad = made(
+        tmp_path,
+        **empty,
+        **{above: "from . import walk", below: "from historysim.memory import layout"},
+    )
     assert complaints(bad) == ["memory.layout, memory.walk import one another in a circle"]
 
 
 def test_a_module_without_a_room_is_seen(tmp_path):
     found = complaints(made(tmp_path, wear="import historysim.errors", errors=""))
-    assert found == ["wear is in no package of the table; move it into one, below the packages it imports"]
+    assert found == [
+        "wear is in no package of the table; move it into one, below the packages it imports"
+    ]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,11 @@ LEAVES = {
     "report": ["results/report"],
     "gallery": ["studies/gallery.py"],
     "design studies": ["studies/design.py"],
-    "adhesion theory": ["contact/adhesion*", "asperities/adhering.py", "results/plots/adhesion*.py"],
+    "adhesion theory": [
+        "contact/adhesion*",
+        "asperities/adhering.py",
+        "results/plots/adhesion*.py",
+    ],
     "solvers and batches": ["coupling.py", "asperities/contact_batch.py"],
 }
 COMMANDS = "cli"  # may import any room where a command is called
@@ -36,5 +40,9 @@ def test_nothing_in_the_core_imports_a_leaf(leaf):
         return any(name == one or name.startswith(f"{one}.") for one in inside)
 
     allowed = (f"{COMMANDS}.", *CALLERS.get(leaf, ()))
-    found = [name for name, (own, _) in package_imports().items() if not is_inside(name) and any(map(is_inside, own))]
+    found = [
+        name
+        for name, (own, _) in package_imports().items()
+        if not is_inside(name) and any(map(is_inside, own))
+    ]
     assert [name for name in found if not name.startswith(allowed)] == []

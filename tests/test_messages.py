@@ -1,7 +1,8 @@
 """Messages about unsuitable arguments of public functions, compared with messages.txt.
 
-Each case is an expression; other golden files are in tests/tables and tests/scenario. They are reviewed in diffs;
-after an intended change ``PYTHONPATH=tests/support python tests/test_messages.py`` writes this one again.
+Each case is an expression; other golden files are in tests/tables and tests/scenario. They are
+reviewed in diffs; after an intended change ``PYTHONPATH=tests/support python
+tests/test_messages.py`` writes this one again.
 """
 
 import contextlib
@@ -210,8 +211,12 @@ def names():
     """Return the names that the expressions use."""
     pair = hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9)
     ball = hs.Ensemble(pair, [0.0, -1e-9], 1e-3, 0.2)
-    job = hs.Replay(ball, [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 1e-8)], substeps=4)
-    sweep = xr.Dataset({"drift": (("load", "seed"), np.ones((2, 2)))}, {"load": [1.0, 2.0], "seed": [1, 2]})
+    job = hs.Replay(
+        ball, [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 1e-8)], substeps=4
+    )
+    sweep = xr.Dataset(
+        {"drift": (("load", "seed"), np.ones((2, 2)))}, {"load": [1.0, 2.0], "seed": [1, 2]}
+    )
     return {
         **{name: value for module in MODULES for name, value in vars(module).items()},
         "hs": hs,

@@ -27,11 +27,38 @@ NAMESPACES = (
 )
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "State", "Asperity", "SlipState"),
-    *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
-    *("Surface", "Summits", "random_surface", "read_surface", "registered", "area_laws", "surfaces", "contact"),
+    *(
+        "NormalLoad",
+        "TangentialLoad",
+        "NormalDisplacement",
+        "TangentialDisplacement",
+        "FrictionChange",
+    ),
+    *(
+        "Surface",
+        "Summits",
+        "random_surface",
+        "read_surface",
+        "registered",
+        "area_laws",
+        "surfaces",
+        "contact",
+    ),
     *("coupling", "plots", "laws", "wear", "yielding"),
     *("drift", "events", "Instrument", "EventLog"),
-    *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
+    *(
+        "Replay",
+        "replay",
+        "run",
+        "load",
+        "open",
+        "validate",
+        "verify",
+        "show",
+        "plot",
+        "report",
+        "analysis",
+    ),
     *("compare", "creep", "fit", "loops", "sliding", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
@@ -63,7 +90,9 @@ def test_what_is_listed_are_the_public_names_alone():
 def test_a_namespace_shows_its_public_names_alone(name):
     space = getattr(hs, name)
     assert dir(space) == sorted(space.__all__)
-    assert all(not there.startswith("_") and getattr(space, there) is not None for there in dir(space))
+    assert all(
+        not there.startswith("_") and getattr(space, there) is not None for there in dir(space)
+    )
     assert "annotations" not in dir(space)
 
 
@@ -84,7 +113,10 @@ def test_each_public_name_has_a_line_of_its_own(stub):
     tree = ast.parse(stub.read_text(encoding="utf-8"))
     lines = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
     assert len(lines) == len(tree.body)
-    assert all(len(node.names) == 1 and node.names[0].asname and node.lineno == node.end_lineno for node in lines)
+    assert all(
+        len(node.names) == 1 and node.names[0].asname and node.lineno == node.end_lineno
+        for node in lines
+    )
 
 
 def test_everything_that_is_listed_is_there():

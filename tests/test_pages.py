@@ -14,10 +14,16 @@ import tomlkit
 import historysim as hs
 
 ROOT = Path(__file__).parents[1]
-ROOM_PAGES = sorted(path for path in (ROOT / "historysim").glob("*/README.md") if path.parent.name != "memory")
+ROOM_PAGES = sorted(
+    path for path in (ROOT / "historysim").glob("*/README.md") if path.parent.name != "memory"
+)
 KEYS = ROOT / "scenarios" / "keys.md"
 PAGES = [*ROOM_PAGES, ROOT / "scenarios" / "README.md", ROOT / "historysim" / "README.md"]
-WRITTEN = (path for folder in ("data", "historysim", "scenarios", "tests") for path in (ROOT / folder).rglob("*.md"))
+WRITTEN = (
+    path
+    for folder in ("data", "historysim", "scenarios", "tests")
+    for path in (ROOT / folder).rglob("*.md")
+)
 PROSE = [
     *sorted(path for path in WRITTEN if path != KEYS),
     *(ROOT / name for name in ("README.md", "CHANGELOG.md", ".github/CONTRIBUTING.md")),
@@ -38,7 +44,9 @@ def after_the_readme(tmp_path_factory):
     """The folder of somebody who has typed in the README."""
     folder = tmp_path_factory.mktemp("readme")
     for name in ("data", "scenarios"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("thesis", "tutorials", "*.py"))
+        shutil.copytree(
+            ROOT / name, folder / name, ignore=shutil.ignore_patterns("thesis", "tutorials", "*.py")
+        )
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr("historysim.basics.system.processors", lambda: 1)
@@ -48,7 +56,14 @@ def after_the_readme(tmp_path_factory):
 
 def test_the_readme_runs_unchanged(after_the_readme):
     made = {path.name for path in after_the_readme.iterdir()}
-    assert {"my.nc", "my.history", "my.png", "my_report.html", "my_fitted.toml", "history.png"} <= made
+    assert {
+        "my.nc",
+        "my.history",
+        "my.png",
+        "my_report.html",
+        "my_fitted.toml",
+        "history.png",
+    } <= made
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -66,7 +81,9 @@ def test_the_readme_is_a_screen():
 
 @pytest.mark.parametrize("page", PROSE, ids=name_of)
 def test_lines_of_prose_are_short(page):
-    text = re.sub(r"^(```|\$\$).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(
+        r"^(```|\$\$).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
+    )
     prose = [line for line in text.splitlines() if not re.match(r"\s*(\||!\[)|    ", line)]
     assert [line for line in prose if len(line) > LONGEST] == []
     # comments of MyST, which the site leaves out
@@ -90,22 +107,28 @@ waypoints = [
 """
 
 
-@pytest.mark.parametrize("example", [body for _, _, body in pages.blocks(KEYS.read_text(encoding="utf-8"))])
+@pytest.mark.parametrize(
+    "example", [body for _, _, body in pages.blocks(KEYS.read_text(encoding="utf-8"))]
+)
 def test_an_example_of_a_key_is_valid_in_a_scenario(example, tmp_path):
     (tmp_path / "data").symlink_to(ROOT / "data")
     if not example.startswith("["):
         example = f'[materials]\nfirst = "silicon"\n{example}'
     path = tmp_path / "example.toml"
-    path.write_text(tomlkit.dumps({**tomlkit.parse(BASE), **tomlkit.parse(example)}), encoding="utf-8")
+    path.write_text(
+        tomlkit.dumps({**tomlkit.parse(BASE), **tomlkit.parse(example)}), encoding="utf-8"
+    )
     if "[fit]" not in example:
         # a fit needs a record
         hs.validate(path)
     assert hs.load(path).events()
 
 
-# Documented modules that are not attributes of `historysim`: fields of extensions, the core for compiled callers.
+# Documented modules that are not attributes of `historysim`: fields of extensions, the core for
+# compiled callers.
 DOCUMENTED = {
-    f"historysim.{name}" for name in ("basics.fields", "basics.library", "asperities.running_in", "results.queries")
+    f"historysim.{name}"
+    for name in ("basics.fields", "basics.library", "asperities.running_in", "results.queries")
 }
 MODULES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
@@ -120,7 +143,9 @@ FOR_USERS = [path for path in (*PROSE, *SCRIPTS) if ROOT / "tests" not in path.p
 def public_modules(module=hs):
     """The names of the modules that users reach from `historysim` by public attributes."""
     parts = [getattr(module, name) for name in getattr(module, "__all__", ())]
-    spaces = [part for part in parts if inspect.ismodule(part) and part.__name__.startswith("historysim.")]
+    spaces = [
+        part for part in parts if inspect.ismodule(part) and part.__name__.startswith("historysim.")
+    ]
     return {module.__name__}.union(*map(public_modules, spaces))
 
 
@@ -137,17 +162,30 @@ def imported_modules(code):
 @pytest.mark.parametrize("page", FOR_USERS, ids=name_of)
 def test_pages_and_scripts_import_public_modules_alone(page):
     text = page.read_text(encoding="utf-8")
-    blocks = [text] if page.suffix == ".py" else re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-    imported = {name for block in blocks for name in imported_modules(block) if name.startswith("historysim")}
+    blocks = (
+        [text]
+        if page.suffix == ".py"
+        else re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    )
+    imported = {
+        name
+        for block in blocks
+        for name in imported_modules(block)
+        if name.startswith("historysim")
+    }
     assert imported - public_modules() - DOCUMENTED == set()
 
 
 def test_sources_named_in_the_theory_have_an_entry():
-    text, literature = (ROOT / "historysim/contact/README.md").read_text(encoding="utf-8").split("## Literature")
+    text, literature = (
+        (ROOT / "historysim/contact/README.md").read_text(encoding="utf-8").split("## Literature")
+    )
     named = re.findall(r"([A-Z]\w+)(?: and ([A-Z]\w+))?(?:'s \w+ | )\(?((?:18|19|20)\d\d)\b", text)
     assert len(named) > 6
     for first, second, year in named:
-        entries = [entry for entry in re.split(r"(?<=\))\.|(?<=\d)\. ", literature) if first in entry]
+        entries = [
+            entry for entry in re.split(r"(?<=\))\.|(?<=\d)\. ", literature) if first in entry
+        ]
         assert any(year in entry and second in entry for entry in entries), (first, second, year)
 
 
@@ -162,13 +200,21 @@ def test_the_site_has_a_heading_for_the_tutorials():
 
 def test_symbols_of_keys_keep_their_case():
     """A meaning may begin with a symbol, ν or c/a, whose capital is another symbol."""
-    cells = [line.split(" | ")[-1] for line in KEYS.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
+    cells = [
+        line.split(" | ")[-1]
+        for line in KEYS.read_text(encoding="utf-8").splitlines()
+        if line.startswith("| ")
+    ]
     assert [cell for cell in cells if re.match(r"[Α-Ω]|[A-Z]\w?(/\w+)? \[", cell)] == []
     assert any(cell.startswith("ν [1]") for cell in cells)
 
 
 def test_every_key_has_a_description():
     lines = KEYS.read_text(encoding="utf-8").splitlines()
-    rows = [line for line in lines if line.startswith(("| `", "| **`")) and not line.startswith("| `law` | keys |")]
+    rows = [
+        line
+        for line in lines
+        if line.startswith(("| `", "| **`")) and not line.startswith("| `law` | keys |")
+    ]
     assert len(rows) > 200
     assert [row for row in rows if row.split(" | ")[-1].strip(" |") == ""] == []

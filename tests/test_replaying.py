@@ -37,7 +37,11 @@ def bits(history):
 def test_a_replay_gives_the_same_bits_as_often_as_it_is_asked(ensemble, tmp_path):
     job = hs.Replay(ensemble, EVENTS, substeps=3, record="all", hold=False)
     once = job.dataset()
-    assert bits(once) == bits(job.dataset()) == bits(hs.replay(ensemble, EVENTS, substeps=3, record="all", hold=False))
+    assert (
+        bits(once)
+        == bits(job.dataset())
+        == bits(hs.replay(ensemble, EVENTS, substeps=3, record="all", hold=False))
+    )
     job.write(tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc", decode_times=False) as written:
         assert bits(written) == bits(once)
@@ -61,10 +65,14 @@ def test_a_part_of_a_replay_ends_between_two_events(ensemble):
     job = hs.Replay(ensemble, EVENTS, substeps=2, hold=False)
     whole, part = job.dataset(), job.dataset(until=0.25)
     assert part.time.values.tolist() == [0.0, 0.25]
-    assert part.isel(step=0).normal_load.values.tobytes() == whole.isel(step=0).normal_load.values.tobytes()
+    assert (
+        part.isel(step=0).normal_load.values.tobytes()
+        == whole.isel(step=0).normal_load.values.tobytes()
+    )
 
 
-# -- events and what is recorded of them ------------------------------------------------------------
+# -- events and what is recorded of them
+# ------------------------------------------------------------
 
 
 def test_totals_are_the_same_bits_whatever_is_recorded(ensemble):
@@ -79,13 +87,17 @@ def test_totals_are_the_same_bits_whatever_is_recorded(ensemble):
 
 def test_totals_alone_do_not_look_for_sliding_times():
     """On paths on which asperities evolve, the search costs many times the path; no total depends on it."""
-    ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, 0.3, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0))
+    ensemble = hs.Ensemble(
+        PAIR, HEIGHTS, RADII, 0.3, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0)
+    )
     events = [
         hs.NormalDisplacement(0.0, 0.06),
         hs.TangentialDisplacement(1.0, 0.03),
         hs.TangentialDisplacement(2.0, -0.03),
     ]
-    everything, totals = (hs.Replay(ensemble, events, record=record) for record in ("all", "totals"))
+    everything, totals = (
+        hs.Replay(ensemble, events, record=record) for record in ("all", "totals")
+    )
     assert np.isfinite(everything.dataset().slide_time).any()
     recorder = totals.recorder(DatasetRecorder)
     assert np.isnan(ensemble.slide_time(totals.walk(recorder))).all()
@@ -108,7 +120,11 @@ def test_substeps_that_are_no_count_are_refused(ensemble, substeps):
 
 
 def long_history(last):
-    return [hs.NormalLoad(0.0, 0.01), *(hs.TangentialLoad(time / 3, 0.001) for time in range(1, 37)), last]
+    return [
+        hs.NormalLoad(0.0, 0.01),
+        *(hs.TangentialLoad(time / 3, 0.001) for time in range(1, 37)),
+        last,
+    ]
 
 
 def test_an_error_names_the_event(ensemble):
@@ -134,29 +150,48 @@ def test_an_error_names_the_event(ensemble):
             3,
         ),
         ([hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.004), hs.FrictionChange(2.0, 0.1)], 2),
-        ([hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(2.0, 0.001), hs.TangentialLoad(2.0, 0.006)], 2),
+        (
+            [
+                hs.NormalLoad(0.0, 0.01),
+                hs.TangentialLoad(2.0, 0.001),
+                hs.TangentialLoad(2.0, 0.006),
+            ],
+            2,
+        ),
         ([hs.TangentialLoad(2.0, 0.001)], 0),
         ([hs.FrictionChange(0.0, 0.2), hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(2.0, 0.003)], 2),
     ],
 )
 @pytest.mark.parametrize("substeps", [1, 3])
 def test_the_event_that_asks_too_much_is_the_one_that_is_named(ensemble, events, named, substeps):
-    with pytest.raises(hs.LoadError, match=rf"^event {named} at t = 2 s: a tangential load of 0\.00\d N is beyond"):
+    with pytest.raises(
+        hs.LoadError, match=rf"^event {named} at t = 2 s: a tangential load of 0\.00\d N is beyond"
+    ):
         hs.replay(ensemble, events, substeps=substeps)
 
 
 @pytest.mark.parametrize("friction", [[0.1, 0.2], [0.1] * 6])
 @pytest.mark.parametrize("saturate", [False, True])
 def test_a_wrong_number_of_coefficients_names_the_event(ensemble, friction, saturate):
-    events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(12.5, friction), hs.NormalLoad(13.0, 0.02)]
-    with pytest.raises(hs.InputError, match=r"^event 1 at t = 12\.5 s: friction .*expected one coefficient.* 5 asper"):
+    events = [
+        hs.NormalLoad(0.0, 0.01),
+        hs.FrictionChange(12.5, friction),
+        hs.NormalLoad(13.0, 0.02),
+    ]
+    with pytest.raises(
+        hs.InputError,
+        match=r"^event 1 at t = 12\.5 s: friction .*expected one coefficient.* 5 asper",
+    ):
         hs.replay(ensemble, events, saturate=saturate, hold=False)
 
 
 def test_saturate_holds_the_load_at_the_limit_and_says_so(ensemble):
     events = [
         hs.NormalLoad(0.0, 0.01),
-        *(hs.TangentialLoad(time, load) for time, load in ((1.0, 0.002), (2.0, 0.02), (3.0, 0.0), (4.0, -1.0))),
+        *(
+            hs.TangentialLoad(time, load)
+            for time, load in ((1.0, 0.002), (2.0, 0.02), (3.0, 0.0), (4.0, -1.0))
+        ),
         hs.NormalLoad(4.0, 0.01),
         hs.NormalLoad(5.0, 0.02),
     ]
@@ -172,14 +207,17 @@ def test_saturate_holds_the_load_at_the_limit_and_says_so(ensemble):
 
 def test_a_history_within_the_limit_is_the_same_with_saturate(ensemble):
     xr.testing.assert_identical(
-        hs.replay(ensemble, EVENTS, saturate=True, hold=False), hs.replay(ensemble, EVENTS, hold=False)
+        hs.replay(ensemble, EVENTS, saturate=True, hold=False),
+        hs.replay(ensemble, EVENTS, hold=False),
     )
 
 
 def test_saturate_holds_the_load_where_friction_falls_and_says_so(ensemble):
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.004), hs.FrictionChange(2.0, 0.1)]
     history = hs.replay(ensemble, [*events, hs.NormalLoad(3.0, 0.01)], saturate=True)
-    assert history.total_tangential_load.values == pytest.approx([0.0, 0.004, 0.001, 0.001], rel=1e-12)
+    assert history.total_tangential_load.values == pytest.approx(
+        [0.0, 0.004, 0.001, 0.001], rel=1e-12
+    )
     assert history.saturated.values.tolist() == [0, 0, 1, 1]
 
 
@@ -207,7 +245,9 @@ def test_what_is_not_a_sequence_of_events_is_an_input_error(ensemble, events):
 
 def test_decreasing_times_are_an_error_before_anything_is_replayed(ensemble):
     events = [hs.TangentialLoad(1.0, 99.0), hs.NormalLoad(0.5, 0.01)]
-    with pytest.raises(hs.InputError, match=r"^event 1 at t = 0\.5 s: comes after an event at t = 1 s"):
+    with pytest.raises(
+        hs.InputError, match=r"^event 1 at t = 0\.5 s: comes after an event at t = 1 s"
+    ):
         hs.replay(ensemble, events)
 
 

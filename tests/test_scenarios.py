@@ -63,7 +63,9 @@ def nine_point_summits(heights, pixel, periodic):
         for j in range(count_y):
             if not periodic and (i in {0, count_x - 1} or j in {0, count_y - 1}):
                 continue
-            patch = heights[np.ix_([i - 1, i, (i + 1) % count_x], [j - 1, j, (j + 1) % count_y])].ravel()
+            patch = heights[
+                np.ix_([i - 1, i, (i + 1) % count_x], [j - 1, j, (j + 1) % count_y])
+            ].ravel()
             around = np.delete(patch, 4)
             if (around < patch[4]).all():
                 curvature = (4 * patch[4] - patch[[1, 3, 5, 7]].sum()) / (2 * pixel**2)
@@ -102,12 +104,16 @@ def at_time(history, time, name):
 
 
 def energy_between(history, start, end):
-    return at_time(history, end, "total_dissipated_energy") - at_time(history, start, "total_dissipated_energy")
+    return at_time(history, end, "total_dissipated_energy") - at_time(
+        history, start, "total_dissipated_energy"
+    )
 
 
 def test_they_are_numbered():
     numbers = [
-        path.name[:2] for path in sorted((ROOT / "scenarios").glob("[0-9]*.*")) if path.suffix in {".toml", ".py"}
+        path.name[:2]
+        for path in sorted((ROOT / "scenarios").glob("[0-9]*.*"))
+        if path.suffix in {".toml", ".py"}
     ]
     assert numbers == [f"{number:02}" for number in range(1, len(numbers) + 1)]
 
@@ -123,22 +129,31 @@ def test_each_has_a_title_and_balances(path, histories):
     # a patch has its share of a table
     error = 1e-3 * float(history.friction_limit.max()) if path.stem == INTERACTING else 1e-14
     if "direction" in history.dims:
-        # nodes that hardly matter, some 1e-5 each, are left out after a step: a tenth of the tolerance of the load
+        # nodes that hardly matter, some 1e-5 each, are left out after a step: a tenth of the
+        # tolerance of the load
         error = 1e-4 * float(history.friction_limit.max())
-    assert force.sum("asperity").values == pytest.approx(history.total_tangential_load.values, abs=error)
+    assert force.sum("asperity").values == pytest.approx(
+        history.total_tangential_load.values, abs=error
+    )
     assert (np.diff(history.total_dissipated_energy) >= 0).all()
 
 
-@pytest.mark.parametrize(("name", "levels"), [("01_load_steps_up", LEVELS), ("02_load_steps_down", LEVELS[::-1])])
+@pytest.mark.parametrize(
+    ("name", "levels"), [("01_load_steps_up", LEVELS), ("02_load_steps_down", LEVELS[::-1])]
+)
 def test_01_02_loops_at_each_load(histories, name, levels):
     history = histories[name]
     for turn, load in enumerate(levels):
         end = 66.0 * (turn + 1)
         approach, _ = approaches(load)
         # the last reading of a level carries the noise of the load, 6 µN
-        assert at_time(history, end, "contact_count") == pytest.approx(np.count_nonzero(approach), abs=1)
+        assert at_time(history, end, "contact_count") == pytest.approx(
+            np.count_nonzero(approach), abs=1
+        )
         # the first of the four loops begins at another load, so the last three are compared
-        assert energy_between(history, end - 48.0, end) == pytest.approx(3 * loop_energy(load, 100e-9), rel=0.01)
+        assert energy_between(history, end - 48.0, end) == pytest.approx(
+            3 * loop_energy(load, 100e-9), rel=0.01
+        )
         plateau = np.abs(history.total_tangential_load.values[history.time.values < end]).max()
         assert plateau == pytest.approx(FRICTION * max(levels[: turn + 1]), rel=1e-3)
     approach, _ = approaches(90e-3)
@@ -159,17 +174,23 @@ def test_03_loops_at_constant_load_repeat(histories):
 
 def test_04_both_rising_ends_in_the_virgin_state(histories):
     history = histories["04_normal_up_tangential_up"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(virgin(70e-3, 5e-3), rel=1e-9)
+    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(
+        virgin(70e-3, 5e-3), rel=1e-9
+    )
 
 
 def test_05_less_normal_load_is_virgin_loading_there(histories):
     history = histories["05_normal_down_tangential_up"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(virgin(30e-3, 5e-3), rel=1e-9)
+    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(
+        virgin(30e-3, 5e-3), rel=1e-9
+    )
 
 
 def test_06_a_fresh_edge_is_sheared_back(histories):
     # the new contact grows with dT = -μ dN, so U falls by θ μ times the growth of the approach
-    approach = [(9 * load**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3) for load in (50e-3, 70e-3)]
+    approach = [
+        (9 * load**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3) for load in (50e-3, 70e-3)
+    ]
     expected = virgin(50e-3, 5e-3) - RATIO * FRICTION * (approach[1] - approach[0])
     history = histories["06_normal_up_tangential_down"]
     assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(expected, rel=1e-9)
@@ -177,7 +198,9 @@ def test_06_a_fresh_edge_is_sheared_back(histories):
 
 def test_07_what_leaves_takes_its_share(histories):
     history = histories["07_normal_down_tangential_down"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(virgin(30e-3, 1e-3), rel=1e-9)
+    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(
+        virgin(30e-3, 1e-3), rel=1e-9
+    )
 
 
 def test_08_mixed_control(histories):
@@ -206,7 +229,9 @@ def test_09_loops_without_noise_take_the_closed_form_of_energy(histories):
 
 def test_10_a_random_surface(histories):
     surface = hs.random_surface((256, 256), 1e-6, 100e-9, 20e-6, seed=1)
-    assert np.sqrt(np.mean((surface.heights - surface.heights.mean()) ** 2)) == pytest.approx(100e-9, rel=1e-12)
+    assert np.sqrt(np.mean((surface.heights - surface.heights.mean()) ** 2)) == pytest.approx(
+        100e-9, rel=1e-12
+    )
     height, radius = nine_point_summits(surface.heights, 1e-6, periodic=True)
     history = histories["10_random_rough_surface"]
     check_preliminary_displacement(history, history.total_normal_load.values.max(), height, radius)
@@ -224,20 +249,28 @@ def test_11_a_measured_map_of_a_tilted_ball(histories):
 
     start = [64e-6, 64e-6, 0.0, 2e-3]
     found = optimize.least_squares(
-        lambda unknowns: misfit(unknowns)[present], start, x_scale=[1e-6, 1e-6, 1e-7, 1e-3], xtol=1e-14
+        lambda unknowns: misfit(unknowns)[present],
+        start,
+        x_scale=[1e-6, 1e-6, 1e-7, 1e-3],
+        xtol=1e-14,
     )
     assert found.x[3] == pytest.approx(2.5e-3, rel=0.05)
     height, radius = nine_point_summits(-misfit(found.x), 1e-6, periodic=False)
-    check_preliminary_displacement(histories["11_measured_map"], 60e-3, height, radius, friction=0.15)
+    check_preliminary_displacement(
+        histories["11_measured_map"], 60e-3, height, radius, friction=0.15
+    )
 
 
 def test_12_a_texture_has_the_contact_area_of_the_one_ball(histories):
     history = histories["12_textured_surface"]
     approach = (9 * 50e-3**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3)
-    assert history.real_contact_area.values[-1] == pytest.approx(np.pi * 2.5e-3 * approach, rel=1e-9)
+    assert history.real_contact_area.values[-1] == pytest.approx(
+        np.pi * 2.5e-3 * approach, rel=1e-9
+    )
     found = analysis.preliminary_displacement(history).values[-1]
     assert found == pytest.approx(RATIO * FRICTION * approach / 8, rel=1e-9)
-    # a loop of ±T takes 8 (T U/2 - ∫ U dT) of the virgin curve U = θ μ δ (1 - (1 - t)^(2/3)), t = T/(μ N)
+    # a loop of ±T takes 8 (T U/2 - ∫ U dT) of the virgin curve U = θ μ δ (1 - (1 - t)^(2/3)), t =
+    # T/(μ N)
     limit, share = FRICTION * 50e-3, 0.8
     integral = limit * found * (share + 3 / 5 * ((1 - share) ** (5 / 3) - 1))
     turn = found * (1 - (1 - share) ** (2 / 3))
@@ -252,14 +285,21 @@ def test_13_quantiles_are_greenwood_and_williamson(histories):
     def load(separation):
         density = stats.norm(scale=deviation)
         mean, _ = integrate.quad(
-            lambda z: (z - separation) ** 1.5 * density.pdf(z), separation, 8 * deviation, epsabs=0, epsrel=1e-10
+            lambda z: (z - separation) ** 1.5 * density.pdf(z),
+            separation,
+            8 * deviation,
+            epsabs=0,
+            epsrel=1e-10,
         )
         return count * 4 / 3 * CONTACT_MODULUS * np.sqrt(radius) * mean
 
     separation = optimize.brentq(lambda d: load(d) - 1.0, 0, 3 * deviation)
-    # the summits above a flat at 1.8 σ are some hundreds, so that quantiles leave an error of some thousandths
+    # the summits above a flat at 1.8 σ are some hundreds, so that quantiles leave an error of some
+    # thousandths
     assert history.separation.values[-1] == pytest.approx(separation, abs=0.01 * deviation)
-    assert history.contact_count.values[-1] == pytest.approx(count * stats.norm.sf(separation / deviation), rel=0.01)
+    assert history.contact_count.values[-1] == pytest.approx(
+        count * stats.norm.sf(separation / deviation), rel=0.01
+    )
     assert history.total_tangential_load.values[-1] == pytest.approx(FRICTION, rel=1e-12)
 
 
@@ -279,16 +319,24 @@ def test_15_the_drives_loops_agree_with_a_ball_behind_a_spring(histories):
     history = histories["15_instrument_in_series"]
     stiffness, limit = 334e3, FRICTION * 30e-3
     drive, force = history.drive_displacement.values, history.total_tangential_load.values
-    np.testing.assert_allclose(drive, history.tangential_displacement.values + force / stiffness, rtol=0, atol=1e-18)
-    # the first reversal, at 14 s and 300 nm, ends gross slip under 30 mN; noise moves the turning points by some nm
+    np.testing.assert_allclose(
+        drive, history.tangential_displacement.values + force / stiffness, rtol=0, atol=1e-18
+    )
+    # the first reversal, at 14 s and 300 nm, ends gross slip under 30 mN; noise moves the turning
+    # points by some nm
     turn = int(np.flatnonzero(history.time.values <= 14.0)[-1])
     assert force[turn] == pytest.approx(limit, rel=1e-3)
     approach = (9 * 30e-3**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3)
-    down = np.flatnonzero((history.time.values > 14.0) & (history.time.values < 38.0) & (np.abs(force) < 0.9 * limit))
+    down = np.flatnonzero(
+        (history.time.values > 14.0) & (history.time.values < 38.0) & (np.abs(force) < 0.9 * limit)
+    )
     share = (limit - force[down]) / (2 * limit)
     contact = drive[turn] - 2 * RATIO * FRICTION * approach * (1 - (1 - share) ** (2 / 3))
-    # on the way down, by Masing's rule, behind the spring; the waypoints' normal load is noisy by nothing
-    np.testing.assert_allclose(drive[down], contact - (limit - force[down]) / stiffness, rtol=0, atol=1e-12)
+    # on the way down, by Masing's rule, behind the spring; the waypoints' normal load is noisy by
+    # nothing
+    np.testing.assert_allclose(
+        drive[down], contact - (limit - force[down]) / stiffness, rtol=0, atol=1e-12
+    )
 
 
 def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(histories):
@@ -318,7 +366,9 @@ def test_24_loops_at_three_loads_of_a_second_instrument(histories):
     assert line.intercept == pytest.approx(0, abs=8e-6)
     peak = int(history.total_normal_load.values.argmax())
     approach, _ = approaches(float(history.total_normal_load[peak]))
-    assert analysis.preliminary_displacement(history).values[peak] == pytest.approx(RATIO * 0.12 * approach.max())
+    assert analysis.preliminary_displacement(history).values[peak] == pytest.approx(
+        RATIO * 0.12 * approach.max()
+    )
 
 
 def test_25_wear_shares_the_load_and_the_displacement_drifts(histories):
@@ -350,7 +400,9 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
         return load * unit, np.sqrt(area * radius * critical)
 
     def level_at(load, of):
-        return optimize.brentq(lambda level: of(level).sum() - load, height.max() - 2e-6, height.max())
+        return optimize.brentq(
+            lambda level: of(level).sum() - load, height.max() - 2e-6, height.max()
+        )
 
     displacement = analysis.preliminary_displacement(history).values
     time, energy = history.time.values, history.total_yielding_energy.values
@@ -370,7 +422,9 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
         return 4 / 3 * CONTACT_MODULUS * np.sqrt(flattened) * approach**1.5
 
     level = level_at(50e-3, unloading)
-    assert displacement[-1] == pytest.approx(RATIO * FRICTION * (height - lowered - level).max(), rel=1e-6)
+    assert displacement[-1] == pytest.approx(
+        RATIO * FRICTION * (height - lowered - level).max(), rel=1e-6
+    )
     assert displacement[-1] < 0.95 * displacement[np.argmin(np.abs(time - 1.0))]
     assert (energy[time > 8.0] == energy[-1]).all()
     assert (np.diff(energy) >= 0).all()
@@ -392,7 +446,9 @@ def test_29_slopes_make_a_loop_that_is_not_symmetric(histories):
         assert carried.sum() == pytest.approx(4e-3, rel=1e-9)
     limits = history.total_tangential_load.values[[uphill, downhill]]
     assert limits == pytest.approx([867.4e-6, -747.2e-6], rel=1e-3)
-    assert float(history.separation[uphill] - history.separation[downhill]) == pytest.approx(1.77e-9, rel=0.01)
+    assert float(history.separation[uphill] - history.separation[downhill]) == pytest.approx(
+        1.77e-9, rel=0.01
+    )
 
 
 def test_the_data_are_made_again_byte_for_byte(tmp_path):
@@ -400,8 +456,16 @@ def test_the_data_are_made_again_byte_for_byte(tmp_path):
         script = tmp_path / name
         script.write_bytes((ROOT / "data" / name).read_bytes())
         runpy.run_path(str(script), run_name="__main__")
-    made = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.suffix in {".csv", ".txt"}}
-    kept = {path.name: path.read_bytes() for path in (ROOT / "data").iterdir() if path.suffix in {".csv", ".txt"}}
+    made = {
+        path.name: path.read_bytes()
+        for path in tmp_path.iterdir()
+        if path.suffix in {".csv", ".txt"}
+    }
+    kept = {
+        path.name: path.read_bytes()
+        for path in (ROOT / "data").iterdir()
+        if path.suffix in {".csv", ".txt"}
+    }
     assert made == kept
     assert all(len(content) < 400_000 for content in made.values())
 
@@ -409,11 +473,18 @@ def test_the_data_are_made_again_byte_for_byte(tmp_path):
 def test_28_a_stage_drifts_to_where_less_load_would_have_let_it(histories):
     """T = μ [P(d) - P(d + U/(θμ))]: the places of 8 mN under 100 and 65 mN, by bisection."""
     history = histories["28_drift_of_a_stage"]
-    ensemble = hs.load(next(path for path in SCENARIOS if path.stem == "28_drift_of_a_stage")).ensemble()
-    height, radius = ensemble.summit_height, np.broadcast_to(ensemble.summit_radius, ensemble.summit_height.shape)
+    ensemble = hs.load(
+        next(path for path in SCENARIOS if path.stem == "28_drift_of_a_stage")
+    ).ensemble()
+    height, radius = (
+        ensemble.summit_height,
+        np.broadcast_to(ensemble.summit_radius, ensemble.summit_height.shape),
+    )
     moved = []
     for load in (0.1, 0.065):
-        (whole, _), (stuck, _) = (approaches(part, height, radius) for part in (load, load - 8e-3 / FRICTION))
+        (whole, _), (stuck, _) = (
+            approaches(part, height, radius) for part in (load, load - 8e-3 / FRICTION)
+        )
         moved.append(RATIO * FRICTION * (whole.max() - stuck.max()))
     ends = history.tangential_displacement.to_numpy()[::20]
     # moved, held, unloaded, loaded, unloaded, loaded
@@ -422,7 +493,14 @@ def test_28_a_stage_drifts_to_where_less_load_would_have_let_it(histories):
 
 def test_34_a_cylinder_slides_at_two_loads_and_sticks_at_the_third(histories):
     """Energy of a cycle of ±u at a constant load: the virgin curve doubled, and what slides beyond it."""
-    history, reach, radius, length, depth, friction = histories["34_fretting_cylinder"], 1.9e-6, 10e-3, 5e-3, 10e-3, 0.5
+    history, reach, radius, length, depth, friction = (
+        histories["34_fretting_cylinder"],
+        1.9e-6,
+        10e-3,
+        5e-3,
+        10e-3,
+        0.5,
+    )
     modulus = 210e9 / (2 * (1 - 0.3**2))
 
     def approach(load):
@@ -437,12 +515,22 @@ def test_34_a_cylinder_slides_at_two_loads_and_sticks_at_the_third(histories):
 
         limit = friction * load
         assert (displacement(limit) < reach) == slides
-        force = limit if slides else optimize.brentq(lambda force, u=displacement: u(force) - reach, 0, limit)
+        force = (
+            limit
+            if slides
+            else optimize.brentq(lambda force, u=displacement: u(force) - reach, 0, limit)
+        )
         rise = integrate.quad(displacement, 0, force, epsrel=1e-10)[0]
-        energy = 4 * force * displacement(force) - 8 * rise + 4 * force * (reach - displacement(force))
+        energy = (
+            4 * force * displacement(force) - 8 * rise + 4 * force * (reach - displacement(force))
+        )
         start = 13.0 * level + 5.0
         assert energy_between(history, start, start + 4.0) == pytest.approx(energy, rel=1e-6)
         widths = history.contact_half_width, history.stick_half_width
-        contact, stick = (float(width.sel(step=history.time == start + 1.0)[0, 0]) for width in widths)
+        contact, stick = (
+            float(width.sel(step=history.time == start + 1.0)[0, 0]) for width in widths
+        )
         assert (stick == 0) == slides
-        assert contact == pytest.approx(np.sqrt(4 * load * radius / (np.pi * modulus * length)), rel=1e-12)
+        assert contact == pytest.approx(
+            np.sqrt(4 * load * radius / (np.pi * modulus * length)), rel=1e-12
+        )

@@ -1,7 +1,8 @@
 """Every calculated figure and table of the source is run, drawn, and a number of it agrees with another calculation.
 
-Numbers without a formula were worked out beforehand and without this program, for the source's examples,
-or are those that the source prints. The others are closed forms of one sphere, or bisection on Hertz over the summits.
+Numbers without a formula were worked out beforehand and without this program, for the source's
+examples, or are those that the source prints. The others are closed forms of one sphere, or
+bisection on Hertz over the summits.
 """
 
 import re
@@ -27,7 +28,21 @@ LOAD = "loading_waypoints_0_normal_load"
 CALCULATED = (
     *("2.4", "2.6", "2.7 a, b", "2.8", "2.9", "2.10", "2.11", "2.12"),
     *("4.1 a", "4.1 b", "4.2 a, b", "4.4 a, b", "Eq. 4.5", "4.7", "4.8 a, b"),
-    *("5.1", "5.2 a", "5.2 b", "5.5 a", "5.5 b", "5.6", "5.7", "5.8", "5.9", "5.10", "5.11", "5.12", "5.13 a"),
+    *(
+        "5.1",
+        "5.2 a",
+        "5.2 b",
+        "5.5 a",
+        "5.5 b",
+        "5.6",
+        "5.7",
+        "5.8",
+        "5.9",
+        "5.10",
+        "5.11",
+        "5.12",
+        "5.13 a",
+    ),
     *("5.13 b", "5.14", "5.17", "5.21", "5.23", "5.26"),
     *("6.1", "6.4 a, b", "6.5", "6.6 a, b", "6.7", "6.9", "6.10", "6.15", "6.16", "6.17"),
     *("G.1 a–e", "G.2 a–d", "Table 6.1", "Table 6.2"),
@@ -85,7 +100,9 @@ def foot_of(figure):
 def at_states(history):
     """Tangential displacement at the named states [nm]."""
     places = named_states(history)
-    return {name: float(history.tangential_displacement[step]) * NANO for name, step in places.items()}
+    return {
+        name: float(history.tangential_displacement[step]) * NANO for name, step in places.items()
+    }
 
 
 def lines(figure, axes=0):
@@ -121,7 +138,9 @@ def power(values, over):
 def test_all_are_listed_and_tested():
     """Each that the source calculates has a row in the list, and each file of the folder a row and a test."""
     page = PAGE.read_text(encoding="utf-8")
-    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_thesis*.py"))
+    tests = "".join(
+        path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_thesis*.py")
+    )
     rows = {line.split("|")[1].strip() for line in page.splitlines() if line.startswith("|")}
     assert set(CALCULATED) <= rows, sorted(set(CALCULATED) - rows)
     for path in FIGURES:
@@ -147,7 +166,9 @@ def test_captions_say_no_number_that_the_page_does_not(path):
         own = text.split("\ntitle", 1)[1]
     else:
         _, head, own = text.split('"""', 2)
-    about = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if f"({path.name})" in line]
+    about = [
+        line for line in PAGE.read_text(encoding="utf-8").splitlines() if f"({path.name})" in line
+    ]
     known = {float(each) for each in NUMBER.findall(" ".join([*about, own]))}
     # a length in the file may be in another unit
     known |= {each * factor for each in known for factor in (1e6, 1e3, 1e9, 100)}
@@ -156,23 +177,39 @@ def test_captions_say_no_number_that_the_page_does_not(path):
     assert not {each for each in unknown if each not in {0, 1, 2, 3, 4, 5, 6, 9}}, sorted(unknown)
 
 
-@pytest.mark.parametrize("path", [path for path in FIGURES if path.suffix == ".toml"], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [path for path in FIGURES if path.suffix == ".toml"], ids=lambda path: path.stem
+)
 def test_the_title_names_the_figure(path):
     """Number and subject stand above the picture, which each has."""
     loaded = hs.load(path)
     parts = path.stem.split("_")
     number = f"{parts[1].upper()}.{parts[2].lstrip('0').rstrip('abc')}"
-    assert loaded.title.startswith(f"Fig. {number}" if parts[0] == "fig" else "Eq. 4.5"), loaded.title
+    assert loaded.title.startswith(f"Fig. {number}" if parts[0] == "fig" else "Eq. 4.5"), (
+        loaded.title
+    )
     assert loaded.sections.picture
 
 
 # what is calculated on many large maps
-LARGE = ("fig_5_11", "fig_5_12", "fig_5_13", "fig_5_17_to", "fig_5_21", "fig_6_09", "fig_g_1", "fig_5_23_to")
+LARGE = (
+    "fig_5_11",
+    "fig_5_12",
+    "fig_5_13",
+    "fig_5_17_to",
+    "fig_5_21",
+    "fig_6_09",
+    "fig_g_1",
+    "fig_5_23_to",
+)
 
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(path, marks=pytest.mark.slow) if path.stem.startswith(LARGE) else path for path in FIGURES],
+    [
+        pytest.param(path, marks=pytest.mark.slow) if path.stem.startswith(LARGE) else path
+        for path in FIGURES
+    ],
     ids=lambda path: path.stem,
 )
 def test_the_figure_is_drawn(path, ran):
@@ -180,7 +217,9 @@ def test_the_figure_is_drawn(path, ran):
         loaded = hs.load(path)
         shown = loaded if drawable(loaded) or not loaded.sections.sweep else swept(path.stem)
         # a picture of the scenario itself, of its sweep, or of its run
-        figure = draw_scenario_figure(shown, drawable(shown)) if drawable(shown) else ran(path.stem)[1]
+        figure = (
+            draw_scenario_figure(shown, drawable(shown)) if drawable(shown) else ran(path.stem)[1]
+        )
         figure.draw_without_rendering()
         assert figure.axes or figure.subfigs
         return
@@ -192,7 +231,8 @@ def test_the_figure_is_drawn(path, ran):
             assert figure.axes
 
 
-# -- chapter 2: one ball of silicon, 2.5 mm, on glass, 50 mN, μ = 0.2 --------------------------------
+# -- chapter 2: one ball of silicon, 2.5 mm, on glass, 50 mN, μ = 0.2
+# --------------------------------
 
 
 def test_2_04_adhesion_map():
@@ -202,7 +242,8 @@ def test_2_04_adhesion_map():
     radius = np.array([2.5e-3, 10e-6, 0.5e-6])
     expected = 1.157 * (radius * work**2 / (moduli("silicon")[0] ** 2 * distance**3)) ** (1 / 3)
     assert expected == pytest.approx([10.44, 1.657, 0.6106], rel=1e-3)
-    # beyond 5 JKR holds; the sharp ones carry some 9 and 44 πWR, the latter above where adhesion is 5 %
+    # beyond 5 JKR holds; the sharp ones carry some 9 and 44 πWR, the latter above where adhesion is
+    # 5 %
     assert dict(hs.show(path))["adhesion regimes"].startswith("1 JKR, 1 Maugis, 1 Hertz")
     contact = hs.load(path).build().adhering()
     found = contact.maugis_parameter[np.argsort(contact.asperity)]
@@ -230,7 +271,8 @@ def test_2_06_closed_loop(ran):
     loads = [float(history.total_tangential_load[steps[name]]) for name in "AB"]
     assert loads == pytest.approx([10e-3, -10e-3], rel=1e-6)
     assert states["B"] == pytest.approx(-full, abs=5e-4)
-    # Eq. 4.5: from E to A, 1.26 δ; the branch from B is doubled first loading, E at half of its way of load
+    # Eq. 4.5: from E to A, 1.26 δ; the branch from B is doubled first loading, E at half of its way
+    # of load
     assert states["A"] - states["E"] == pytest.approx(2 ** (1 / 3) * full, rel=1e-4)
     assert states["E"] == pytest.approx(states["B"] + 2 * full * (1 - 0.5 ** (2 / 3)), rel=1e-9)
     work = 0.8 * 10e-3 * full * 1e-9
@@ -249,7 +291,9 @@ def test_2_07_forward_scan(ran):
     states = at_states(history)
     assert [states["K"], states["A"]] == pytest.approx([5.798, 15.669], abs=5e-4)
     at_k = recompute.profiles(history, 0, named_states(history)["K"], points=2001)
-    assert float(at_k.stick_radius[0] / at_k.contact_radius[0]) == pytest.approx(0.5 ** (1 / 3), rel=1e-9)
+    assert float(at_k.stick_radius[0] / at_k.contact_radius[0]) == pytest.approx(
+        0.5 ** (1 / 3), rel=1e-9
+    )
     assert float(at_k.traction[0, 0]) / 1e6 == pytest.approx(5.86, abs=0.01)
     assert float(at_k.traction.max()) / 1e6 == pytest.approx(17.29, abs=0.02)
     drawn = lines(figure, 1)["A"].get_ydata() / 1e6
@@ -271,9 +315,12 @@ def test_2_08_traction_after_turning(ran):
     assert (found.stick_radius / found.contact_radius).values == pytest.approx(
         [0.585, 0.928, 0.843, 0.737, 0.585], abs=5e-4
     )
-    # what was added since T* is twice a first loading by half the difference: its size in the middle
+    # what was added since T* is twice a first loading by half the difference: its size in the
+    # middle
     change = lines(figure)["change from T* = 8 mN"]
-    assert change.get_ydata()[0] / 1e6 == pytest.approx(-2 * 28.42 * (1 - (1 - 8 / 20) ** (1 / 3)), abs=0.02)
+    assert change.get_ydata()[0] / 1e6 == pytest.approx(
+        -2 * 28.42 * (1 - (1 - 8 / 20) ** (1 / 3)), abs=0.02
+    )
     ratios = (found.stick_radius / found.contact_radius).values
     repeats(
         "2.8",
@@ -292,14 +339,26 @@ def turned(load, top, tangential):
     return first_loading(load, top) - 2 * preliminary(load, 0.2) * (1 - (1 - back) ** (2 / 3))
 
 
-# the remaining state when N has changed by ΔN and T by μΔN is the state of the new load, its turn μΔN further
+# the remaining state when N has changed by ΔN and T by μΔN is the state of the new load, its turn
+# μΔN further
 BOTH = {
-    "2.9": ("fig_2_09", [first_loading(50e-3, 5e-3), first_loading(70e-3, 9e-3), first_loading(70e-3, 11e-3)]),
+    "2.9": (
+        "fig_2_09",
+        [first_loading(50e-3, 5e-3), first_loading(70e-3, 9e-3), first_loading(70e-3, 11e-3)],
+    ),
     "2.10": (
         "fig_2_10",
-        [first_loading(50e-3, 9e-3), turned(50e-3, 9e-3, 7e-3), turned(70e-3, 13e-3, 3e-3), turned(70e-3, 13e-3, 0)],
+        [
+            first_loading(50e-3, 9e-3),
+            turned(50e-3, 9e-3, 7e-3),
+            turned(70e-3, 13e-3, 3e-3),
+            turned(70e-3, 13e-3, 0),
+        ],
     ),
-    "2.11": ("fig_2_11", [first_loading(50e-3, 4e-3), first_loading(30e-3, 4e-3), first_loading(30e-3, 5e-3)]),
+    "2.11": (
+        "fig_2_11",
+        [first_loading(50e-3, 4e-3), first_loading(30e-3, 4e-3), first_loading(30e-3, 5e-3)],
+    ),
     "2.12": (
         "fig_2_12",
         [first_loading(50e-3, 7e-3), *(turned(40e-3, 5e-3, load) for load in (5e-3, 3e-3, 1e-3))],
@@ -334,7 +393,8 @@ def test_2_09_to_2_12_both_loads_change(ran, figure):
     repeats(figure, f"{listed(own, 4)} nm at {points}: {says[figure]}", agrees)
 
 
-# -- chapter 4: one ball -----------------------------------------------------------------------------
+# -- chapter 4: one ball
+# -----------------------------------------------------------------------------
 
 
 def test_4_01_loops():
@@ -364,8 +424,12 @@ def test_4_01_loops():
 def test_4_02_cycle(ran):
     history, figure = ran("fig_4_02")
     found = recompute.profiles(history, 0, list(named_states(history).values()))
-    ratio = dict(zip(named_states(history), (found.stick_radius / found.contact_radius).values, strict=True))
-    assert [ratio[name] for name in "KLMND"] == pytest.approx([0.794, 0.909, 0.794, 0.630, 0], abs=5e-4)
+    ratio = dict(
+        zip(named_states(history), (found.stick_radius / found.contact_radius).values, strict=True)
+    )
+    assert [ratio[name] for name in "KLMND"] == pytest.approx(
+        [0.794, 0.909, 0.794, 0.630, 0], abs=5e-4
+    )
     states = at_states(history)
     assert [states[name] / preliminary(50e-3, 0.12) for name in "LMN"] == pytest.approx(
         [0.651, 0.260, -0.206], abs=5e-4
@@ -386,7 +450,8 @@ def test_4_04_behind_the_instrument():
     """The spring takes μN/k, 10.78 and 8.98 nm."""
     found = swept("fig_4_04")
     load, contact, drive = (
-        found[name] for name in ("total_tangential_load", "tangential_displacement", "drive_displacement")
+        found[name]
+        for name in ("total_tangential_load", "tangential_displacement", "drive_displacement")
     )
     assert float(abs(drive - contact - load / 334e3).max()) < 1e-18
     assert (load.max("step") / 334e3).values * NANO == pytest.approx([10.78, 8.98], abs=0.005)
@@ -418,10 +483,14 @@ def test_eq_4_05_zero_load_to_slip(ran):
     states = at_states(ran("eq_4_05")[0])
     full = preliminary(50e-3, 0.12)
     assert states["slides"] == pytest.approx(full, rel=1e-9)
-    assert states["zero load"] - states["slides back"] == pytest.approx(2 ** (1 / 3) * full, rel=1e-9)
+    assert states["zero load"] - states["slides back"] == pytest.approx(
+        2 ** (1 / 3) * full, rel=1e-9
+    )
     assert states["zero load"] == pytest.approx(0.2599 * full, rel=1e-3)
     way = (states["zero load"] - states["slides back"]) / full
-    repeats("Eq. 4.5", f"2^(1/3) δ = {way:.4f} δ; {states['zero load'] / full:.4f} δ is left at T = 0")
+    repeats(
+        "Eq. 4.5", f"2^(1/3) δ = {way:.4f} δ; {states['zero load'] / full:.4f} δ is left at T = 0"
+    )
 
 
 def test_4_07_constant_shear_strength():
@@ -448,7 +517,9 @@ def test_4_08_traction_over_the_diameter():
         modulus, work = moduli(material)[0], 2 * np.sqrt(44.1e-3 * 83.4e-3)
         hertz, pull = np.pi * (3 * loads * BALL / (4 * modulus)) ** (2 / 3), 3 * np.pi * work * BALL
         # JKR on the ball, written out
-        jkr = np.pi * (3 * BALL / (4 * modulus) * (loads + pull + np.sqrt(2 * pull * loads + pull**2))) ** (2 / 3)
+        jkr = np.pi * (
+            3 * BALL / (4 * modulus) * (loads + pull + np.sqrt(2 * pull * loads + pull**2))
+        ) ** (2 / 3)
         measured, adhering, coulomb = found.greatest_traction.sel(ball=ball).values
         assert coulomb == pytest.approx(1.5 * friction * loads / hertz, rel=1e-9)
         # the friction of a law is followed in chords, to 1e-4 of the limit
@@ -465,7 +536,8 @@ def test_4_08_traction_over_the_diameter():
             )
 
 
-# -- chapter 5: rough surfaces -----------------------------------------------------------------------
+# -- chapter 5: rough surfaces
+# -----------------------------------------------------------------------
 
 
 def test_5_01_the_map_agrees_with_the_loops():
@@ -484,15 +556,21 @@ def test_5_02_radii_and_heights_of_summits():
         assert found[name].values / rms**exponent == pytest.approx(
             np.full(3, found[name].values[1] / 1e-6**exponent), rel=1e-6
         )
-    high, radius = (found[name].values * 1e6 for name in ("mean_summit_height", "mean_summit_radius"))
-    repeats("5.2 a", f"z ∝ Rq and R ∝ 1/Rq exactly: means {listed(high, 2)} and {listed(radius, 2)} µm")
+    high, radius = (
+        found[name].values * 1e6 for name in ("mean_summit_height", "mean_summit_radius")
+    )
+    repeats(
+        "5.2 a", f"z ∝ Rq and R ∝ 1/Rq exactly: means {listed(high, 2)} and {listed(radius, 2)} µm"
+    )
     five = swept("fig_5_02b")
     assert float(five.mean_summit_height.mean()) * 1e6 == pytest.approx(0.709, rel=0.1)
     assert float(five.mean_summit_radius.mean()) * 1e6 == pytest.approx(1.145, rel=0.03)
     assert float(five.summit_radius_deviation.mean()) * 1e6 == pytest.approx(0.53, rel=0.1)
     assert float(five.summit_height_deviation.mean()) * 1e6 == pytest.approx(0.94, rel=0.05)
     assert float(five.summit_count.mean()) == pytest.approx(3990, rel=0.04)
-    high, radius = (five[name].values * 1e6 for name in ("mean_summit_height", "mean_summit_radius"))
+    high, radius = (
+        five[name].values * 1e6 for name in ("mean_summit_height", "mean_summit_radius")
+    )
     tops = [summits_of(seed=seed).height.max() * 1e6 for seed in range(1, 6)]
     repeats(
         "5.2 b",
@@ -504,11 +582,15 @@ def test_5_02_radii_and_heights_of_summits():
 def test_5_05_loops(ran):
     """Largest over smallest of five is 1.33 to 2.03 in groups; the source has "almost twice"."""
     history, _ = ran("fig_5_05a")
-    assert float(analysis.preliminary_displacement(history)[0]) == pytest.approx(rough(50e-3)[0], rel=1e-9)
+    assert float(analysis.preliminary_displacement(history)[0]) == pytest.approx(
+        rough(50e-3)[0], rel=1e-9
+    )
     assert rough(50e-3)[0] * NANO == pytest.approx(194.3, abs=0.05)
     repeats("5.5 a", f"δ = {rough(50e-3)[0] * NANO:.1f} nm")
     found = swept("fig_5_05b").preliminary_displacement
-    assert found.values == pytest.approx([rough(50e-3, seed=seed)[0] for seed in range(1, 6)], rel=1e-9)
+    assert found.values == pytest.approx(
+        [rough(50e-3, seed=seed)[0] for seed in range(1, 6)], rel=1e-9
+    )
     ratio = float(found.max() / found.min())
     assert 1.33 <= ratio <= 2.03
     repeats("5.5 b", f"{listed(found.values * NANO)} nm: largest over smallest {ratio:.2f}")
@@ -523,8 +605,13 @@ def depths(loads):
 def test_5_06_and_5_07_loads():
     """Seed 1: 194.3, 217.0, 234.4, 255.3 nm; what is shaded is the closed loop between ±δ."""
     found = swept("fig_5_06")
-    assert found.preliminary_displacement.values * NANO == pytest.approx([194.3, 217.0, 234.4, 255.3], abs=0.06)
-    stiffness = [8 * SOFT[1] * np.sqrt(summits_of().radius * each).sum() for each in depths(found[LOAD].values)]
+    assert found.preliminary_displacement.values * NANO == pytest.approx(
+        [194.3, 217.0, 234.4, 255.3], abs=0.06
+    )
+    stiffness = [
+        8 * SOFT[1] * np.sqrt(summits_of().radius * each).sum()
+        for each in depths(found[LOAD].values)
+    ]
     repeats(
         "5.6",
         f"{listed(found.preliminary_displacement.values * NANO, 1)} nm and {listed(np.array(stiffness) / 1e3)} mN/µm "
@@ -534,7 +621,9 @@ def test_5_06_and_5_07_loads():
     both = swept("fig_5_07")
     work = [rough(load)[1] for load in (50e-3, 90e-3)]
     assert both.presliding_work.values == pytest.approx(work, rel=1e-9)
-    repeats("5.7", f"{listed(np.array(work) * NANO, 2)} nJ at 50 and 90 mN, the closed loop between ±δ")
+    repeats(
+        "5.7", f"{listed(np.array(work) * NANO, 2)} nJ at 50 and 90 mN, the closed loop between ±δ"
+    )
 
 
 def test_5_08_work_over_load():
@@ -616,17 +705,24 @@ def test_5_11_and_5_12_autocorrelation():
         f"in part: it falls to 60 µm, and rises to 80 µm; there one surface scatters by {last.min():.0f} to "
         f"{last.max():.0f} nm",
     )
-    repeats("larger β: less δ, most at small β (5.3.4)", f"{listed(found.values * NANO)} nm for 10, 20, 40, 60, 80 µm")
+    repeats(
+        "larger β: less δ, most at small β (5.3.4)",
+        f"{listed(found.values * NANO)} nm for 10, 20, 40, 60, 80 µm",
+    )
     sweep = swept("fig_5_12").presliding_work
     work = sweep.mean("surface_seed")
     worked = [2.74, 2.37, 1.88, 1.51, 1.46, 1.38, 1.42]
     assert work.values * NANO == pytest.approx(worked, rel=2 * 0.35 * np.sqrt(1 / 10 + 1 / 8))
     own = rough(50e-3, length=120e-6, seed=2, points=512)[1]
-    assert float(sweep.sel(surface_autocorrelation_length=120e-6, surface_seed=2)) == pytest.approx(own, rel=1e-9)
+    assert float(sweep.sel(surface_autocorrelation_length=120e-6, surface_seed=2)) == pytest.approx(
+        own, rel=1e-9
+    )
     deviation = sweep.std("surface_seed", ddof=1).values * NANO
     # it falls, at first more
     assert work.values[0] - work.values[3] > work.values[3] - work.values[-1] > 0
-    words = f"{listed(work.values * NANO, 2)} nJ (deviation of one surface {deviation.min():.1f} to "
+    words = (
+        f"{listed(work.values * NANO, 2)} nJ (deviation of one surface {deviation.min():.1f} to "
+    )
     words += f"{deviation.max():.1f}) for 5 to 120 µm"
     repeats("5.12", words)
     repeats("work settles at large β (5.3.4)", words)
@@ -636,15 +732,18 @@ def test_5_11_and_5_12_autocorrelation():
 def test_5_13_a_pressure_and_roughness():
     """50 to 120 mN on 256² µm²."""
     found = swept("fig_5_13a")
-    assert found.peak_nominal_pressure.isel(surface_rms_height=0, surface_seed=0).values / 1e6 == pytest.approx(
-        [0.763, 1.068, 1.373, 1.831], abs=5e-4
-    )
+    assert found.peak_nominal_pressure.isel(
+        surface_rms_height=0, surface_seed=0
+    ).values / 1e6 == pytest.approx([0.763, 1.068, 1.373, 1.831], abs=5e-4)
     mean = found.preliminary_displacement.mean("surface_seed")
     slope = (mean.isel({LOAD: 1}) - mean.isel({LOAD: 0})) * NANO / 20
     chosen = slope.sel(surface_rms_height=[1e-6, 1e-7, 24e-9]).values
     assert chosen == pytest.approx([1.06, 0.143, 0.039], rel=0.4)
     repeats("5.13 a", f"{listed(chosen, 2)} nm/mN at 1, .1, .024 µm, from 50 mN on")
-    repeats("smoother is less sensitive to pressure (5.4)", f"{listed(chosen, 2)} nm/mN at 1, .1, .024 µm")
+    repeats(
+        "smoother is less sensitive to pressure (5.4)",
+        f"{listed(chosen, 2)} nm/mN at 1, .1, .024 µm",
+    )
     own = rough(90e-3, rms=1e-7, seed=2)[0]
     cell = {LOAD: 90e-3, "surface_rms_height": 1e-7, "surface_seed": 2}
     assert float(found.preliminary_displacement.sel(cell)) == pytest.approx(own, rel=1e-6)
@@ -654,13 +753,17 @@ def test_5_13_a_pressure_and_roughness():
 def test_5_13_b_pressure_and_autocorrelation_length():
     """50 to 120 mN on 24 surfaces of 512² µm² for each length."""
     lengths = swept("fig_5_13b")
-    pressures = lengths.peak_nominal_pressure.isel(surface_autocorrelation_length=0, surface_seed=0).values
+    pressures = lengths.peak_nominal_pressure.isel(
+        surface_autocorrelation_length=0, surface_seed=0
+    ).values
     assert pressures / 1e6 == pytest.approx([0.191, 0.267, 0.343, 0.458], abs=5e-4)
     cell = {LOAD: 90e-3, "surface_autocorrelation_length": 40e-6, "surface_seed": 2}
     own = rough(90e-3, length=40e-6, seed=2, points=512)[0]
     assert float(lengths.preliminary_displacement.sel(cell)) == pytest.approx(own, rel=1e-9)
     by_length = lengths.preliminary_displacement.mean("surface_seed") * NANO
-    short, long = (by_length.sel(surface_autocorrelation_length=length).values for length in (10e-6, 80e-6))
+    short, long = (
+        by_length.sel(surface_autocorrelation_length=length).values for length in (10e-6, 80e-6)
+    )
     seeds = lengths.sizes["surface_seed"]
     assert seeds == 24
     words = (
@@ -684,10 +787,13 @@ def test_5_14_the_spread_grows_with_load():
     relative = (found.std("surface_seed", ddof=1) / found.mean("surface_seed")).values[[0, -1]]
     spread = f"{largest[0]:.0f} → {largest[-1]:.0f} nm between these five from 50 to 120 mN"
     repeats("5.14", spread)
-    repeats("spread grows with the load (5.4.1)", f"{spread}; relative deviation {listed(relative, 2)}")
+    repeats(
+        "spread grows with the load (5.4.1)", f"{spread}; relative deviation {listed(relative, 2)}"
+    )
 
 
-ZIRCONIA, ALUMINA = [7.7, 8.2, 8.6], [6.5, 6.9, 7.3]  # at 50, 70, 90 mN over ten surfaces, ± 1.3 and 1.1 nm [nm]
+# at 50, 70, 90 mN over ten surfaces, ± 1.3 and 1.1 nm [nm]
+ZIRCONIA, ALUMINA = [7.7, 8.2, 8.6], [6.5, 6.9, 7.3]
 
 
 def test_5_17_constant_loads():
@@ -711,7 +817,9 @@ def test_5_17_constant_loads():
         f"+{more:.1f} % from 50 to 90 mN, but {zirconia[-1] - zirconia[0]:.1f} nm, the resolution",
     )
     pair, cell = moduli("alumina"), {"materials_first": 1, LOAD: 1, "surface_seed": 1}
-    assert float(found.isel(cell)) == pytest.approx(rough(70e-3, 0.16, pair, rms=21e-9, seed=2)[0], rel=1e-9)
+    assert float(found.isel(cell)) == pytest.approx(
+        rough(70e-3, 0.16, pair, rms=21e-9, seed=2)[0], rel=1e-9
+    )
 
 
 def test_5_17_on_balls():
@@ -733,11 +841,20 @@ def test_5_17_on_balls():
 @pytest.mark.slow
 def test_5_19_to_5_26_a_level_does_not_remember_the_one_before(ran):
     found, _ = calculated("fig_5_21")
-    for row, (material, rms, friction) in enumerate((("zirconia", 24e-9, 0.17), ("alumina", 21e-9, 0.16))):
+    for row, (material, rms, friction) in enumerate(
+        (("zirconia", 24e-9, 0.17), ("alumina", 21e-9, 0.16))
+    ):
         for column, load in enumerate((50e-3, 70e-3, 90e-3)):
             own = rough(load, friction, moduli(material), rms=rms, seed=2)[0]
-            assert found.preliminary_displacement[:, row, column, 1].values == pytest.approx([own, own], rel=1e-9)
-    rise = (found.preliminary_displacement.mean("seed") * NANO).diff("normal_load").sum("normal_load").values
+            assert found.preliminary_displacement[:, row, column, 1].values == pytest.approx(
+                [own, own], rel=1e-9
+            )
+    rise = (
+        (found.preliminary_displacement.mean("seed") * NANO)
+        .diff("normal_load")
+        .sum("normal_load")
+        .values
+    )
     assert rise[0] == pytest.approx(rise[1], rel=1e-9)
     words = f"+{rise[0, 0]:.1f} (ZrO₂) and +{rise[0, 1]:.1f} nm (Al₂O₃) from 50 to 90 mN"
     repeats("5.21", f"{words}, whatever came before")
@@ -751,7 +868,10 @@ def test_5_19_to_5_26_a_level_does_not_remember_the_one_before(ran):
     spring = float((history.drive_displacement - history.tangential_displacement).max()) * NANO
     assert spring == pytest.approx(0.16 * 90 / 0.334, rel=1e-6)
     for row in ("5.19", "5.24"):
-        repeats(row, f"of the ±200 nm of the drive the spring takes {limit:.1f} nm at 50 mN, {spring:.1f} at 90")
+        repeats(
+            row,
+            f"of the ±200 nm of the drive the spring takes {limit:.1f} nm at 50 mN, {spring:.1f} at 90",
+        )
 
 
 @pytest.mark.slow
@@ -761,16 +881,28 @@ def test_5_17_to_5_26_with_summits_that_yield():
     mean = found.preliminary_displacement.mean("seed") * NANO
     level = found.preliminary_displacement.isel(seed=0) * NANO
     elastic, yielding = level.sel(law="elastic"), level.sel(law="yielding")
-    assert elastic.sel(run="falls").values == pytest.approx(elastic.sel(run="constant").values, rel=1e-9)
-    assert yielding.isel(rms_height=0).values == pytest.approx(elastic.isel(rms_height=0).values, rel=1e-9)
+    assert elastic.sel(run="falls").values == pytest.approx(
+        elastic.sel(run="constant").values, rel=1e-9
+    )
+    assert yielding.isel(rms_height=0).values == pytest.approx(
+        elastic.isel(rms_height=0).values, rel=1e-9
+    )
     rough_ones = yielding.isel(rms_height=slice(1, None))
-    assert rough_ones.sel(run="rises").values == pytest.approx(rough_ones.sel(run="constant").values, rel=1e-9)
-    falls, rises = (rough_ones.sel(run=run).isel(normal_load=0).values for run in ("falls", "rises"))
+    assert rough_ones.sel(run="rises").values == pytest.approx(
+        rough_ones.sel(run="constant").values, rel=1e-9
+    )
+    falls, rises = (
+        rough_ones.sel(run=run).isel(normal_load=0).values for run in ("falls", "rises")
+    )
     assert (falls < 0.97 * rises).all()
     assert (rough_ones < 0.8 * elastic.isel(rms_height=slice(1, None))).all()
-    elastic, yielding = (mean.sel(law=law, run="rises").isel(normal_load=1).values for law in ("elastic", "yielding"))
+    elastic, yielding = (
+        mean.sel(law=law, run="rises").isel(normal_load=1).values for law in ("elastic", "yielding")
+    )
     less = 100 * (1 - yielding / elastic)
-    up, down = (mean.sel(law="yielding", run=run).isel(rms_height=1).values for run in ("rises", "falls"))
+    up, down = (
+        mean.sel(law="yielding", run=run).isel(rms_height=1).values for run in ("rises", "falls")
+    )
     repeats(
         "5.17, 5.21, 5.26",
         f"at 24 nm nothing yields; at .3 and 1 µm {less[1]:.0f} and {less[2]:.0f} % less; at .3 µm {listed(up, 1)} nm "
@@ -788,7 +920,9 @@ def test_5_23_before_and_after():
     times = (found[3] / found[2]).mean()
     words = f"{times:.1f} times more, and rising: {listed(found[3], 1)} against {listed(found[2], 1)} nm"
     # δ varies as R^(-1/3) under the load of one asperity
-    assert preliminary(10e-3, 0.2) / preliminary(10e-3, 0.2, BALL * 1e6) == pytest.approx(100, rel=1e-9)
+    assert preliminary(10e-3, 0.2) / preliminary(10e-3, 0.2, BALL * 1e6) == pytest.approx(
+        100, rel=1e-9
+    )
     repeats("5.23", words)
     repeats(
         "alumina after the test: two orders less, constant (5.5.2)",
@@ -796,7 +930,8 @@ def test_5_23_before_and_after():
     )
 
 
-# -- chapter 6: textures, drift, design --------------------------------------------------------------
+# -- chapter 6: textures, drift, design
+# --------------------------------------------------------------
 
 TWO = ("alumina", "zirconia")
 SHARP = {"radius": 0.5e-6, "pair": TWO}
@@ -809,7 +944,9 @@ def test_6_01_drift():
     drift = (own[1] - own[0]) * NANO
     # one surface against 138 nm of ten, ± a quarter
     assert drift == pytest.approx(138, rel=0.5)
-    repeats("6.1", f"{drift:.0f} nm, {own[0] * NANO:.0f} → {own[1] * NANO:.0f}, from Rq 1.18 to 1.50 µm")
+    repeats(
+        "6.1", f"{drift:.0f} nm, {own[0] * NANO:.0f} → {own[1] * NANO:.0f}, from Rq 1.18 to 1.50 µm"
+    )
 
 
 def test_6_04_n_equal_asperities():
@@ -818,7 +955,10 @@ def test_6_04_n_equal_asperities():
     count = np.array([1, 4, 6, 8, 12, 16, 36, 64, 144])
     one = preliminary(10e-3, 0.5, **SHARP)
     assert one == pytest.approx(106.05, abs=0.005)
-    similar, kept = (found.sel(surface_scaling=law).values * NANO for law in ("self-similar", "curvature-invariant"))
+    similar, kept = (
+        found.sel(surface_scaling=law).values * NANO
+        for law in ("self-similar", "curvature-invariant")
+    )
     assert similar == pytest.approx(one * count**-0.5, rel=1e-9)
     assert kept == pytest.approx(one * count ** (-2 / 3), rel=1e-9)
     assert [similar[7], kept[7]] == pytest.approx([13.26, 6.63], abs=0.005)
@@ -831,7 +971,9 @@ def test_6_04_n_equal_asperities():
         f"n^(-1/2), n^(-2/3) on and on: {similar[8] - similar[7]:.1f} and {kept[8] - kept[7]:.1f} nm from 64 to 144",
     )
     # n equal ones are n times as stiff as one under F/n, 8 G* a each
-    stiffness = swept("fig_6_04").initial_stiffness.sel(surface_scaling="curvature-invariant").values / 1e3
+    stiffness = (
+        swept("fig_6_04").initial_stiffness.sel(surface_scaling="curvature-invariant").values / 1e3
+    )
     each = 8 * moduli(*TWO)[1] * np.sqrt(0.5e-6 * approach(10e-3 / count, 0.5e-6, TWO)) / 1e3
     assert stiffness == pytest.approx(count * each, rel=1e-9)
     repeats(
@@ -858,12 +1000,19 @@ def test_6_05_drift_over_radius():
     own = found.drift.sel(change=[1, 2, 4, 9, 19, 29]).values * NANO
     assert own == pytest.approx(np.array(worked), abs=0.06)
     change = optimize.brentq(
-        lambda d: preliminary(10e-3, 0.5, 10e-6, TWO) - preliminary(10e-3, 0.5, 10e-6 * (1 + d), TWO) - 20, 1, 29
+        lambda d: (
+            preliminary(10e-3, 0.5, 10e-6, TWO) - preliminary(10e-3, 0.5, 10e-6 * (1 + d), TWO) - 20
+        ),
+        1,
+        29,
     )
     assert change == pytest.approx(7.6, abs=0.05)
     words = f"{listed(own[:, -1], 1)} nm at ΔR = 29"
     repeats("6.5", words, f"yes, but below 20 nm up to ΔR = {change:.1f} only")
-    repeats("larger radii, less drift; below 20 nm at × 100 (6.2.1)", f"{words}; below 20 nm up to {change:.1f}")
+    repeats(
+        "larger radii, less drift; below 20 nm at × 100 (6.2.1)",
+        f"{words}; below 20 nm up to {change:.1f}",
+    )
 
 
 def test_6_06_branch_drift():
@@ -889,10 +1038,13 @@ def test_6_06_branch_drift():
         assert float(found.change[line, at]) == pytest.approx(20e-3, rel=1e-9)
         assert float(found.drift[line, at]) * NANO == pytest.approx(worked, abs=0.06)
     doubled = functions["calculated"](radius="1 µm", count=3)
-    at_up, at_down = (int(np.abs(doubled.change[line].values - 20e-3).argmin()) for line in (up50, down50))
-    assert [float(doubled.drift[up50, at_up]) * NANO, float(doubled.drift[down50, at_down]) * NANO] == pytest.approx(
-        [61.9, 142.1], abs=0.06
+    at_up, at_down = (
+        int(np.abs(doubled.change[line].values - 20e-3).argmin()) for line in (up50, down50)
     )
+    assert [
+        float(doubled.drift[up50, at_up]) * NANO,
+        float(doubled.drift[down50, at_down]) * NANO,
+    ] == pytest.approx([61.9, 142.1], abs=0.06)
     # |δ₂ - δ₁| of Eq. 6.1, at ± 20 mN
     at = [int(np.abs(found.change[line].values - 20e-3).argmin()) for line in range(4)]
     branch, printed = (
@@ -903,7 +1055,10 @@ def test_6_06_branch_drift():
     assert printed[down50] == pytest.approx(equation, rel=1e-9)
     ratio, by_equation = branch[down50] / branch[up50], printed[down50] / printed[up50]
     assert [ratio, by_equation] == pytest.approx([2.29, 1.15], abs=0.006)
-    loads = [float(doubled.drift[line, place]) * NANO for line, place in ((up50, at_up), (down50, at_down))]
+    loads = [
+        float(doubled.drift[line, place]) * NANO
+        for line, place in ((up50, at_up), (down50, at_down))
+    ]
     repeats(
         "6.6 a, b",
         f"at 20 mN {branch[up50]:.1f} and {branch[down50]:.1f} nm; {branch[up100]:.1f} and {branch[down100]:.1f} from "
@@ -912,13 +1067,18 @@ def test_6_06_branch_drift():
     )
     repeats(
         "falling load drifts almost twice as much (6.2.1, 7)",
-        f"by Eq. 6.1, |δ₂ - δ₁|, {by_equation:.2f} times; as branch drift {ratio:.2f}".replace("|", "\\|"),
+        f"by Eq. 6.1, |δ₂ - δ₁|, {by_equation:.2f} times; as branch drift {ratio:.2f}".replace(
+            "|", "\\|"
+        ),
     )
     repeats(
         "60 and 140 nm (6.2.1)",
         f"{branch[up50]:.1f}, {branch[down50]:.1f}; {loads[0]:.1f}, {loads[1]:.1f} at R = 1 µm",
     )
-    repeats("higher initial load, less drift (6.2.1)", f"{branch[up100]:.1f}, {branch[down100]:.1f} nm from 100 mN")
+    repeats(
+        "higher initial load, less drift (6.2.1)",
+        f"{branch[up100]:.1f}, {branch[down100]:.1f} nm from 100 mN",
+    )
     # the backward branches themselves
     loops = swept("fig_6_06")
     assert loops.branch_drift.values * NANO == pytest.approx([179.0, 0, 78.0], abs=0.05)
@@ -941,11 +1101,14 @@ def test_6_09_and_6_10_error_bars_from_the_radii():
     summits = summits_of(length=40e-6, seed=2, points=512)
     mean, deviation = summits.radius.mean(), summits.radius.std(ddof=1)
     radii = (summits.radius, mean, mean + deviation, mean - deviation)
-    real, middle, low, high = (displacement(50e-3, summits.height, radius, 0.5, HARD) for radius in radii)
+    real, middle, low, high = (
+        displacement(50e-3, summits.height, radius, 0.5, HARD) for radius in radii
+    )
     cell = found.sel(autocorrelation_length=40e-6, seed=2)
     assert cell.a_displacement.values == pytest.approx([middle, real], rel=1e-9)
     assert [float(cell.a_low[0]), float(cell.a_high[0])] == pytest.approx([low, high], rel=1e-9)
-    # half a bar is .11 to .14 of the displacement, whatever β (28 to 20 nm of eight others); from 4 to 58 nm over Rq
+    # half a bar is .11 to .14 of the displacement, whatever β (28 to 20 nm of eight others); from 4
+    # to 58 nm over Rq
     half = (found.a_high - found.a_low)[0].mean("seed") / 2
     relative = (half / found.a_displacement[0].mean("seed")).values
     assert relative == pytest.approx(np.full(5, 0.125), abs=0.025)
@@ -960,15 +1123,22 @@ def test_6_09_and_6_10_error_bars_from_the_radii():
         f"{listed(falls)} nm for β of 10 to 80 µm; half a bar {bars[0]:.0f} to {bars[-1]:.0f} nm",
         f"yes; relatively the bars are equal, {relative.min():.2f} to {relative.max():.2f}; a: load and μ scale all",
     )
-    repeats("short β spreads more (6.2.2)", f"half a bar {bars[0]:.0f} against {bars[-1]:.0f} nm; relatively equal")
-    repeats("6.10", f"{listed(rises)} nm for .1 to 5 µm; half a bar {over[0]:.0f} to {over[-1]:.0f} nm")
     repeats(
-        "δ falls with Rq (6.2.2, one sentence)", f"rises, {rises[0]:.0f} → {rises[-1]:.0f} nm; so says the rest of it"
+        "short β spreads more (6.2.2)",
+        f"half a bar {bars[0]:.0f} against {bars[-1]:.0f} nm; relatively equal",
+    )
+    repeats(
+        "6.10", f"{listed(rises)} nm for .1 to 5 µm; half a bar {over[0]:.0f} to {over[-1]:.0f} nm"
+    )
+    repeats(
+        "δ falls with Rq (6.2.2, one sentence)",
+        f"rises, {rises[0]:.0f} → {rises[-1]:.0f} nm; so says the rest of it",
     )
 
 
 @pytest.mark.parametrize(
-    ("name", "load", "worked"), [("fig_6_15", 1.0, [384, 393, 428, 463]), ("fig_6_16", 5.0, [586, 971, 671, 809])]
+    ("name", "load", "worked"),
+    [("fig_6_15", 1.0, [384, 393, 428, 463]), ("fig_6_16", 5.0, [586, 971, 671, 809])],
 )
 def test_6_15_and_6_16_worn_pairs(name, load, worked):
     """One surface of the Rq of the sum, against means of ten, ± a fifth for one."""
@@ -980,7 +1150,9 @@ def test_6_15_and_6_16_worn_pairs(name, load, worked):
         5.0: [(0.73, 0.67), (0.48, 1.84), (0.21, 1.16), (0.54, 1.40)],
     }
     assert rms * 1e6 == pytest.approx([np.hypot(*pair) for pair in pairs[load]], abs=6e-4)
-    assert own == pytest.approx([rough(load, 0.3, HARD, rms=float(each))[0] for each in rms], rel=1e-6)
+    assert own == pytest.approx(
+        [rough(load, 0.3, HARD, rms=float(each))[0] for each in rms], rel=1e-6
+    )
     assert own * NANO == pytest.approx(worked, rel=3 * 0.2)
     assert own / own[0] == pytest.approx(np.array(worked) / worked[0], rel=0.1)
     more = 100 * (own[[1, 3]] / own[[0, 2]] - 1)
@@ -1040,7 +1212,9 @@ def test_table_6_1_summits():
     height = found.mean_summit_height * 1e6
     deviation = height.std("seed", ddof=1).values
     assert deviation == pytest.approx([0.04, 0.07, 0.14, 0.20, 0.25], rel=0.6)
-    assert (np.abs(height.mean("seed").values - [0.94, 0.77, 0.54, 0.60, 0.63]) < 2 * deviation).all()
+    assert (
+        np.abs(height.mean("seed").values - [0.94, 0.77, 0.54, 0.60, 0.63]) < 2 * deviation
+    ).all()
     heading, *rows = functions["rows"](found)
     assert len(rows) == 5
     assert all(len(row) == len(heading) for row in rows)
@@ -1086,7 +1260,9 @@ def test_table_6_2_friction_along_a_run():
 @pytest.mark.slow
 def test_g_1_summits_over_autocorrelation():
     found = swept("fig_g_1")
-    assert found.mean_summit_radius.values * 1e6 == pytest.approx([0.83, 1.16, 1.62, 1.97, 2.26], rel=0.05)
+    assert found.mean_summit_radius.values * 1e6 == pytest.approx(
+        [0.83, 1.16, 1.62, 1.97, 2.26], rel=0.05
+    )
     # the highest have smaller radii: 17 % less above two deviations of height
     summits = summits_of(points=512)
     high = summits.height > summits.height.mean() + 2 * summits.height.std()
@@ -1112,4 +1288,7 @@ def test_g_2_worn_summits():
     # R ∝ 1/Rq: the plate after 1000 m in ambient, .89 and 1.84 µm at 1 and 5 N
     assert float(radius[3, 0] / radius[3, 2]) == pytest.approx(1.84 / 0.89, rel=1e-6)
     plate = radius.values[3] * 1e6
-    repeats("G.2 a–d", f"R ∝ 1/Rq: {plate[0]:.2f} → {plate[2]:.2f} µm of the plate from 1 to 5 N at 1000 m in ambient")
+    repeats(
+        "G.2 a–d",
+        f"R ∝ 1/Rq: {plate[0]:.2f} → {plate[2]:.2f} µm of the plate from 1 to 5 N at 1000 m in ambient",
+    )

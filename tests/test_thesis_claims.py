@@ -69,7 +69,8 @@ def test_what_falling_loads_do(at_states):
 def test_one_ball():
     silica, silicon = swept("fig_4_01a").preliminary_displacement.values * NANO
     repeats(
-        "silica displaces less because of its μ (4.2)", f"{silica:.2f} against {silicon:.2f} nm; reversed at equal μ"
+        "silica displaces less because of its μ (4.2)",
+        f"{silica:.2f} against {silicon:.2f} nm; reversed at equal μ",
     )
     loops = swept("fig_4_01b")
     first, *_, last = loops.preliminary_displacement.values * NANO
@@ -119,12 +120,19 @@ def test_rough_surfaces_that_no_figure_shows():
     one = hs.random_surface((256, 256), 1e-6, 0.1e-6, 20e-6, seed=3).summits(rule=9)
     depth = [approaches(load, one.height, one.radius, SOFT[0]) for load in found.normal_load.values]
     cell = found.sel(rms_height=0.1e-6).isel(seed=2)
-    assert cell.contact_area.values == pytest.approx([np.pi * (one.radius * each).sum() for each in depth], rel=1e-6)
+    assert cell.contact_area.values == pytest.approx(
+        [np.pi * (one.radius * each).sum() for each in depth], rel=1e-6
+    )
     ratio = SOFT[0] / (4 * SOFT[1])
-    assert cell.preliminary_displacement.values == pytest.approx([0.2 * ratio * each.max() for each in depth], rel=1e-6)
+    assert cell.preliminary_displacement.values == pytest.approx(
+        [0.2 * ratio * each.max() for each in depth], rel=1e-6
+    )
     pull = 1.5 * np.pi * 2 * np.sqrt(44.1e-3 * 83.4e-3) * one.radius[depth[1] > 0].sum()
     assert float(cell.adhesion) == pytest.approx(pull / 50e-3, rel=1e-6)
-    area, friction = table["power of the area over the load, 10 to 90 mN"], table["change of μ from 50 to 90 mN"]
+    area, friction = (
+        table["power of the area over the load, 10 to 90 mN"],
+        table["change of μ from 50 to 90 mN"],
+    )
     assert all(0.9 < float(each) < 1 for each in area.values())
     repeats(
         "the contact area is proportional to the load, hence a constant μ (2.3, 4.4.1, 5.5.1)",
@@ -132,7 +140,10 @@ def test_rough_surfaces_that_no_figure_shows():
         "strength "
         f"μ changes by {friction['24 nm']} from 50 to 90 mN at 24 nm",
     )
-    share, ball = table["adhesion over the load"], 1.5 * np.pi * 2 * np.sqrt(44.1e-3 * 83.4e-3) * 2.5e-3
+    share, ball = (
+        table["adhesion over the load"],
+        1.5 * np.pi * 2 * np.sqrt(44.1e-3 * 83.4e-3) * 2.5e-3,
+    )
     repeats(
         "adhesion negligible on rough contacts (2.2.2, 7)",
         f"pull-off of all contacts {share['1 µm']} of 50 mN at 1 µm, {share['0.1 µm']} at .1 µm, {share['24 nm']} at "
@@ -158,7 +169,9 @@ def test_rough_surfaces_that_no_figure_shows():
     )
     small = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=5).summits(rule=9)
     own = displacement(50e-3, small.height, small.radius, 0.2, SOFT)
-    assert float(found.displacement_of_size.isel(side=0).sel(rms_height=1e-6)[4]) == pytest.approx(own, rel=1e-6)
+    assert float(found.displacement_of_size.isel(side=0).sel(rms_height=1e-6)[4]) == pytest.approx(
+        own, rel=1e-6
+    )
     assert len(functions["drawn"](found)) == 2
 
 
@@ -189,8 +202,13 @@ def test_textures_and_one_larger_asperity():
     level = found.isel({height: 0}).values * NANO
     assert np.argmin(level) == len(level) - 1
     # standing out by what its radius is larger: .05, .25 and 1.5 µm
-    out = [float(found.isel({radius: row, height: column})) * NANO for row, column in ((1, 1), (2, 2), (4, 3))]
-    one = displacement(10e-3, np.append(0.25e-6, np.zeros(63)), np.append(0.75e-6, np.full(63, 0.5e-6)), 0.5, HARD)
+    out = [
+        float(found.isel({radius: row, height: column})) * NANO
+        for row, column in ((1, 1), (2, 2), (4, 3))
+    ]
+    one = displacement(
+        10e-3, np.append(0.25e-6, np.zeros(63)), np.append(0.75e-6, np.full(63, 0.5e-6)), 0.5, HARD
+    )
     assert out[1] == pytest.approx(one * NANO, rel=1e-9)
     repeats(
         "one larger asperity among equal ones decides (6.2.1)",
@@ -199,7 +217,9 @@ def test_textures_and_one_larger_asperity():
     texture = swept("fig_6_04").preliminary_displacement.isel(surface_count=7).values * NANO
     rough, _ = calculated("fig_6_09")
     random = float(rough.b_displacement.isel(radii=1).sel(rms_height=1e-6).mean("seed")) * NANO
-    scatter = hs.sweep(hs.load(FOLDER.parent / "18_texture_tolerances.toml")).preliminary_displacement
+    scatter = hs.sweep(
+        hs.load(FOLDER.parent / "18_texture_tolerances.toml")
+    ).preliminary_displacement
     heights = scatter.isel(surface_radius_scatter=0).mean("surface_seed").values * NANO
     repeats(
         "textures beat random surfaces (6.2.2, 7)",
@@ -211,7 +231,9 @@ def test_textures_and_one_larger_asperity():
 
 
 def test_worn_pairs():
-    one, five = (swept(name).preliminary_displacement.values * 1e6 for name in ("fig_6_15", "fig_6_16"))
+    one, five = (
+        swept(name).preliminary_displacement.values * 1e6 for name in ("fig_6_15", "fig_6_16")
+    )
     drift = [abs(np.diff(each)[[0, 2]]) for each in (one, five)]
     repeats(
         "drift of .1 to .2 µm (6.5)",
@@ -233,10 +255,15 @@ def test_maps_that_are_run_in():
     first = found.isel({"pass": 0}).sel(normal_load=5.0)
     elastic = found.elastic_displacement.sel(normal_load=5.0)
     surface = hs.random_surface((128, 128), 1e-6, 1.18e-6, 20e-6, seed=2).summits(rule=9)
-    assert float(elastic[1]) == pytest.approx(displacement(5.0, surface.height, surface.radius, 0.3, HARD), rel=1e-6)
+    assert float(elastic[1]) == pytest.approx(
+        displacement(5.0, surface.height, surface.radius, 0.3, HARD), rel=1e-6
+    )
     names = "preliminary_displacement", "touching_radius"
     reach = [float(each.mean("seed")) * NANO for each in (elastic, first[names[0]], last[names[0]])]
-    spread = [float(each.std("seed", ddof=1)) * NANO for each in (elastic, first[names[0]], last[names[0]])]
+    spread = [
+        float(each.std("seed", ddof=1)) * NANO
+        for each in (elastic, first[names[0]], last[names[0]])
+    ]
     radius = [float(each[names[1]].mean("seed")) * 1e6 for each in (first, last)]
     assert reach[0] > 2 * reach[1] > 2 * reach[2]
     assert spread[0] > spread[1] > spread[2]
@@ -247,7 +274,10 @@ def test_maps_that_are_run_in():
         f"alumina on zirconia, {found.sizes['seed']} maps, 5 N: {reach[0]:.0f} nm by Hertz, {reach[1]:.0f} yielding, "
         f"{reach[2]:.0f} in the eighth pass; deviation {words}; radii {radius[0]:.2f} → {radius[1]:.2f} µm",
     )
-    repeats("run-in surfaces spread less (5.3.1, 5.4.1)", f"deviation {words} by Hertz, yielding, in the eighth pass")
+    repeats(
+        "run-in surfaces spread less (5.3.1, 5.4.1)",
+        f"deviation {words} by Hertz, yielding, in the eighth pass",
+    )
     assert len(functions["drawn"](found)) == 2
 
 

@@ -123,7 +123,9 @@ def test_a_path_is_drawn_by_mouse_and_by_keyboard_and_downloaded(page_file, tmp_
         # where the chart shows the point is where the pointer was
         mark = page.locator("[data-part=plane] .now").bounding_box()
         middle = np.array([mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2])
-        assert middle == pytest.approx([box["x"] + 0.4 * box["width"], box["y"] + 0.6 * box["height"]], abs=2)
+        assert middle == pytest.approx(
+            [box["x"] + 0.4 * box["width"], box["y"] + 0.6 * box["height"]], abs=2
+        )
         plane.press("ArrowRight")
         plane.press("ArrowUp")
         typed = page.evaluate(COMPUTED)

@@ -40,7 +40,9 @@ def test_0_one_asperity_has_the_stick_radii_of_cattaneo_and_mindlin(typed):
     changes = {"loaded": 8.0, "unloaded": 11.0 / 2, "reloaded": 7.0 / 2}
     for name, change in changes.items():
         ball = names["cases"][name]
-        assert ball.stick_radius / ball.contact_radius == pytest.approx((1 - change / limit) ** (1 / 3), rel=1e-9)
+        assert ball.stick_radius / ball.contact_radius == pytest.approx(
+            (1 - change / limit) ** (1 / 3), rel=1e-9
+        )
     assert names["harder"].slip_state == hs.SlipState.FULL_STICK
     assert "reversal point" in outputs["state ball.history --asperity 0 -o ball.png"]
     assert Path("one_asperity.png").is_file()
@@ -51,7 +53,11 @@ def test_0_one_asperity_has_the_stick_radii_of_cattaneo_and_mindlin(typed):
 def test_1_from_a_measured_loop_to_each_asperity(typed):
     """The record is of a ball with μ = 0.2 behind 334 mN/µm."""
     names, outputs = typed("1_measured_loop.md")
-    fitted = dict(re.findall(r"^(friction|lateral_stiffness) +([0-9.]+)  ", outputs["fit ball.toml"], re.MULTILINE))
+    fitted = dict(
+        re.findall(
+            r"^(friction|lateral_stiffness) +([0-9.]+)  ", outputs["fit ball.toml"], re.MULTILINE
+        )
+    )
     assert float(fitted["friction"]) == pytest.approx(0.2, rel=1e-3)
     assert float(fitted["lateral_stiffness"]) == pytest.approx(334e3, rel=0.02)
     assert Path("ball_fitted.toml").is_file()
@@ -63,7 +69,14 @@ def test_1_from_a_measured_loop_to_each_asperity(typed):
 def test_2_the_stage_creeps_with_the_time_constant_of_the_spring(typed):
     """Of the slowest root of m s³ + c s² + (P + k_t) s + I = 0."""
     names, _ = typed("2_stage_on_a_rough_contact.md")
-    roots = np.roots([names["MASS"], names["DAMPING"], names["PROPORTIONAL"] + names["stiffness"], names["INTEGRAL"]])
+    roots = np.roots(
+        [
+            names["MASS"],
+            names["DAMPING"],
+            names["PROPORTIONAL"] + names["stiffness"],
+            names["INTEGRAL"],
+        ]
+    )
     slowest = roots[np.abs(roots).argmin()]
     assert slowest.imag == 0
     # the contact softens by some per cent on the way
@@ -75,10 +88,13 @@ def test_3_a_texture_is_chosen(typed):
     """One ball drifts by θ μ (δ2 - δ1), n by n^(-1/2) or n^(-2/3) of it."""
     names, _ = typed("3_choosing_a_texture.md")
     pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
-    first, second = ((9 * load**2 / (16 * 1e-3 * pair.contact_modulus**2)) ** (1 / 3) for load in (1.0, 1.4))
+    first, second = (
+        (9 * load**2 / (16 * 1e-3 * pair.contact_modulus**2)) ** (1 / 3) for load in (1.0, 1.4)
+    )
     one = pair.displacement_ratio * 0.3 * (second - first)
     found = hs.sweep(
-        "texture.toml", {"surface.count": [[4, 4]], "surface.scaling": ["self-similar", "curvature-invariant"]}
+        "texture.toml",
+        {"surface.count": [[4, 4]], "surface.scaling": ["self-similar", "curvature-invariant"]},
     )
     assert found.drift.values[0] == pytest.approx([one / 4, one / 16 ** (2 / 3)], rel=1e-9)
     assert (names["worst"].sel(surface_count="[8, 8]") < 5).all()
@@ -86,7 +102,11 @@ def test_3_a_texture_is_chosen(typed):
 
 def test_4_a_surface_that_was_run_in_is_elastic_up_to_its_largest_load(typed):
     names, _ = typed("4_running_in.md")
-    energy = names["history"].total_yielding_energy.values if "total_yielding_energy" in names["history"] else []
+    energy = (
+        names["history"].total_yielding_energy.values
+        if "total_yielding_energy" in names["history"]
+        else []
+    )
     # the last run falls from 90 mN: all of it is spent there
     assert (np.diff(energy) == 0).all()
     assert energy[0] > 0
@@ -122,9 +142,17 @@ def test_6_the_creep_agrees_with_finer_rings(typed):
     scenario = hs.load("plane.toml")
     summits = scenario.ensemble()
     fine = hs.Ensemble(
-        summits.pair, summits.summit_height, summits.summit_radius, 0.2, rings=hs.Rings(16, 60, tolerance=1e-4)
+        summits.pair,
+        summits.summit_height,
+        summits.summit_radius,
+        0.2,
+        rings=hs.Rings(16, 60, tolerance=1e-4),
     )
-    x = hs.replay(fine, scenario.events(), record="totals").tangential_displacement.sel(direction="x").values
+    x = (
+        hs.replay(fine, scenario.events(), record="totals")
+        .tangential_displacement.sel(direction="x")
+        .values
+    )
     # 1e-3 of μN over a stiffness of some 1 mN/nm
     assert names["x"] == pytest.approx(x * 1e9, abs=0.05)
 
@@ -135,10 +163,14 @@ def _noise_free_pair():
     source = random.Random(54)  # noqa: S311 - that of the data
     roughness = formula["waves"](source, 150, 60.0, 4.0, 100.0)
     x, y = np.meshgrid(*[0.5 * np.arange(256)] * 2, indexing="ij")
-    fresh = sum(amplitude * np.cos(kx * x + ky * y + phase) for kx, ky, amplitude, phase in roughness)
+    fresh = sum(
+        amplitude * np.cos(kx * x + ky * y + phase) for kx, ky, amplitude, phase in roughness
+    )
     above = np.maximum(fresh - 100.0, 0.0)
     shown = (x >= 3.2) & (y <= 0.5 * 255 - 1.85)  # by the second map
-    return np.where(shown, fresh, np.nan), np.where(shown, fresh - above + 80.0 * (1 - np.exp(-above / 80.0)), np.nan)
+    return np.where(shown, fresh, np.nan), np.where(
+        shown, fresh - above + 80.0 * (1 - np.exp(-above / 80.0)), np.nan
+    )
 
 
 def test_7_the_worn_volume_and_the_displacements_agree_with_the_formula(typed):
@@ -162,7 +194,10 @@ def test_7_the_worn_volume_and_the_displacements_agree_with_the_formula(typed):
 
         displacements.append(pair.displacement_ratio * 0.2 * optimize.brentq(excess, 0.0, 1e-6))
     assert displacements == pytest.approx([23.17e-9, 5.29e-9], abs=0.01e-9)  # as the page states
-    typed_in = [names["histories"][name].contact.preliminary_displacement().values[0] for name in ("fresh", "worn")]
+    typed_in = [
+        names["histories"][name].contact.preliminary_displacement().values[0]
+        for name in ("fresh", "worn")
+    ]
     assert typed_in == pytest.approx(displacements, abs=1e-9)
     assert names["drift"][0] * 1e-9 == pytest.approx(displacements[0] - displacements[1], abs=1e-9)
     assert "worn volume              76.5 ± 0.041 µm³" in next(iter(outputs.values()))

@@ -17,7 +17,12 @@ PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 HEIGHTS = np.random.default_rng(7).normal(0, 20e-9, 12)
 ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, 10e-6, 0.2, rings=hs.Rings(height_classes=2, rings=10))
 INSTRUMENT = hs.Instrument(("300 mN/µm", "1 N/µm"))
-VECTORS = ("tangential_displacement", "total_tangential_load", "tangential_load", "drive_displacement")
+VECTORS = (
+    "tangential_displacement",
+    "total_tangential_load",
+    "tangential_load",
+    "drive_displacement",
+)
 
 SCENARIO = """
 [materials]
@@ -38,7 +43,11 @@ def drawn(seed, count=8, *, by_load=False):
     for time in np.arange(1.0, count + 1):
         turn = rng.uniform(0, 2 * np.pi)
         way = np.array([np.cos(turn), np.sin(turn)])
-        events.append(hs.TangentialLoad(time, 1.5e-3 * way) if by_load else hs.TangentialDisplacement(time, 8e-9 * way))
+        events.append(
+            hs.TangentialLoad(time, 1.5e-3 * way)
+            if by_load
+            else hs.TangentialDisplacement(time, 8e-9 * way)
+        )
         if rng.random() < 0.4:
             events.append(hs.NormalLoad(time, rng.uniform(15e-3, 25e-3)))
         if rng.random() < 0.2:
@@ -66,7 +75,9 @@ def test_along_an_axis_the_bits_agree_with_one_direction(axis):
         return type(event)(event.time, (event.value, 0.0) if axis == 0 else (0.0, event.value))
 
     expected = hs.replay(ENSEMBLE, one, substeps=3, instrument=hs.Instrument(3e5), hold=False)
-    found = hs.replay(ENSEMBLE, list(map(turned, one)), substeps=3, instrument=hs.Instrument(3e5), hold=False)
+    found = hs.replay(
+        ENSEMBLE, list(map(turned, one)), substeps=3, instrument=hs.Instrument(3e5), hold=False
+    )
     for name in set(expected) - {"largest_traction_ratio"}:
         values = found[name].values
         if name in VECTORS:
@@ -83,7 +94,11 @@ def test_the_drive_is_reached_behind_two_stiffnesses():
     np.testing.assert_allclose(history.drive_displacement[1:], asked, rtol=1e-9, atol=1e-15)
     # along one line one of the two is the spring
     with pytest.raises(InputError, match="lateral_stiffness is"):
-        hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-5)], instrument=INSTRUMENT)
+        hs.replay(
+            ENSEMBLE,
+            [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-5)],
+            instrument=INSTRUMENT,
+        )
 
 
 def test_a_file_holds_what_the_dataset_does(tmp_path):
@@ -95,7 +110,8 @@ def test_a_file_holds_what_the_dataset_does(tmp_path):
         assert found.tangential_load.dims == ("step", "asperity", "direction")
         xr.testing.assert_identical(found.drop_attrs().load(), expected.drop_attrs())
     np.testing.assert_array_equal(
-        expected.total_tangential_load.sel(direction="y"), expected.total_tangential_load.values[:, 1]
+        expected.total_tangential_load.sel(direction="y"),
+        expected.total_tangential_load.values[:, 1],
     )
 
 
@@ -119,9 +135,12 @@ def test_a_log_keeps_pairs_rings_and_snapshots(tmp_path):
     # from a snapshot
     assert log.state(6.4) == job.state(6.4)
     fork = log.fork(3.5, tmp_path / "b.history")
-    # the waypoint at which it forks breaks a path, whose tolerance is of the friction limit of some 4 mN
+    # the waypoint at which it forks breaks a path, whose tolerance is of the friction limit of some
+    # 4 mN
     limit = 0.2 * job.state(3.5).normal_load
-    np.testing.assert_allclose(fork.state().tangential_load, job.state(3.5).tangential_load, atol=1e-3 * limit)
+    np.testing.assert_allclose(
+        fork.state().tangential_load, job.state(3.5).tangential_load, atol=1e-3 * limit
+    )
     with pytest.raises(InputError, match="some tangential loads or displacements are one number"):
         fork.append(hs.TangentialDisplacement(9.0, 1e-9))
     assert log.state_dataset(2.5).tangential_load.dims == ("step", "asperity", "direction")
@@ -129,7 +148,11 @@ def test_a_log_keeps_pairs_rings_and_snapshots(tmp_path):
     assert ENSEMBLE.load_state(tmp_path / "state") == log.state()
 
 
-MIXED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-5), hs.TangentialLoad(2.0, (1e-5, 0.0))]
+MIXED = [
+    hs.NormalLoad(0.0, 1e-3),
+    hs.TangentialLoad(1.0, 1e-5),
+    hs.TangentialLoad(2.0, (1e-5, 0.0)),
+]
 MOVED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, (1e-9, 1e-9))]
 
 
@@ -137,9 +160,21 @@ MOVED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, (1e-9, 1e-9))]
     ("options", "events", "says"),
     [
         ({}, MIXED, "some tangential loads or displacements are one number and some are two"),
-        ({}, [*MOVED, hs.FrictionRamp(2.0, 0.3)], "friction_ramp supports one tangential direction only"),
-        ({}, [*MOVED, hs.GeometryChange(2.0, summit_height=0.0)], "geometry supports one tangential direction only"),
-        ({"follow_sliding": True}, MOVED, "sliding that is followed supports one tangential direction only"),
+        (
+            {},
+            [*MOVED, hs.FrictionRamp(2.0, 0.3)],
+            "friction_ramp supports one tangential direction only",
+        ),
+        (
+            {},
+            [*MOVED, hs.GeometryChange(2.0, summit_height=0.0)],
+            "geometry supports one tangential direction only",
+        ),
+        (
+            {"follow_sliding": True},
+            MOVED,
+            "sliding that is followed supports one tangential direction only",
+        ),
         ({"yielding": "thornton"}, MOVED, "yielding supports one tangential direction only"),
         ({}, [MOVED[0], hs.TangentialLoad(1.0, (1e-3, 1e-3))], "beyond the friction limit"),
     ],
@@ -158,7 +193,9 @@ def test_a_load_beyond_the_limit_is_held_at_it_in_its_direction():
     assert held.saturated == 1
 
 
-@pytest.mark.parametrize("value", [(1e-9,), (1e-9, 2e-9, 3e-9), (1e-9, np.nan), ("1 nm", "2 N"), [[1e-9, 0.0]]])
+@pytest.mark.parametrize(
+    "value", [(1e-9,), (1e-9, 2e-9, 3e-9), (1e-9, np.nan), ("1 nm", "2 N"), [[1e-9, 0.0]]]
+)
 def test_a_pair_has_two_finite_numbers(value):
     with pytest.raises(InputError, match=r"two, in x and y|not a unit of a length"):
         hs.TangentialDisplacement(1.0, value)
@@ -187,14 +224,25 @@ def scenario(tmp_path):
 
 def test_a_scenario_and_a_record_give_equal_results(tmp_path, scenario):
     expected = hs.run(scenario)
-    (tmp_path / "record.csv").write_text("t [s],N [mN],x [nm],y [nm]\n0,50,0,0\n1,50,10,0\n2,50,10,10\n3,50,0,0\n")
-    names = {"time": "t", "normal_load": "N", "tangential_displacement": "x", "tangential_displacement_y": "y"}
+    (tmp_path / "record.csv").write_text(
+        "t [s],N [mN],x [nm],y [nm]\n0,50,0,0\n1,50,10,0\n2,50,10,10\n3,50,0,0\n"
+    )
+    names = {
+        "time": "t",
+        "normal_load": "N",
+        "tangential_displacement": "x",
+        "tangential_displacement_y": "y",
+    }
     columns = "\n".join(f'columns.{name} = "{column}"' for name, column in names.items())
     measured = tmp_path / "measured.toml"
     instrument = LOADING[LOADING.index("[instrument]") :]
-    measured.write_text(f'{SCENARIO}[loading]\nsubsteps = 2\nfile = "record.csv"\n{columns}\n{instrument}')
+    measured.write_text(
+        f'{SCENARIO}[loading]\nsubsteps = 2\nfile = "record.csv"\n{columns}\n{instrument}'
+    )
     found = hs.run(measured)
-    np.testing.assert_allclose(found.total_tangential_load, expected.total_tangential_load, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(
+        found.total_tangential_load, expected.total_tangential_load, rtol=1e-9, atol=1e-12
+    )
     run = CliRunner().invoke(main, ["run", str(scenario), "-o", str(tmp_path / "a.nc")])
     assert run.exit_code == 0, run.output
     assert "peak tangential load" in run.output
@@ -260,13 +308,19 @@ def test_every_command_supports_or_refuses_two_directions(tmp_path, scenario, mo
 
 def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_it_slips():
     way = ((3e-8, 0.0), (3e-8, 2e-8), (-1e-8, 2e-8), (-1e-8, -2e-8), (-1.1e-8, -1.9e-8))
-    events = [hs.NormalLoad(0.0, 4e-3), *(hs.TangentialDisplacement(t + 1.0, to) for t, to in enumerate(way))]
+    events = [
+        hs.NormalLoad(0.0, 4e-3),
+        *(hs.TangentialDisplacement(t + 1.0, to) for t, to in enumerate(way)),
+    ]
     ensemble = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9], [10e-6, 30e-6, 15e-6], 0.2)
     history = hs.replay(ensemble, events)
     ends = 0
     for step in range(history.sizes["step"]):
         for label in history.asperity.values:
-            one, row = history.contact.asperity(int(label), step), history.isel(step=step).sel(asperity=label)
+            one, row = (
+                history.contact.asperity(int(label), step),
+                history.isel(step=step).sel(asperity=label),
+            )
             limit = one.friction * one.normal_load
             # a state is reached in other steps than a row, each of them settled to 1e-3
             np.testing.assert_allclose(one.tangential_load, row.tangential_load, 0.0, 1e-3 * limit)
@@ -316,13 +370,16 @@ def test_a_stepper_of_two_directions_goes_as_advance_does():
 def test_a_stepper_enters_the_plane_at_the_first_pair():
     ensemble = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.2)
     start = ensemble.advance(ensemble.initial_state(), normal_load=4e-3)
-    stepper, turned = ensemble.stepper(start), ensemble.advance(start, tangential_displacement=(1e-9, 2e-9))
+    stepper, turned = (
+        ensemble.stepper(start),
+        ensemble.advance(start, tangential_displacement=(1e-9, 2e-9)),
+    )
     with pytest.raises(hs.FrictionLimitError):
         stepper.step(tangential_load=(1.0, 0.0))
     assert stepper.save() == start
     stepper.step(tangential_displacement=(1e-9, 2e-9))
     assert stepper.save() == turned
-    assert pickle.loads(pickle.dumps(stepper)).save() == turned  # noqa: S301
+    assert pickle.loads(pickle.dumps(stepper)).save() == turned
     stepper.restore(start)
     stepper.step(tangential_displacement=1e-9)
     assert stepper.save() == ensemble.advance(start, tangential_displacement=1e-9)
@@ -330,12 +387,16 @@ def test_a_stepper_enters_the_plane_at_the_first_pair():
 
 def test_a_hodograph_needs_two_directions():
     history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 1e-9)])
-    with pytest.raises(InputError, match="needs two tangential directions, and the history has one"):
+    with pytest.raises(
+        InputError, match="needs two tangential directions, and the history has one"
+    ):
         hs.plot(history, picture="hodograph")
 
 
 def test_a_sweep_uses_the_magnitude_of_vectors(scenario):
-    found = hs.sweep(scenario, {"friction.coefficient": [0.1, 0.2]}, outputs=["peak_tangential_load"])
+    found = hs.sweep(
+        scenario, {"friction.coefficient": [0.1, 0.2]}, outputs=["peak_tangential_load"]
+    )
     history = hs.run(scenario)
     expected = np.linalg.norm(history.total_tangential_load, axis=-1).max()
     assert found.peak_tangential_load.values[1] == expected
@@ -355,8 +416,13 @@ DEAD_WEIGHT = [
 
 def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
     history = hs.replay(ENSEMBLE, DEAD_WEIGHT, substeps=2, hold=False)
-    load, displacement = history.total_tangential_load.values, history.tangential_displacement.values
-    np.testing.assert_allclose(load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12)
+    load, displacement = (
+        history.total_tangential_load.values,
+        history.tangential_displacement.values,
+    )
+    np.testing.assert_allclose(
+        load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12
+    )
     # before its first waypoint x is free of load, and begins to be driven at the event before it
     np.testing.assert_allclose(displacement[2:7, 0], [0, 4e-9, 8e-9, 0, -8e-9], atol=1e-16)
     # x by load, y by displacement, and immediately x back to a displacement
@@ -380,7 +446,9 @@ def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
     assert log.state(3.5) == hs.Replay(ENSEMBLE, DEAD_WEIGHT, hold=False).state(3.5)
     fork = log.fork(2.5, tmp_path / "b.history")
     limit = 0.2 * 20e-3
-    np.testing.assert_allclose(fork.state().tangential_load, log.state(2.5).tangential_load, atol=1e-3 * limit)
+    np.testing.assert_allclose(
+        fork.state().tangential_load, log.state(2.5).tangential_load, atol=1e-3 * limit
+    )
     log.close()
     hs.run(tmp_path / "a.history", tmp_path / "a.nc")
     assert hs.verify(tmp_path / "a.nc")

@@ -58,7 +58,10 @@ def single():
 @cache
 def events():
     turns = [4e-9, -4e-9] * 4
-    return [hs.NormalLoad(0.0, 1e-3), *(hs.TangentialDisplacement(1.0 + i, u) for i, u in enumerate(turns))]
+    return [
+        hs.NormalLoad(0.0, 1e-3),
+        *(hs.TangentialDisplacement(1.0 + i, u) for i, u in enumerate(turns)),
+    ]
 
 
 @cache
@@ -80,7 +83,9 @@ def placed():
 
 
 def hills():
-    return hs.random_surface(shape=(32, 32), pixel_size=1e-6, rms_height=1e-9, autocorrelation_length=4e-6, seed=1)
+    return hs.random_surface(
+        shape=(32, 32), pixel_size=1e-6, rms_height=1e-9, autocorrelation_length=4e-6, seed=1
+    )
 
 
 @cache
@@ -94,7 +99,12 @@ def drawn(**options):
 
 def integrated(**options):
     return hs.coupling.solve_ivp(
-        lambda *_: [1e-9], y0=[0.0], ensemble=ball(), place=lambda *_: {}, state=pressed(), **options
+        lambda *_: [1e-9],
+        y0=[0.0],
+        ensemble=ball(),
+        place=lambda *_: {},
+        state=pressed(),
+        **options,
     )
 
 
@@ -116,7 +126,10 @@ CURVE = {
 }
 # How each is called, with numbers.
 CALLS = {
-    "Asperity": (lambda **size: hs.Asperity(**size).ensemble, {"pair": PAIR, "radius": 1e-5, "friction": 0.2}),
+    "Asperity": (
+        lambda **size: hs.Asperity(**size).ensemble,
+        {"pair": PAIR, "radius": 1e-5, "friction": 0.2},
+    ),
     "Asperity.advance": (lambda **load: single().advance(**load).state, LOADED),
     "Asperity.advance#2": (
         lambda **load: single().advance(**load).state,
@@ -152,14 +165,28 @@ CALLS = {
         hs.LineContact,
         {"pair": PAIR, "radius": 1e-2, "length": 5e-3, "friction": 0.2, "reference_depth": 1e-2},
     ),
-    "LineContact.advance": (lambda **load: cylinder().advance(cylinder().initial_state(), **load), LOADED),
+    "LineContact.advance": (
+        lambda **load: cylinder().advance(cylinder().initial_state(), **load),
+        LOADED,
+    ),
     "LineContact.advance#2": (
-        lambda **load: cylinder().advance(cylinder().advance(cylinder().initial_state(), normal_load=1.0), **load),
+        lambda **load: cylinder().advance(
+            cylinder().advance(cylinder().initial_state(), normal_load=1.0), **load
+        ),
         {"normal_displacement": 1e-8, "tangential_load": 1e-5},
     ),
-    "LineContact.half_width": (lambda normal_load: cylinder().half_width(normal_load), {"normal_load": [1.0, 2.0]}),
-    "LineContact.pressure": (lambda x: cylinder().pressure(x, cylinder_state()), {"x": [0.0, 1e-6]}),
-    "LineContact.traction": (lambda x: cylinder().traction(x, cylinder_state()), {"x": [0.0, 1e-6]}),
+    "LineContact.half_width": (
+        lambda normal_load: cylinder().half_width(normal_load),
+        {"normal_load": [1.0, 2.0]},
+    ),
+    "LineContact.pressure": (
+        lambda x: cylinder().pressure(x, cylinder_state()),
+        {"x": [0.0, 1e-6]},
+    ),
+    "LineContact.traction": (
+        lambda x: cylinder().traction(x, cylinder_state()),
+        {"x": [0.0, 1e-6]},
+    ),
     "Ensemble.with_geometry": (
         lambda **shape: ball().with_geometry(pressed(), **shape),
         {"summit_height": [0.0, -2e-9], "summit_radius": 2e-5},
@@ -167,7 +194,12 @@ CALLS = {
     "FrictionChange": (hs.FrictionChange, {"time": 1.0, "friction": 0.2}),
     "Instrument": (
         hs.Instrument,
-        {"lateral_stiffness": 3e5, "parallel_stiffness": 2e4, "displacement_resolution": 1e-9, "load_resolution": 1e-6},
+        {
+            "lateral_stiffness": 3e5,
+            "parallel_stiffness": 2e4,
+            "displacement_resolution": 1e-9,
+            "load_resolution": 1e-6,
+        },
     ),
     "Material": (
         hs.Material,
@@ -188,10 +220,19 @@ CALLS = {
         hs.MaterialPair.from_moduli,
         {**MODULI, "work_of_adhesion": 0.1, "cracking_load": 1e-3},
     ),
-    "Replay.walk": (lambda until: job().walk(job().recorder(StateOnly, until=until), until=until), {"until": 2.5}),
+    "Replay.walk": (
+        lambda until: job().walk(job().recorder(StateOnly, until=until), until=until),
+        {"until": 2.5},
+    ),
     "Summits": (
         hs.Summits,
-        {"height": [0.0, 1e-9], "radius": [1e-5, 1e-5], "x": [0.0, 1e-6], "y": [0.0, 1e-6], "nominal_area": 1e-9},
+        {
+            "height": [0.0, 1e-9],
+            "radius": [1e-5, 1e-5],
+            "x": [0.0, 1e-6],
+            "y": [0.0, 1e-6],
+            "nominal_area": 1e-9,
+        },
     ),
     "Summits.meeting": (
         lambda shift: placed().meeting(placed(), shift=shift),
@@ -202,18 +243,36 @@ CALLS = {
         lambda **place: surface().combined(surface(), **place),
         {"shift": (1e-6, 0.5e-6), "rotation": 0.1},
     ),
-    "Surface.cropped": (lambda **part: surface().cropped(**part), {"x": (1e-6, 8e-6), "y": (0.0, 9e-6)}),
-    "loops": (lambda dead_band: hs.loops(history(), dead_band=dead_band).summary(), {"dead_band": 1e-9}),
+    "Surface.cropped": (
+        lambda **part: surface().cropped(**part),
+        {"x": (1e-6, 8e-6), "y": (0.0, 9e-6)},
+    ),
+    "loops": (
+        lambda dead_band: hs.loops(history(), dead_band=dead_band).summary(),
+        {"dead_band": 1e-9},
+    ),
     "area_laws": (
         lambda **given: hs.area_laws(hills(), PAIR, whole_map=False, **given),
         {"normal_load": [1e-6, 2e-6], "hardness": 6e9},
     ),
     "random_surface": (
         hs.random_surface,
-        {"shape": (16, 16), "pixel_size": 1e-6, "rms_height": 1e-9, "autocorrelation_length": 4e-6, "seed": 1},
+        {
+            "shape": (16, 16),
+            "pixel_size": 1e-6,
+            "rms_height": 1e-9,
+            "autocorrelation_length": 4e-6,
+            "seed": 1,
+        },
     ),
-    "reduce": (lambda **load: hs.reduce(job(), elements=2, **load).as_dict(), {"normal_load": 1e-3}),
-    "analysis.asperity": (lambda time: hs.analysis.asperity(history(), 0, time=time).state, {"time": 2.0}),
+    "reduce": (
+        lambda **load: hs.reduce(job(), elements=2, **load).as_dict(),
+        {"normal_load": 1e-3},
+    ),
+    "analysis.asperity": (
+        lambda time: hs.analysis.asperity(history(), 0, time=time).state,
+        {"time": 2.0},
+    ),
     "analysis.energy_per_cycle": (
         lambda dead_band: hs.analysis.energy_per_cycle(history(), dead_band=dead_band),
         {"dead_band": 1e-9},
@@ -262,12 +321,18 @@ CALLS = {
         hs.events.GeometryChange,
         {"time": 1.0, "summit_height": [0.0, 1e-9], "summit_radius": [1e-5, 1e-5]},
     ),
-    "laws.PowerLaw": (hs.laws.PowerLaw, {"coefficient": 0.2, "reference_load": 1e-3, "exponent": -0.1}),
+    "laws.PowerLaw": (
+        hs.laws.PowerLaw,
+        {"coefficient": 0.2, "reference_load": 1e-3, "exponent": -0.1},
+    ),
     "laws.ShearStrength": (
         hs.laws.ShearStrength,
         {"shear_strength": 1e8, "area": "jkr", "work_of_adhesion": 0.1},
     ),
-    "laws.SlidFriction": (hs.laws.SlidFriction, {"distance": (0.0, 1e-6), "coefficient": (0.1, 0.2)}),
+    "laws.SlidFriction": (
+        hs.laws.SlidFriction,
+        {"distance": (0.0, 1e-6), "coefficient": (0.1, 0.2)},
+    ),
     "surfaces.drawn_summits": (
         drawn,
         {"radius": 1e-5, "summit_density": 1e10, "nominal_area": 1e-9},
@@ -308,7 +373,9 @@ def public():
     for prefix, space in [("", hs), *((f"{name}.", getattr(hs, name)) for name in modules)]:
         for name in (name for name in dir(space) if not name.startswith("_")):
             found = getattr(space, name)
-            if inspect.ismodule(found) or not str(getattr(found, "__module__", "")).startswith("historysim"):
+            if inspect.ismodule(found) or not str(getattr(found, "__module__", "")).startswith(
+                "historysim"
+            ):
                 continue
             if id(found) in seen:
                 continue
@@ -324,13 +391,17 @@ def public():
 def documented(function):
     """Yield each argument of a function that its docstring has in a unit, with the unit."""
     text = inspect.cleandoc(function.__doc__ or "")
-    section = re.search(r"(?:^|\n)(?:Parameters|Attributes)\n-+\n(.*?)(?=\n\n\w[^\n]*\n-+\n|\Z)", text, re.DOTALL)
+    section = re.search(
+        r"(?:^|\n)(?:Parameters|Attributes)\n-+\n(.*?)(?=\n\n\w[^\n]*\n-+\n|\Z)", text, re.DOTALL
+    )
     try:
         known = set(inspect.signature(function).parameters)
     except (TypeError, ValueError):
         return
     for entry in re.split(r"\n(?=\S)", section[1]) if section else ():
-        names = [name.strip(" *") for name in entry.partition("\n")[0].partition(" : ")[0].split(",")]
+        names = [
+            name.strip(" *") for name in entry.partition("\n")[0].partition(" : ")[0].split(",")
+        ]
         units = [unit for unit in re.findall(r"\[([^\]]+)\]", entry) if unit in UNITS]
         if units:
             for place, name in enumerate(names):
@@ -358,7 +429,11 @@ def test_texts_with_units_are_taken_where_numbers_are(name):
     function, given = CALLS[name]
     units = {argument: unit for argument, unit in UNIT_OF.items() if argument in given}
     units |= {argument: UNITS[unit] for of, argument, unit in FOUND if of == name.partition("#")[0]}
-    units = {name: unit for name, unit in units.items() if name in given and not isinstance(given[name], str)}
+    units = {
+        name: unit
+        for name, unit in units.items()
+        if name in given and not isinstance(given[name], str)
+    }
     assert units
     expected = function(**given)
     for argument, unit in units.items():
@@ -367,7 +442,11 @@ def test_texts_with_units_are_taken_where_numbers_are(name):
 
 
 def test_every_documented_quantity_is_tried():
-    tried = {(name.partition("#")[0], argument) for name, (_, given) in CALLS.items() for argument in given}
+    tried = {
+        (name.partition("#")[0], argument)
+        for name, (_, given) in CALLS.items()
+        for argument in given
+    }
     left = {
         (name, argument)
         for name, argument, _ in FOUND

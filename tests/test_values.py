@@ -62,7 +62,9 @@ waypoints = [{ time = 0, normal_load = "1 mN" }, { time = 1, tangential_displace
 
 
 def ensemble():
-    return hs.Ensemble(PAIR, np.array([0.0, -1e-8, -2e-8]), 1e-4, 0.2, x=np.arange(3.0), y=np.zeros(3))
+    return hs.Ensemble(
+        PAIR, np.array([0.0, -1e-8, -2e-8]), 1e-4, 0.2, x=np.arange(3.0), y=np.zeros(3)
+    )
 
 
 def stepped():
@@ -87,7 +89,9 @@ def scenario(folder):
 
 def compared():
     observed = observe(synthetic.measured("ball", 0), skip=0)
-    response = compute_response(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    response = compute_response(
+        *synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed
+    )
     return Comparison(observed, response)
 
 
@@ -97,7 +101,12 @@ def ended():
 
 
 STICKY = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05, "max_load": 1e-6}
-SLID = (np.arange(200.0), np.minimum(np.arange(200.0) / 40, 1.0), np.full(200, 5.0), np.arange(200.0) * 1e-6)
+SLID = (
+    np.arange(200.0),
+    np.minimum(np.arange(200.0) / 40, 1.0),
+    np.full(200, 5.0),
+    np.arange(200.0) * 1e-6,
+)
 
 ERRORS = {
     "HistorySimError": lambda: hs.HistorySimError("what came"),
@@ -105,7 +114,9 @@ ERRORS = {
     "InputError": lambda: field_error("0; expected more", "loading", "waypoints", 3, "time"),
     "LoadError": lambda: hs.LoadError("event 3 at t = 1 s: too much"),
     "FrictionLimitError": lambda: hs.FrictionLimitError(8e-3, 7.5e-3, 2),
-    "MissingPackageError": lambda: errors.MissingPackageError("the friction law 'a' is of b, which is not there"),
+    "MissingPackageError": lambda: errors.MissingPackageError(
+        "the friction law 'a' is of b, which is not there"
+    ),
     "PullOffError": lambda: errors.PullOffError(-2e-3, -1e-3, 1),
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
@@ -130,18 +141,24 @@ VALUES = {
         *SOLVED, np.array([np.nan, 1.0]), (4, 5), (1e-6, 1e-6), 2e-8, (0.01, 0.02)
     ),
     "Ensemble": ensemble,
-    "InclinedEnsemble": lambda: hs.InclinedEnsemble(PAIR, [0.0, -1e-8], 1e-4, 0.2, slope=[0.1, -0.1]),
+    "InclinedEnsemble": lambda: hs.InclinedEnsemble(
+        PAIR, [0.0, -1e-8], 1e-4, 0.2, slope=[0.1, -0.1]
+    ),
     "State": stepped,
     "state in a plane": lambda: ensemble().advance(stepped(), tangential_displacement=(1e-9, 2e-9)),
     "laws": lambda: (laws.ShearStrength(3e8), wear.ArchardWear(coefficient=1e-4, hardness=1e9)),
     "SlipState": lambda: tuple(hs.SlipState),
-    "Replay": lambda: hs.Replay(ensemble(), EVENTS[:4], substeps=2, record=[0, 2], instrument=hs.Instrument(1e5)),
+    "Replay": lambda: hs.Replay(
+        ensemble(), EVENTS[:4], substeps=2, record=[0, 2], instrument=hs.Instrument(1e5)
+    ),
     "history": lambda: hs.replay(ensemble(), EVENTS[:4]),
     "Changes": lambda: Changes(friction=True),
     "Variable": lambda: COORDINATES,
     "LogHeader": lambda: LogHeader.from_replay(hs.Replay(ensemble(), ()), title="a run", seeds=[1]),
     "Verdict": lambda: Verdict(3, "abc", "batch 2 cannot be read"),
-    "Verification": lambda: Verification("out.nc", 3, "abc", differences=(Difference("speed", 2, largest=np.nan),)),
+    "Verification": lambda: Verification(
+        "out.nc", 3, "abc", differences=(Difference("speed", 2, largest=np.nan),)
+    ),
     "Finding": lambda: Finding("slope", 0.3, 0.1, "too steep"),
     "records": compared,
     "Sliding": lambda: sliding.sliding_of_channels(*SLID),
@@ -150,9 +167,24 @@ VALUES = {
 
 
 # Of these, or of contents, it is not asked yet whether arrays stay read-only.
-OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "State", "state in a plane", "Start", "Replay", "LogHeader"}
+OF_ASPERITIES = {
+    "Ensemble",
+    "InclinedEnsemble",
+    "State",
+    "state in a plane",
+    "Start",
+    "Replay",
+    "LogHeader",
+}
 # They look into an ensemble, change at each step, and hold an open file.
-NO_VALUES = {"RampWarning", "UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog", "LineContact"}
+NO_VALUES = {
+    "RampWarning",
+    "UnlikelyValueWarning",
+    "Asperity",
+    "ContactBatch",
+    "EventLog",
+    "LineContact",
+}
 
 
 def taken_apart(value, met=None, *, hard=True):
@@ -166,7 +198,10 @@ def taken_apart(value, met=None, *, hard=True):
         elif isinstance(value, BaseException):
             held = str(value), apart(value.args), apart(vars(value))
         elif isinstance(value, xr.Dataset):
-            held = {name: (one.dims, apart(one.values), apart(one.attrs)) for name, one in value.variables.items()}
+            held = {
+                name: (one.dims, apart(one.values), apart(one.attrs))
+                for name, one in value.variables.items()
+            }
         elif attrs.has(type(value)) and not isinstance(value, hs.State):
             held = {one.name: apart(getattr(value, one.name)) for one in attrs.fields(type(value))}
         elif isinstance(value, dict):
@@ -182,7 +217,11 @@ def taken_apart(value, met=None, *, hard=True):
     return apart(value)
 
 
-WAYS = {"pickled": lambda value: pickle.loads(pickle.dumps(value)), "deep": copy.deepcopy, "shallow": copy.copy}  # noqa: S301 - our own bytes
+WAYS = {
+    "pickled": lambda value: pickle.loads(pickle.dumps(value)),
+    "deep": copy.deepcopy,
+    "shallow": copy.copy,
+}
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -205,7 +244,10 @@ def test_a_scenario_that_is_pickled_or_copied_gives_the_same_history(way, tmp_pa
 def test_an_error_of_a_process_comes_with_its_numbers():
     made = ensemble()
     state = made.advance(made.initial_state(), normal_load=0.05)
-    with Processes(1) as executor, pytest.raises(hs.FrictionLimitError, match="beyond the friction limit") as caught:
+    with (
+        Processes(1) as executor,
+        pytest.raises(hs.FrictionLimitError, match="beyond the friction limit") as caught,
+    ):
         executor.submit(made.advance, state, tangential_load=1.0).result()
     assert caught.value.request == pytest.approx(1.0)
     assert caught.value.limit == pytest.approx(0.01)
@@ -215,19 +257,43 @@ def modules(rooms):
     for room in rooms:
         package = importlib.import_module(f"historysim.{room}")
         yield package
-        for found in pkgutil.walk_packages(getattr(package, "__path__", []), f"{package.__name__}."):
+        for found in pkgutil.walk_packages(
+            getattr(package, "__path__", []), f"{package.__name__}."
+        ):
             # the compiled library is next to its module and is not a module
-            if not found.name.rpartition(".")[2].startswith("lib") or found.ispkg or found.name.endswith(".library"):
+            if (
+                not found.name.rpartition(".")[2].startswith("lib")
+                or found.ispkg
+                or found.name.endswith(".library")
+            ):
                 yield importlib.import_module(found.name)
 
 
 def test_no_error_is_forgotten():
-    list(modules(["basics", "tables", "contact", "surfaces", "asperities", "loads", "log", "measured", "studies"]))
+    list(
+        modules(
+            [
+                "basics",
+                "tables",
+                "contact",
+                "surfaces",
+                "asperities",
+                "loads",
+                "log",
+                "measured",
+                "studies",
+            ]
+        )
+    )
 
     def kinds(of):
         return {of}.union(*map(kinds, of.__subclasses__()))
 
-    own = {one.__name__ for one in kinds(hs.HistorySimError) if one.__module__.startswith("historysim.")}
+    own = {
+        one.__name__
+        for one in kinds(hs.HistorySimError)
+        if one.__module__.startswith("historysim.")
+    }
     assert {name for name in own if not name.startswith("_")} == set(ERRORS)
 
 
@@ -244,12 +310,23 @@ def test_no_value_is_forgotten():
     met = set()
     for make in VALUES.values():
         taken_apart(make(), met)
-    kinds = [one for name in hs.__all__ if isinstance(one := getattr(hs, name), type) and name not in ERRORS]
+    kinds = [
+        one
+        for name in hs.__all__
+        if isinstance(one := getattr(hs, name), type) and name not in ERRORS
+    ]
     assert {one.__name__ for one in kinds} - {one.__name__ for one in met} == NO_VALUES
     rooms = ["basics", "tables", "contact", "surfaces", "interaction", "loads", "log", "measured"]
     for module in modules([*rooms, "recording.variables"]):
         for kind in vars(module).values():
-            if not (isinstance(kind, type) and attrs.has(kind) and kind.__module__ == module.__name__) or kind in met:
+            if (
+                not (
+                    isinstance(kind, type)
+                    and attrs.has(kind)
+                    and kind.__module__ == module.__name__
+                )
+                or kind in met
+            ):
                 continue
             if inspect.isabstract(kind):
                 continue

@@ -49,21 +49,27 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
 
 def test_two_maps_of_one_area_show_the_worn_volume(tmp_path):
     pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
-    before = hs.random_surface((64, 64), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
+    before = hs.random_surface(
+        (64, 64), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1
+    )
     after = np.minimum(before.heights, 1e-6)
     for name, heights in (("before", before.heights), ("after", after)):
         np.save(tmp_path / f"{name}.npy", heights)
     paths = [tmp_path / "before.npy", tmp_path / "after.npy"]
     reading = {"pixel_size": "1 µm", "height_unit": "m"}
     lines = dict(hs.show(paths, **reading))
-    assert float(lines["worn volume"].split()[0]) == pytest.approx((before.heights - after).sum() * 1e6, rel=0.05)
+    assert float(lines["worn volume"].split()[0]) == pytest.approx(
+        (before.heights - after).sum() * 1e6, rel=0.05
+    )
     drawn = hs.plot(paths, **reading)
     assert drawn.axes[0].get_title(loc="left") == "Height lost"
     assert lines["worn volume"] in drawn.texts[-1].get_text()
     alone = "; expected one, or two height maps of one area"
     with pytest.raises(InputError, match=f"3 files or maps are given{alone}"):
         hs.show([before] * 3)
-    with pytest.raises(InputError, match=f"2 files or maps are given; 5 is not a height map{alone}"):
+    with pytest.raises(
+        InputError, match=f"2 files or maps are given; 5 is not a height map{alone}"
+    ):
         hs.show([before, 5])
 
 
@@ -75,7 +81,9 @@ def test_a_map_in_coarse_steps_is_reported_though_a_plane_was_taken_off(tmp_path
     np.savetxt(tmp_path / "coarse.txt", np.round(heights))
     lines = dict(hs.show(tmp_path / "coarse.txt", **reading))
     assert lines["form removed"] == "plane"
-    assert lines["warning"].startswith("heights come in steps of 1 nm, and the median summit rises ")
+    assert lines["warning"].startswith(
+        "heights come in steps of 1 nm, and the median summit rises "
+    )
 
 
 def test_unsupported_objects_are_refused(tmp_path):
@@ -88,7 +96,10 @@ def test_unsupported_objects_are_refused(tmp_path):
         hs.show(tmp_path / "s.toml", form="plane")
 
 
-SWINGS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
+SWINGS = [
+    hs.NormalLoad(0.0, 0.1),
+    *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3)),
+]
 
 
 @pytest.fixture

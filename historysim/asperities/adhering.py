@@ -29,7 +29,10 @@ class AdheringAsperities:
         pull_off_ratio = -self.pull_off_load.sum() / self.normal_load.sum()
         return [
             ("adhesion regimes", f"{counts}, where the asperities are pressed most"),
-            ("adhesion left out", f"pull-off {100 * pull_off_ratio:.2g} % of the normal load at most"),
+            (
+                "adhesion left out",
+                f"pull-off {100 * pull_off_ratio:.2g} % of the normal load at most",
+            ),
         ]
 
     def examples(self) -> dict[str, tuple[float, float]]:
@@ -45,11 +48,16 @@ class AdheringAsperities:
 
 
 def adhering_asperities(
-    ensemble: AsperitySet, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
+    ensemble: AsperitySet,
+    approach: float,
+    *,
+    work_of_adhesion: float,
+    equilibrium_separation: float,
 ) -> AdheringAsperities:
     """Classify the asperities in contact by adhesion regime, at an approach computed without adhesion.
 
-    The approach is in m, the work of adhesion W in J/m², the equilibrium separation z0 in m, all > 0.
+    The approach is in m, the work of adhesion W in J/m², the equilibrium separation z0 in m, all >
+    0.
     """
     modulus = ensemble.pair.contact_modulus
     separation = ensemble.highest_summit - scalar("approach", approach, above=0)
@@ -66,7 +74,9 @@ def adhering_asperities(
         "equilibrium_separation": equilibrium_separation,
     }
     parameter = adhesion.maugis_parameter(**contact)
-    relative = adhesion.load_parameter(load, summit_radius=radius, work_of_adhesion=work_of_adhesion)
+    relative = adhesion.load_parameter(
+        load, summit_radius=radius, work_of_adhesion=work_of_adhesion
+    )
     return AdheringAsperities(
         asperity=touching,
         normal_load=load,

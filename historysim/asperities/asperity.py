@@ -29,7 +29,8 @@ from historysim.memory.binding import TIE, Memory, nodes, take_ownership, view
 
 T = TypeVar("T")
 SWAPPED_AXES = [1, 0, 2]
-GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
+# exact for polynomials of degree 5
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 class SlipState(enum.IntEnum):
@@ -83,12 +84,13 @@ class AsperityOptions(TypedDict, total=False):
 class Asperity:
     """One Hertzian contact with its traction memory: an immutable object; `advance` returns the next one.
 
-    ``hs.Asperity(pair, radius, friction)`` is a single new asperity, unloaded, at first touch: an `Ensemble` of one,
-    with the same results. `Ensemble.asperity`, `Ensemble.asperities` and ``history.contact.asperity`` return
-    asperities of larger contacts, which have the same properties but are advanced by their ensemble.
+    ``hs.Asperity(pair, radius, friction)`` is a single new asperity, unloaded, at first touch: an
+    `Ensemble` of one, with the same results. `Ensemble.asperity`, `Ensemble.asperities` and
+    ``history.contact.asperity`` return asperities of larger contacts, which have the same
+    properties but are advanced by their ensemble.
 
-    In two tangential directions, tangential loads, displacements and tractions are vectors in x and y. An asperity
-    has two directions after its first pair of targets.
+    In two tangential directions, tangential loads, displacements and tractions are vectors in x and
+    y. An asperity has two directions after its first pair of targets.
 
     Parameters
     ----------
@@ -122,15 +124,22 @@ class Asperity:
     ensemble_type: ClassVar[Any]
     ensemble: Any  #: the ensemble that contains it; an ensemble of one for a single asperity
     state: State  #: state of that ensemble
-    index: int | None  #: position in the ensemble, or label in the history; None for a single asperity
+    #: position in the ensemble, or label in the history; None for a single asperity
+    index: int | None
     _readout: Readout
     _column: int
     _steps: tuple[Step, ...] | None
 
     def __init__(
-        self, pair: MaterialPair, radius: float | str, friction: float | FrictionLaw, **options: Unpack[AsperityOptions]
+        self,
+        pair: MaterialPair,
+        radius: float | str,
+        friction: float | FrictionLaw,
+        **options: Unpack[AsperityOptions],
     ) -> None:
-        coefficient = friction if isinstance(friction, FrictionLaw) else scalar("friction", friction, least=0)
+        coefficient = (
+            friction if isinstance(friction, FrictionLaw) else scalar("friction", friction, least=0)
+        )
         summit_radius = scalar("radius", radius, above=0)
         ensemble = self.ensemble_type(pair, 0.0, summit_radius, coefficient, **options)
         state = ensemble.initial_state()
@@ -149,13 +158,21 @@ class Asperity:
         return self.state, self._position, self.index
 
     def __eq__(self, other: object) -> bool:
-        return self._identity() == other._identity() if isinstance(other, Asperity) else NotImplemented
+        return (
+            self._identity() == other._identity() if isinstance(other, Asperity) else NotImplemented
+        )
 
     def __hash__(self) -> int:
         return hash(self._identity())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild_asperity, (self.ensemble, self.state, self._position, self.index, self._steps)
+        return _rebuild_asperity, (
+            self.ensemble,
+            self.state,
+            self._position,
+            self.index,
+            self._steps,
+        )
 
     def advance(
         self,
@@ -189,7 +206,8 @@ class Asperity:
         FrictionLimitError
             |T| > μ N.
         InputError
-            As for `Ensemble.advance`, or if the asperity belongs to an ensemble of several, which move together.
+            As for `Ensemble.advance`, or if the asperity belongs to an ensemble of several, which
+            move together.
         """
         if len(self.ensemble) > 1:
             raise InputError(
@@ -227,8 +245,12 @@ class Asperity:
         "Tangential load T [N], with the sign of the displacement that raised it; a vector in two directions.",
     )
     contact_radius = _recorded_number("contact_radius", "Contact radius a [m]; 0 if separated.")
-    stick_radius = _recorded_number("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
-    dissipated_energy = _recorded_number("dissipated_energy", "Energy dissipated by friction since the start [J].")
+    stick_radius = _recorded_number(
+        "stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip."
+    )
+    dissipated_energy = _recorded_number(
+        "dissipated_energy", "Energy dissipated by friction since the start [J]."
+    )
     summit_height = _present_parameter("summit_height", "Present height of the summit [m].")
     summit_radius = _present_parameter("summit_radius", "Present radius R of the summit [m].")
     friction = _present_parameter("friction", "Coulomb coefficient μ in this state.")
@@ -297,15 +319,17 @@ class Asperity:
         Less if a fall of friction lets a disc slide inside the stick zone.
         """
         if self._nodes is not None:
-            return float(self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius)
+            return float(
+                self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius
+            )
         return float(lib.hs_stiffness(self.memory, 0))
 
     @property
     def superposition(self) -> tuple[Floats, Floats]:
         """Radii [m] and weights of the Hertz pressures whose sum is the traction, from the edge inward.
 
-        The weight is the slope of the anchors inside the radius (±μ in slip zones) minus the slope outside; in two
-        directions it is a vector (radius, direction).
+        The weight is the slope of the anchors inside the radius (±μ in slip zones) minus the slope
+        outside; in two directions it is a vector (radius, direction).
         """
         nodes = self._nodes
         if nodes is None:
@@ -318,16 +342,18 @@ class Asperity:
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
         """Reversals of the displacement that the contact remembers: records of ``radius`` and ``displacement`` [m].
 
-        The radius is the radius of the slip front at the reversal: the stick radius at that moment, 0 for a reversal
-        out of gross slip. The displacement is U at that moment, with its sign. The order is from the edge inward, from
-        the latest reversal to the earliest.
+        The radius is the radius of the slip front at the reversal: the stick radius at that moment,
+        0 for a reversal out of gross slip. The displacement is U at that moment, with its sign. The
+        order is from the edge inward, from the latest reversal to the earliest.
 
-        Virgin loading has no reversal point: a slip front that still advances is not counted. A reversal out of full
-        stick leaves no front. A reversal is wiped out when slip from the edge passes its front, such as when a loop
-        closes, or when unloading moves the contact edge inside it.
+        Virgin loading has no reversal point: a slip front that still advances is not counted. A
+        reversal out of full stick leaves no front. A reversal is wiped out when slip from the edge
+        passes its front, such as when a loop closes, or when unloading moves the contact edge
+        inside it.
 
-        In two directions displacements are vectors (point, direction), along one line. InputError if the asperity has
-        left its line, since its reversals then have no fronts; see `superposition`.
+        In two directions displacements are vectors (point, direction), along one line. InputError
+        if the asperity has left its line, since its reversals then have no fronts; see
+        `superposition`.
         """
         if not self.has_moved_straight:
             raise InputError(
@@ -346,12 +372,15 @@ class Asperity:
         turns = np.flatnonzero(np.abs(steps) > tie)
         # for each vertex, the first step outward of it that exceeds rounding
         onward = np.append(steps[turns], 0.0)[np.searchsorted(turns, np.arange(len(stack)))]
-        # springs were at the friction limit at a slip front when it formed, and unstrained at a former contact edge; a
-        # front becomes a reversal point when the displacement then changes direction
+        # springs were at the friction limit at a slip front when it formed, and unstrained at a
+        # former contact edge; a front becomes a reversal point when the displacement then changes
+        # direction
         strain = made_at - stack["anchor"]
         fronts = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
         displacement = self.state.on_line(fronts["made_at"][::-1])
-        points = np.recarray(fronts.size, dtype=[("radius", float), ("displacement", float, displacement.shape[1:])])
+        points = np.recarray(
+            fronts.size, dtype=[("radius", float), ("displacement", float, displacement.shape[1:])]
+        )
         points.radius = self._radius(fronts["label"][::-1])
         points.displacement = displacement
         return points
@@ -360,13 +389,15 @@ class Asperity:
     def history(self) -> "np.recarray[Any, np.dtype[np.record]]":
         """Ends of the steps that an asperity by itself still remembers, the latest one last.
 
-        Records of ``normal_load`` and ``tangential_load`` [N], ``approach`` and ``tangential_displacement`` [m] at the
-        end of a call of `advance`; in two directions the tangential ones are vectors. A step is remembered as long as
-        its end is a vertex of the memory: a reversal whose slip front, or a normal load whose contact edge, is still
-        inside the contact. Wiped out steps are missing. After the asperity has left its line, all steps since the last
-        gross slip are remembered.
+        Records of ``normal_load`` and ``tangential_load`` [N], ``approach`` and
+        ``tangential_displacement`` [m] at the end of a call of `advance`; in two directions the
+        tangential ones are vectors. A step is remembered as long as its end is a vertex of the
+        memory: a reversal whose slip front, or a normal load whose contact edge, is still inside
+        the contact. Wiped out steps are missing. After the asperity has left its line, all steps
+        since the last gross slip are remembered.
 
-        InputError for an asperity of an ensemble or a history: its steps are the events of the replay.
+        InputError for an asperity of an ensemble or a history: its steps are the events of the
+        replay.
         """
         if self._steps is None:
             raise InputError(
@@ -376,7 +407,8 @@ class Asperity:
         names = Step._fields[:4]
         shapes = [np.shape(getattr(self.state, name)) for name in names]
         records = np.recarray(
-            len(self._steps), dtype=[(name, float, shape) for name, shape in zip(names, shapes, strict=True)]
+            len(self._steps),
+            dtype=[(name, float, shape) for name, shape in zip(names, shapes, strict=True)],
         )
         for row, step in enumerate(self._steps):
             for name, shape in zip(names, shapes, strict=True):
@@ -388,8 +420,9 @@ class Asperity:
     def traction(self, radius: npt.ArrayLike) -> Floats:
         """Return the tangential traction τ(r) [Pa], the sum of `superposition`: Σ_j Δm_j p(r; c_j) (Jäger; Ciavarella).
 
-        The radii are distances from the centre of the contact [m], an array of any shape; the traction outside the
-        contact is 0. In two directions the last axis is x and y. InputError if a distance is not finite.
+        The radii are distances from the centre of the contact [m], an array of any shape; the
+        traction outside the contact is 0. In two directions the last axis is x and y. InputError if
+        a distance is not finite.
         """
         distance = np.abs(as_floats("radius", radius))
         radii, weights = self.superposition
@@ -405,10 +438,13 @@ class Asperity:
     def anchor(self, radius: npt.ArrayLike) -> Floats:
         """Return the displacements U at which the springs at radii in the contact are anchored [m] (radius).
 
-        A spring that sticks keeps its anchor, one that slips drags it. InputError in two directions.
+        A spring that sticks keeps its anchor, one that slips drags it. InputError in two
+        directions.
         """
         if self._nodes is not None:
-            raise InputError("anchors need one tangential direction; expected `traction(r)` in two directions")
+            raise InputError(
+                "anchors need one tangential direction; expected `traction(r)` in two directions"
+            )
         vertices = self._vertices[::-1]
         depth = np.square(as_floats("radius", radius, least=0)) / self.summit_radius
         label = self._gap + depth / self.memory.line.contact.units.length
@@ -416,19 +452,26 @@ class Asperity:
         return np.asarray(anchors * self.memory.line.contact.units.displacement)
 
     def stress(
-        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, *, poissons_ratio: float | str | None = None
+        self,
+        x: npt.ArrayLike,
+        y: npt.ArrayLike,
+        z: npt.ArrayLike,
+        *,
+        poissons_ratio: float | str | None = None,
     ) -> Floats:
         """Return the stress tensor below the contact [Pa] (…, 3, 3), tension positive.
 
-        The sum of Hertz's normal pressure and of the tangential distributions of `superposition`, each in closed form
-        (Hamilton 1983); see `historysim.contact.subsurface`, which also has `von_mises` and `largest_principal`. The
-        traction is that of the model: for ν ≠ 0 its small transverse part is neglected.
+        The sum of Hertz's normal pressure and of the tangential distributions of `superposition`,
+        each in closed form (Hamilton 1983); see `historysim.contact.subsurface`, which also has
+        `von_mises` and `largest_principal`. The traction is that of the model: for ν ≠ 0 its small
+        transverse part is neglected.
 
         Parameters
         ----------
         x, y, z : array_like
-            Distances from the middle of the contact [m], which broadcast; z ≥ 0 into the body. The body is the one on
-            which a positive tangential load acts towards positive x; in the other body x and y are reversed.
+            Distances from the middle of the contact [m], which broadcast; z ≥ 0 into the body. The
+            body is the one on which a positive tangential load acts towards positive x; in the
+            other body x and y are reversed.
         poissons_ratio : float or {"first", "second"}, optional
             Of the body, or the body of the pair of materials; by default the second.
 
@@ -438,17 +481,25 @@ class Asperity:
             If a point is above the surface, or Poisson's ratio is unknown.
         """
         ratio = self._poissons_ratio(poissons_ratio)
-        points = np.broadcast_arrays(*(as_floats(name, values) for name, values in zip("xyz", (x, y, z), strict=True)))
+        points = np.broadcast_arrays(
+            *(as_floats(name, values) for name, values in zip("xyz", (x, y, z), strict=True))
+        )
         if not self.contact_radius:
             return np.zeros((*points[0].shape, 3, 3))
         radius = self.contact_radius
-        total = normal_stress(*points, radius=radius, peak=self._peak_pressure(radius), poissons_ratio=ratio)
+        total = normal_stress(
+            *points, radius=radius, peak=self._peak_pressure(radius), poissons_ratio=ratio
+        )
         radii, weights = self.superposition
         for vertex_radius, weight in zip(radii, np.atleast_2d(weights.T).T, strict=True):
             if vertex_radius == 0.0:
                 continue
             peak = self._peak_pressure(vertex_radius)
-            hertz: dict[str, float] = {"radius": vertex_radius, "peak": peak, "poissons_ratio": ratio}
+            hertz: dict[str, float] = {
+                "radius": vertex_radius,
+                "peak": peak,
+                "poissons_ratio": ratio,
+            }
             total += weight[0] * tangential_stress(*points, **hertz)
             if weight.size == 2:
                 # along y: the axes are exchanged
@@ -469,7 +520,9 @@ class Asperity:
         return body.poissons_ratio
 
     def _peak_pressure(self, contact_radius: float) -> float:
-        return float(2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)) * contact_radius
+        return (
+            float(2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)) * contact_radius
+        )
 
     def _pressure(self, distance: Floats, contact_radius: float) -> Floats:
         return self._peak_pressure(1.0) * half_chord(distance, contact_radius)
@@ -541,8 +594,8 @@ def _rebuild_asperity(
 class Asperities(Sequence[Asperity]):
     """Asperities of one state as a sequence: ``len``, index, slice and iteration.
 
-    Loads, radii and slip states of all asperities are read in one batch on first access. `make` returns the asperity
-    at an index of the ensemble.
+    Loads, radii and slip states of all asperities are read in one batch on first access. `make`
+    returns the asperity at an index of the ensemble.
     """
 
     def __init__(self, make: Callable[[int], Asperity], indices: range) -> None:
@@ -564,7 +617,9 @@ class Asperities(Sequence[Asperity]):
             return self._make(self._indices[index])
         except IndexError:
             count = len(self)
-            raise IndexError(f"asperity {index} of {count}; expected {-count} to {count - 1}") from None
+            raise IndexError(
+                f"asperity {index} of {count}; expected {-count} to {count - 1}"
+            ) from None
 
     def __iter__(self) -> Iterator[Asperity]:
         return map(self._make, self._indices)
@@ -577,7 +632,10 @@ def summary(asperity: Asperity) -> list[tuple[str, str]]:
     """Summarise the state of an asperity as labelled lines."""
     units = {"normal_load": "N", "tangential_load": "N", "contact_radius": "m", "stick_radius": "m"}
     units |= {"dissipated_energy": "J"}
-    values = [(name.replace("_", " "), _text(getattr(asperity, name), unit)) for name, unit in units.items()]
+    values = [
+        (name.replace("_", " "), _text(getattr(asperity, name), unit))
+        for name, unit in units.items()
+    ]
     label = [] if asperity.index is None else [("asperity", str(asperity.index))]
     return [*label, ("slip state", asperity.state_text), *values]
 

@@ -10,7 +10,14 @@ import numpy as np
 from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.body import Body, check_pair, require, warn_if_unlikely
 from historysim.asperities.law import FrictionLaw, coulomb
-from historysim.basics.arguments import ArrayLike, Floats, as_floats, as_item_array, scalar, workable
+from historysim.basics.arguments import (
+    ArrayLike,
+    Floats,
+    as_floats,
+    as_item_array,
+    scalar,
+    workable,
+)
 from historysim.basics.limits import SMALLEST
 from historysim.basics.wording import brief
 from historysim.contact.materials import MaterialPair
@@ -35,7 +42,9 @@ def summit_fields(  # noqa: PLR0913 - the parameters of `Ensemble`
     check_pair(pair)
     height = per_asperity("summit_height", summit_height)
     if not height.size:
-        raise InputError("summit_height is empty; expected one number, or a list with one per asperity")
+        raise InputError(
+            "summit_height is empty; expected one number, or a list with one per asperity"
+        )
     count = max(height.size, np.size(summit_radius), count)
     height = per_asperity("summit_height", height, count)
     radius = per_asperity("summit_radius", summit_radius, count, above=0)
@@ -54,7 +63,9 @@ def summit_fields(  # noqa: PLR0913 - the parameters of `Ensemble`
         "x": None if x is None else per_asperity("x", x, count),
         "y": None if y is None else per_asperity("y", y, count),
         "tolerance": float(as_floats("tolerance", tolerance, above=0)),
-        "nominal_area": None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
+        "nominal_area": None
+        if nominal_area is None
+        else scalar("nominal_area", nominal_area, above=0),
     }
 
 
@@ -68,14 +79,22 @@ class AsperitySet(Body):
     nominal_area: float | None
 
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: ArrayLike | FrictionLaw, **options: Any) -> Self:
+    def from_summits(
+        cls, pair: MaterialPair, summits: Any, friction: ArrayLike | FrictionLaw, **options: Any
+    ) -> Self:
         """Make a body from summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options of its class.
 
         Summits with a ``slope`` need `InclinedEnsemble`; InputError otherwise.
         """
         if not all(hasattr(summits, name) for name in ("height", "radius", "x", "y")):
-            raise InputError(f"summits is {brief(summits)}; expected Summits, such as Surface.summits() returns")
-        options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
+            raise InputError(
+                f"summits is {brief(summits)}; expected Summits, such as Surface.summits() returns"
+            )
+        options = {
+            "x": summits.x,
+            "y": summits.y,
+            "nominal_area": getattr(summits, "nominal_area", None),
+        } | options
         if getattr(summits, "slope", None) is not None:
             options["slope"] = summits.slope
         make: Any = cls

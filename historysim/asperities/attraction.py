@@ -30,7 +30,10 @@ def __dir__() -> list[str]:
 
 # The laws by their names in scenarios and logs.
 ATTRACTIONS: Registry[type["Attraction"]] = Registry(
-    "historysim.attraction", "historysim.asperities.attraction:Attraction", "law of attraction", __name__
+    "historysim.attraction",
+    "historysim.asperities.attraction:Attraction",
+    "law of attraction",
+    __name__,
 )
 register = ATTRACTIONS.register
 AT_PULL_OFF = 1e-9  # relative distance from pull-off at which a load counts as carried
@@ -57,7 +60,9 @@ class Attraction(Law):
 
     def forces(self, summit_radius: Floats) -> Floats:
         """Return the force on each touching asperity [N] (asperity)."""
-        raise NotImplementedError(f"{type(self).__name__} has no forces; expected a method that returns them")
+        raise NotImplementedError(
+            f"{type(self).__name__} has no forces; expected a method that returns them"
+        )
 
 
 @register
@@ -99,7 +104,8 @@ class Meniscus(Attraction):
     contact_angles = ["30 deg", "60 deg"]
     """
 
-    surface_tension: SurfaceEnergy = attrs.field(validator=at_least(0.0))  #: surface tension γ of the liquid
+    #: surface tension γ of the liquid
+    surface_tension: SurfaceEnergy = attrs.field(validator=at_least(0.0))
     #: contact angles on both materials [rad]
     contact_angles: tuple[Annotated[float, Quantity("rad")], ...] = attrs.field(converter=tuple)
 
@@ -108,10 +114,16 @@ class Meniscus(Attraction):
     def __attrs_post_init__(self) -> None:
         """Check that there are two angles, and that the liquid attracts."""
         angles = self.contact_angles
-        if len(angles) != 2 or not all(0.0 <= scalar("contact_angles", angle) <= math.pi for angle in angles):
-            raise InputError(f"contact_angles is {angles!r}; expected two angles from 0 to π, in rad")
+        if len(angles) != 2 or not all(
+            0.0 <= scalar("contact_angles", angle) <= math.pi for angle in angles
+        ):
+            raise InputError(
+                f"contact_angles is {angles!r}; expected two angles from 0 to π, in rad"
+            )
         if self._cosines < 0.0:
-            raise InputError(f"contact_angles is {angles!r}; expected angles with cos θ1 + cos θ2 ≥ 0, which attract")
+            raise InputError(
+                f"contact_angles is {angles!r}; expected angles with cos θ1 + cos θ2 ≥ 0, which attract"
+            )
 
     @property
     def _cosines(self) -> float:
@@ -133,8 +145,8 @@ class Meniscus(Attraction):
 class JKR(Attraction):
     """Attraction inside the contact, of Johnson, Kendall and Roberts: refused.
 
-    Beyond full stick its theory is disputed (Savkoor and Briggs; Johnson 1997; Popov). Its normal contact is in
-    `hs.contact.adhesion`.
+    Beyond full stick its theory is disputed (Savkoor and Briggs; Johnson 1997; Popov). Its normal
+    contact is in `hs.contact.adhesion`.
     """
 
     work_of_adhesion: SurfaceEnergy = 0.0  #: work of adhesion W
@@ -215,7 +227,9 @@ class AttractedState(State):
         return super().to_bytes() + self.pulls.touch.tobytes() + self.pulls.force.tobytes() + tail
 
     def _bits(self) -> bytes:
-        return super()._bits() + _TAIL.pack(self.pulls.touch.size, self.jumps, self.jump_energy, _MARK)
+        return super()._bits() + _TAIL.pack(
+            self.pulls.touch.size, self.jumps, self.jump_energy, _MARK
+        )
 
     @classmethod
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
@@ -226,7 +240,9 @@ class AttractedState(State):
             mark = b""
         start = len(content) - _TAIL.size - 8 * (2 * count + 1) if mark == _MARK else -1
         if not (start >= 0 and count >= 0 and jumps >= 0 and energy >= 0.0):
-            raise InputError("the bytes are of no contact with attraction; expected a state that was saved whole")
+            raise InputError(
+                "the bytes are of no contact with attraction; expected a state that was saved whole"
+            )
         numbers = np.frombuffer(content, np.float64, 2 * count + 1, start)
         pulls = Pulls(numbers[:count], numbers[count:])
         if like is not None and not all(map(np.array_equal, pulls, like.pulls)):
@@ -235,7 +251,9 @@ class AttractedState(State):
 
 
 def _refusal(what: str) -> str:
-    return f"{what} with attraction is not modelled, whose forces are constant; expected one of them"
+    return (
+        f"{what} with attraction is not modelled, whose forces are constant; expected one of them"
+    )
 
 
 # no slots: cached properties need an instance dictionary
@@ -243,10 +261,11 @@ def _refusal(what: str) -> str:
 class AttractingEnsemble(Ensemble):
     """An `Ensemble` with ``attraction``, which makes it.
 
-    A touching asperity is pulled with a constant force F. Loads from outside are N = Σ (P - F); tractions, stick radii
-    and the friction limit belong to the loads P of the contact, so that the tangential memory is that of the ensemble
-    without attraction as a function of the approach. Where a load is controlled, the approach goes on in the direction
-    of the path to where that load is met first; the states keep how often it jumped, and the energy that was lost.
+    A touching asperity is pulled with a constant force F. Loads from outside are N = Σ (P - F);
+    tractions, stick radii and the friction limit belong to the loads P of the contact, so that the
+    tangential memory is that of the ensemble without attraction as a function of the approach.
+    Where a load is controlled, the approach goes on in the direction of the path to where that load
+    is met first; the states keep how often it jumped, and the energy that was lost.
     """
 
     attraction: Attraction = attrs.field(init=False)
@@ -305,7 +324,8 @@ class AttractingEnsemble(Ensemble):
     ) -> State:
         """Return the state with new friction coefficients; see `Ensemble.with_friction`."""
         return self._continue(
-            super().with_friction(state, friction, asperities=asperities, instrument=instrument), state
+            super().with_friction(state, friction, asperities=asperities, instrument=instrument),
+            state,
         )
 
     def enter_plane(self, state: State) -> State:
@@ -328,7 +348,9 @@ class AttractingEnsemble(Ensemble):
     def contact_load(self, approach: float) -> float:
         """Return the normal load of the contact at an approach [N]."""
         depth = np.maximum(approach - self.first_touch, 0.0)
-        return float(4.0 / 3.0 * self.pair.contact_modulus * (np.sqrt(self.summit_radius) * depth**1.5).sum())
+        return float(
+            4.0 / 3.0 * self.pair.contact_modulus * (np.sqrt(self.summit_radius) * depth**1.5).sum()
+        )
 
     def pull_off(self, approach: float) -> tuple[float, float]:
         """Return the least load from outside [N], and its approach [m], on the way back from an approach [m]."""
@@ -345,7 +367,10 @@ class AttractingEnsemble(Ensemble):
 
         PullOffError if the contact separates before.
         """
-        touch, force, count = *self.pulls, int(np.searchsorted(self.pulls.touch, approach, side="left"))
+        touch, force, count = (
+            *self.pulls,
+            int(np.searchsorted(self.pulls.touch, approach, side="left")),
+        )
         jumps: list[Jump] = []
         present = self.contact_load(approach) - force[count]
         if count and load == present:
@@ -356,12 +381,19 @@ class AttractingEnsemble(Ensemble):
         # the load at which it jumps, and where it does
         jump: tuple[float, float] | None = None
         if not count:
-            jump, count = (0.0, float(touch[0])), int(np.searchsorted(touch, touch[0], side="right"))
+            jump, count = (
+                (0.0, float(touch[0])),
+                int(np.searchsorted(touch, touch[0], side="right")),
+            )
         while True:
             target = load if jump is None else jump[0]
             if rises:
                 following = float(touch[count]) if count < touch.size else math.inf
-                edge = self.contact_load(following) - force[count] if following < math.inf else math.inf
+                edge = (
+                    self.contact_load(following) - force[count]
+                    if following < math.inf
+                    else math.inf
+                )
                 met = edge >= target
             elif count:
                 following = float(touch[count - 1])
@@ -372,7 +404,9 @@ class AttractingEnsemble(Ensemble):
             if met:
                 pressed = target + force[count]
                 if not rises:
-                    pressed = max(pressed, self.contact_load(following) + AT_PULL_OFF * force[count])
+                    pressed = max(
+                        pressed, self.contact_load(following) + AT_PULL_OFF * force[count]
+                    )
                 approach = float(lib.hs_approach_at(self._contact, pressed))
                 if jump is None:
                     return jumps, approach, float(pressed)
@@ -388,8 +422,15 @@ class AttractingEnsemble(Ensemble):
         """Return the energy lost in a jump between approaches at a load from outside [J]: ∫ (N - Σ (P - F)) dd."""
         root, forces = np.sqrt(self.summit_radius), self.attraction.forces(self.summit_radius)
         depths = [np.maximum(approach - self.first_touch, 0.0) for approach in (start, end)]
-        elastic = 8.0 / 15.0 * self.pair.contact_modulus * float((root * (depths[1] ** 2.5 - depths[0] ** 2.5)).sum())
-        return max(load * (end - start) - elastic + float((forces * (depths[1] - depths[0])).sum()), 0.0)
+        elastic = (
+            8.0
+            / 15.0
+            * self.pair.contact_modulus
+            * float((root * (depths[1] ** 2.5 - depths[0] ** 2.5)).sum())
+        )
+        return max(
+            load * (end - start) - elastic + float((forces * (depths[1] - depths[0])).sum()), 0.0
+        )
 
     def advance(self, state: State, **targets: Any) -> State:
         """Return the state after one joint straight path; see `Ensemble.advance`. Normal loads may be negative."""
@@ -399,7 +440,10 @@ class AttractingEnsemble(Ensemble):
         moved = self.advance_along(state, self.find_path(state, **given), **targets)
         if friction is None:
             return moved
-        return self.advance(self.with_friction(moved, friction, instrument=targets.get("instrument", RIGID)), **targets)
+        return self.advance(
+            self.with_friction(moved, friction, instrument=targets.get("instrument", RIGID)),
+            **targets,
+        )
 
     def advance_along(
         self,
@@ -425,16 +469,25 @@ class AttractingEnsemble(Ensemble):
             error.path = legs.origin[error.path]
             raise
         before: Any = state
-        jumps, energy = before.jumps + np.cumsum(legs.jumps), before.jump_energy + np.cumsum(legs.energy)
+        jumps, energy = (
+            before.jumps + np.cumsum(legs.jumps),
+            before.jump_energy + np.cumsum(legs.energy),
+        )
         if rows is not None and legs.paths.size:
-            leg = np.repeat(np.arange(legs.paths.size), legs.paths["parts"] - 1 + legs.paths["recorded"])
+            leg = np.repeat(
+                np.arange(legs.paths.size), legs.paths["parts"] - 1 + legs.paths["recorded"]
+            )
             # a jump on a path in several parts is at its end
             last = np.append(leg[1:] != leg[:-1], True) & (legs.paths["recorded"][leg] == 1)
             row = np.where(last, leg + 1, leg)
             rows.totals["normal_load"] -= self.pulls.compute_sum(rows.totals["approach"])
             rows.totals["yielded_share"] = np.append(before.jumps, jumps)[row]
             rows.totals["yielding_energy"] = np.append(before.jump_energy, energy)[row]
-        counts = (int(jumps[-1]), float(energy[-1])) if legs.paths.size else (before.jumps, before.jump_energy)
+        counts = (
+            (int(jumps[-1]), float(energy[-1]))
+            if legs.paths.size
+            else (before.jumps, before.jump_energy)
+        )
         return AttractedState.wrap(moved, self.pulls, *counts)
 
     def _continue(self, state: State, before: Any) -> State:
@@ -449,7 +502,9 @@ Ensemble.attracting_type = AttractingEnsemble
 class _Legs:
     """Paths of loads from outside, as paths of the contact: cut where the approach jumps."""
 
-    def __init__(self, ensemble: AttractingEnsemble, approach: float, paths: Paths, until: float) -> None:
+    def __init__(
+        self, ensemble: AttractingEnsemble, approach: float, paths: Paths, until: float
+    ) -> None:
         self._ensemble, self._approach, self._until = ensemble, approach, until
         self._legs: list[Any] = []
         self.origin: list[int] = []
@@ -470,10 +525,18 @@ class _Legs:
         if path["normal_control"] == DISPLACED or not fraction:
             if path["normal_control"] == DISPLACED:
                 target = float(path["normal_target"])
-                self._approach = target if fraction == 1.0 else self._approach + fraction * (target - self._approach)
+                self._approach = (
+                    target
+                    if fraction == 1.0
+                    else self._approach + fraction * (target - self._approach)
+                )
             else:
                 # a load that is held holds the approach
-                leg["normal_control"], leg["normal_target"], leg["normal_fraction"] = DISPLACED, self._approach, 1.0
+                leg["normal_control"], leg["normal_target"], leg["normal_fraction"] = (
+                    DISPLACED,
+                    self._approach,
+                    1.0,
+                )
             self._append(index, leg)
             return
         ensemble, start = self._ensemble, self._approach
@@ -500,8 +563,12 @@ class _Legs:
         """Add legs between rows and jumps of a path in loads."""
         (start, present, load, pressed), parts = ends, int(path["parts"])
         width, done, pulled = load - present, 0.0, float(self._ensemble.pulls.compute_sum(start))
-        points: list[tuple[float, int, Jump | None]] = [(part / parts, 1, None) for part in range(1, parts + 1)]
-        points += [((jump.normal_load - present) / width if width else 0.0, 0, jump) for jump in jumps]
+        points: list[tuple[float, int, Jump | None]] = [
+            (part / parts, 1, None) for part in range(1, parts + 1)
+        ]
+        points += [
+            ((jump.normal_load - present) / width if width else 0.0, 0, jump) for jump in jumps
+        ]
         # a row at the load of a jump is after it
         for share, _, jump in sorted(points, key=lambda point: point[:2]):
             if share > done or jump is None:
@@ -514,7 +581,11 @@ class _Legs:
                 done = share
             if jump is not None:
                 leg = _part(path, done, done)
-                leg["normal_control"], leg["normal_target"], leg["recorded"] = DISPLACED, jump.approach, False
+                leg["normal_control"], leg["normal_target"], leg["recorded"] = (
+                    DISPLACED,
+                    jump.approach,
+                    False,
+                )
                 self._append(index, leg, 1, jump.energy)
                 pulled = float(self._ensemble.pulls.compute_sum(jump.approach))
 
@@ -530,7 +601,9 @@ def _part(path: Any, start: float, end: float) -> Any:
     leg = path.copy()
     fraction, left = path["tangential_fraction"], 1.0 - path["tangential_fraction"] * start
     covered = np.divide(fraction * (end - start), left, out=np.zeros(2), where=left > 0.0)
-    leg["tangential_fraction"] = np.where((end == 1.0) & (start < 1.0) & (fraction == 1.0), 1.0, covered)
+    leg["tangential_fraction"] = np.where(
+        (end == 1.0) & (start < 1.0) & (fraction == 1.0), 1.0, covered
+    )
     leg["parts"] = 1
     duration = path["end"] - path["begin"]
     leg["begin"], leg["end"] = path["begin"] + start * duration, path["begin"] + end * duration

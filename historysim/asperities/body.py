@@ -47,7 +47,9 @@ def check_pair(pair: MaterialPair) -> MaterialPair:
 LARGEST_FRICTION = 2.0  # a larger coefficient is implausible
 
 
-def warn_if_unlikely(pair: MaterialPair, friction: Floats, radius: Floats | None = None, *, stacklevel: int) -> None:
+def warn_if_unlikely(
+    pair: MaterialPair, friction: Floats, radius: Floats | None = None, *, stacklevel: int
+) -> None:
     """Warn of an implausible coefficient, and of radii [m] that are all implausible.
 
     Models without dimensions are pairs `MaterialPair.from_moduli`, of which nothing is implausible.
@@ -67,21 +69,27 @@ def warn_if_unlikely(pair: MaterialPair, friction: Floats, radius: Floats | None
 class Body(abc.ABC):
     """A contact of asperities or patches with one approach and one tangential displacement, as a replay needs it.
 
-    Its types are `Ensemble`, `Patches`, `LineContact` and `InclinedEnsemble`. A body does not change: states, which
-    know the body that they belong to, are passed in and returned.
+    Its types are `Ensemble`, `Patches`, `LineContact` and `InclinedEnsemble`. A body does not
+    change: states, which know the body that they belong to, are passed in and returned.
     """
 
     pair: MaterialPair
     friction: Floats  #: coefficients at the start (asperity)
     tolerance: float  #: relative change below which the refinement of a path has converged
 
-    nouns: ClassVar[tuple[str, str]] = "asperity", "asperities"  #: singular and plural name of its parts
-    summary_units: ClassVar[Mapping[str, str]] = {"summit_height": "m", "summit_radius": "m", "friction": ""}
+    #: singular and plural name of its parts
+    nouns: ClassVar[tuple[str, str]] = "asperity", "asperities"
+    summary_units: ClassVar[Mapping[str, str]] = {
+        "summit_height": "m",
+        "summit_radius": "m",
+        "friction": "",
+    }
     #: Message for each feature that this type does not support.
     unsupported: ClassVar[Mapping[Feature, str]] = {}
     #: True if asperities attract, so that normal loads may be negative.
     attracts: ClassVar[bool] = False
-    #: True if asperities are independent paraboloids; False for patches, which share one coefficient of friction.
+    #: True if asperities are independent paraboloids; False for patches, which share one
+    #: coefficient of friction.
     has_radii: ClassVar[bool] = True
     #: Length of a line contact [m]; None of other bodies.
     line_length: float | None = None
@@ -236,8 +244,9 @@ class Body(abc.ABC):
     ) -> tuple[Any, Totals]:
         """Advance a state along straight paths in sequence; return it with the totals at the end of each path.
 
-        The result is bit-identical to as many calls of `advance`. Arguments and errors are those of `advance`, with one
-        value for each path, or one number for all paths; an error has the index of its path.
+        The result is bit-identical to as many calls of `advance`. Arguments and errors are those of
+        `advance`, with one value for each path, or one number for all paths; an error has the index
+        of its path.
         """
         paths = make_paths(
             self.read_controls(state),
@@ -246,7 +255,9 @@ class Body(abc.ABC):
             least=-math.inf if self.attracts else 0.0,
         )
         rows = blank_rows(paths.size, None)
-        state = self.advance_along(state, paths, rows=rows, saturate=saturate, instrument=instrument)
+        state = self.advance_along(
+            state, paths, rows=rows, saturate=saturate, instrument=instrument
+        )
         return state, Totals.from_row(rows.totals)
 
     def load_state(self, path: str | Path) -> Any:
@@ -268,7 +279,10 @@ class Body(abc.ABC):
         return f"<{type(self).__name__}: {', '.join([count_text(len(self), *self.nouns), *texts])}>"
 
     def _repr_html_(self) -> str:
-        moduli = ("contact modulus E*", self.pair.contact_modulus), ("shear modulus G*", self.pair.shear_modulus)
+        moduli = (
+            ("contact modulus E*", self.pair.contact_modulus),
+            ("shear modulus G*", self.pair.shear_modulus),
+        )
         texts = [(name, quantity_text(value, "Pa")) for name, value in moduli]
         return html_table([(self.nouns[1], f"{len(self):,}"), *self._summary_lines, *texts])
 
@@ -276,7 +290,8 @@ class Body(abc.ABC):
     def _summary_lines(self) -> list[tuple[str, str]]:
         """Labelled lines on its summits, friction, wear and yielding."""
         texts = {
-            name.replace("_", " "): _range_line(getattr(self, name), unit) for name, unit in self.summary_units.items()
+            name.replace("_", " "): _range_line(getattr(self, name), unit)
+            for name, unit in self.summary_units.items()
         }
         return list((texts | {name: law.text for name, law in self.laws.items()}).items())
 

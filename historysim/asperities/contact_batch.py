@@ -21,16 +21,17 @@ _accepts, _step = lib.hs_batch_accepts, lib.hs_batch_step
 class ContactBatch:
     """Independent Hertzian contacts of one pair of materials, such as those between grains, stepped in place.
 
-    Each path of each contact is straight in approach and displacement and is integrated exactly, as in an `Ensemble`
-    of one asperity. The displacement is along one fixed direction, chosen by the caller. Energies are not computed:
-    the dissipated energy is the work of the loads minus the recovered energy. Only one thread at a time can use a
-    batch; a second thread gets an error.
+    Each path of each contact is straight in approach and displacement and is integrated exactly, as
+    in an `Ensemble` of one asperity. The displacement is along one fixed direction, chosen by the
+    caller. Energies are not computed: the dissipated energy is the work of the loads minus the
+    recovered energy. Only one thread at a time can use a batch; a second thread gets an error.
 
     Parameters
     ----------
     pair : MaterialPair
     radius : array_like
-        Effective radius R of each contact [m], 1/R = 1/R1 + 1/R2, > 0; one for all or one per contact.
+        Effective radius R of each contact [m], 1/R = 1/R1 + 1/R2, > 0; one for all or one per
+        contact.
     friction : array_like
         Coulomb coefficients μ ≥ 0, one for all or one per contact.
     count : int
@@ -45,7 +46,9 @@ class ContactBatch:
     _loads: Floats
     _rows: tuple[Any, ...]
 
-    def __init__(self, pair: MaterialPair, radius: npt.ArrayLike, friction: npt.ArrayLike, count: int) -> None:
+    def __init__(
+        self, pair: MaterialPair, radius: npt.ArrayLike, friction: npt.ArrayLike, count: int
+    ) -> None:
         if not isinstance(pair, MaterialPair):
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
@@ -53,14 +56,21 @@ class ContactBatch:
         radii = workable("radius", as_floats("radius", radius, above=0), smallest=SMALLEST)
         if radii.size > 1:
             radii = as_item_array("contact", "contacts", "radius", radii, int(count))
-        coefficients = coulomb(friction, int(count)) if np.size(friction) > 1 else coulomb(friction, 1)
+        coefficients = (
+            coulomb(friction, int(count)) if np.size(friction) > 1 else coulomb(friction, 1)
+        )
         scale = np.atleast_1d(4.0 / 3.0 * pair.contact_modulus * np.sqrt(radii))
         self._count = int(count)
         self.__dict__.update(_load_fields(np.zeros((2, self._count))))
         self._guard = OneAtATime("the batch: a batch for each thread, such as batch.save()")
         self._identity = coefficients.tobytes(), scale.tobytes(), pair.displacement_ratio
         batch = lib.hs_batch_new(
-            count, coefficients.size, pointer(coefficients), scale.size, pointer(scale), pair.displacement_ratio
+            count,
+            coefficients.size,
+            pointer(coefficients),
+            scale.size,
+            pointer(scale),
+            pair.displacement_ratio,
         )
         self._batch = take_ownership(batch, lib.hs_batch_free)
 
@@ -89,10 +99,11 @@ class ContactBatch:
         Parameters
         ----------
         approach, tangential_displacement : array_like (contact)
-            δ and U [m]. A negative δ, at which the spheres are separated, erases the memory of the contact. First touch
-            on a path is at δ = 0 on the straight line from the previous position; the first path starts from
-            δ = U = 0. InputError if numbers are not finite, if their number is not that of the contacts, or if another
-            thread steps the batch; nothing is changed then.
+            δ and U [m]. A negative δ, at which the spheres are separated, erases the memory of the
+            contact. First touch on a path is at δ = 0 on the straight line from the previous
+            position; the first path starts from δ = U = 0. InputError if numbers are not finite, if
+            their number is not that of the contacts, or if another thread steps the batch; nothing
+            is changed then.
         """
         pointers = self._native_pointers(approach, tangential_displacement)
         if pointers is None:
@@ -104,7 +115,11 @@ class ContactBatch:
     def _native_pointers(self, *arrays: Any) -> tuple[Any, ...] | None:
         """Return pointers to the arrays without a copy; None if one needs conversion or is invalid."""
         for values in arrays:
-            plain = type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (self._count,)
+            plain = (
+                type(values) is np.ndarray
+                and values.dtype is _FLOAT
+                and values.shape == (self._count,)
+            )
             if not plain or not values.flags.c_contiguous:
                 return None
         pointers = tuple([_from_buffer(_DOUBLES, values) for values in arrays])
@@ -113,8 +128,12 @@ class ContactBatch:
     def forget(self, contacts: npt.ArrayLike) -> None:
         """Reset contacts by index, such as where grains have new neighbours: unloaded, at δ = U = 0."""
         chosen = np.atleast_1d(np.asarray(contacts))
-        if not np.issubdtype(chosen.dtype, np.integer) or not np.all((chosen >= 0) & (chosen < len(self))):
-            raise InputError(f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}")
+        if not np.issubdtype(chosen.dtype, np.integer) or not np.all(
+            (chosen >= 0) & (chosen < len(self))
+        ):
+            raise InputError(
+                f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}"
+            )
         with self._guard:
             for contact in chosen.tolist():
                 lib.hs_batch_forget(self._batch, contact)
@@ -123,7 +142,9 @@ class ContactBatch:
     def save(self) -> Self:
         """Return an independent copy, such as before a trial."""
         saved = type(self).__new__(type(self))
-        saved.__dict__.update(self.__dict__ | {"_place": self._guard.copy_guard()} | self._copy_fields())
+        saved.__dict__.update(
+            self.__dict__ | {"_place": self._guard.copy_guard()} | self._copy_fields()
+        )
         return saved
 
     def restore(self, saved: Self) -> None:
@@ -146,7 +167,9 @@ class ContactBatch:
     def _checked_array(self, name: str, values: npt.ArrayLike) -> Floats:
         array = workable(name, as_floats(name, values))
         if array.shape != (len(self),):
-            raise InputError(f"{name} has shape {array.shape}; expected one number for each of {len(self)} contacts")
+            raise InputError(
+                f"{name} has shape {array.shape}; expected one number for each of {len(self)} contacts"
+            )
         return np.ascontiguousarray(array)
 
 

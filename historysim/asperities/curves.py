@@ -1,9 +1,9 @@
 """`NormalCurves`: a contact given by its load and area against approach, patch by patch.
 
-The memory replays knots derived from the table, between which the stiffness dP/da is linear. The load P is a parabola
-between two knots, and convex where the stiffness rises; a flat punch is one knot, with its full stiffness from first
-touch. A convex table is met exactly at its rows. A noisy table is replaced by the nearest convex curve (a monotone
-regression of the stiffness).
+The memory replays knots derived from the table, between which the stiffness dP/da is linear. The
+load P is a parabola between two knots, and convex where the stiffness rises; a flat punch is one
+knot, with its full stiffness from first touch. A convex table is met exactly at its rows. A noisy
+table is replaced by the nearest convex curve (a monotone regression of the stiffness).
 """
 
 import math
@@ -21,18 +21,25 @@ from historysim.memory.binding import LOAD, check, fill
 from historysim.memory.paths import Paths, Rows
 
 FEWEST = 4  # minimum number of rows of a table
-# Largest root mean square residual of the total, relative to its largest load, that is accepted as noise.
+# Largest root mean square residual of the total, relative to its largest load, that is accepted as
+# noise.
 NOT_CONVEX = 0.05
-# A residual above the first limit, relative to the largest load, is compared with the noise; it is not noise if its
-# median over the standard deviation exceeds the second (0.67 for Gaussian noise).
+# A residual above the first limit, relative to the largest load, is compared with the noise; it is
+# not noise if its median over the standard deviation exceeds the second (0.67 for Gaussian noise).
 BENDS, MOST_DEVIATIONS = 0.005, 1.5
 HALVINGS = 12  # rows added before the first row of a table, each at half the approach of the next
-ROUNDING = 1e-9  # relative rounding error: of a decrease of the stiffness, of a path beyond the table
-MOST_ROWS = 600  # largest number of rows that are met exactly; a longer table is treated as a measurement
-MOST_NODES = 120  # largest number of approaches at which the stiffness of a measured curve may change its slope
-# Number of tables with simulated noise, the worst of which gives the uncertainty of a measured curve.
+# relative rounding error: of a decrease of the stiffness, of a path beyond the table
+ROUNDING = 1e-9
+# largest number of rows that are met exactly; a longer table is treated as a measurement
+MOST_ROWS = 600
+# largest number of approaches at which the stiffness of a measured curve may change its slope
+MOST_NODES = 120
+# Number of tables with simulated noise, the worst of which gives the uncertainty of a measured
+# curve.
 REPLICAS, SEED = 40, 1
-LEFT_OUT = 3  # one of this number of rows is retained when the error between rows is estimated by cross-validation
+# one of this number of rows is retained when the error between rows is estimated by
+# cross-validation
+LEFT_OUT = 3
 UNKNOWN = 0.25  # error of a power law before the first row, relative to the triangle that bounds it
 # Residual over the noise above which it is a bend that the nodes of a measured curve cannot follow.
 DEVIATIONS = 4.0
@@ -46,10 +53,14 @@ class Knots(NamedTuple):
 
     def loads(self, approach: Floats) -> Floats:
         """Return P at approaches [N]."""
-        rise = np.append(0.0, np.cumsum(np.diff(self.label) * 0.5 * (self.stiffness[1:] + self.stiffness[:-1])))
+        rise = np.append(
+            0.0, np.cumsum(np.diff(self.label) * 0.5 * (self.stiffness[1:] + self.stiffness[:-1]))
+        )
         # a jump of the stiffness is two knots at one approach
         bend = np.append(np.diff(self.stiffness) / np.maximum(np.diff(self.label), 1e-300), 0.0)
-        index = np.clip(np.searchsorted(self.label, approach, side="left") - 1, 0, self.label.size - 1)
+        index = np.clip(
+            np.searchsorted(self.label, approach, side="left") - 1, 0, self.label.size - 1
+        )
         x = np.clip(approach - self.label[index], 0.0, None)
         load: Floats = rise[index] + x * (self.stiffness[index] + 0.5 * bend[index] * x)
         return load
@@ -70,8 +81,9 @@ def is_convex(approach: Floats, load: Floats) -> bool:
 def interpolate_convex(approach: Floats, load: Floats, stiffness: Floats | None = None) -> Knots:
     """Interpolate a convex table exactly, with one additional knot between two rows (Schumaker 1983).
 
-    Stiffnesses dP/da just before rows [N/m] are NaN where unknown; P is then straight up to the first row. By default
-    they are estimated from three rows each, and the load is a power of the approach before the first row.
+    Stiffnesses dP/da just before rows [N/m] are NaN where unknown; P is then straight up to the
+    first row. By default they are estimated from three rows each, and the load is a power of the
+    approach before the first row.
     """
     from scipy.optimize import isotonic_regression
 
@@ -84,12 +96,16 @@ def interpolate_convex(approach: Floats, load: Floats, stiffness: Floats | None 
     else:
         nodes, loads = approach, load
         unknown = np.isnan(stiffness)
-        slope = np.where(unknown, _slopes(approach, load), stiffness) if unknown.any() else stiffness
+        slope = (
+            np.where(unknown, _slopes(approach, load), stiffness) if unknown.any() else stiffness
+        )
     secant = np.diff(loads, prepend=0.0) / np.diff(nodes, prepend=0.0)
     # it rises, apart from rounding or the residual of a numerical solution
     secant = isotonic_regression(secant, weights=np.diff(nodes, prepend=0.0)).x
     above = np.append(secant[1:], np.inf)
-    slope = np.append(max(2 * secant[0] - min(slope[0], above[0]), 0.0), np.clip(slope, secant, above))
+    slope = np.append(
+        max(2 * secant[0] - min(slope[0], above[0]), 0.0), np.clip(slope, secant, above)
+    )
     return _insert_knots(np.append(0.0, nodes), secant, slope)
 
 
@@ -138,19 +154,24 @@ def _insert_knots(nodes: Floats, secant: Floats, slope: Floats) -> Knots:
 def estimate_noise(approach: Floats, load: Floats) -> Floats:
     """Estimate the standard deviation of the noise of each row [N] from differences of neighbouring rows.
 
-    One part of it is constant, the other proportional to the load (Gasser, Sroka and Jennen-Steinmetz 1986).
+    One part of it is constant, the other proportional to the load (Gasser, Sroka and
+    Jennen-Steinmetz 1986).
     """
     from scipy.optimize import nnls
 
     a, p = np.append(0.0, approach), np.append(0.0, load)
     weight = (a[2:] - a[1:-1]) / (a[2:] - a[:-2])
-    square = (p[1:-1] - weight * p[:-2] - (1 - weight) * p[2:]) ** 2 / (1 + weight**2 + (1 - weight) ** 2)
+    square = (p[1:-1] - weight * p[:-2] - (1 - weight) * p[2:]) ** 2 / (
+        1 + weight**2 + (1 - weight) ** 2
+    )
     terms = np.column_stack([np.ones(square.size), (p[1:-1] / p.max()) ** 2])
     variance = np.full(square.size, square.mean() or 1e-300)
     for _ in range(5):
         coefficients = nnls(terms / variance[:, None], square / variance)[0]
         variance = np.maximum(terms @ coefficients, 1e-6 * square.mean() + 1e-300)
-    noise: Floats = np.sqrt(np.maximum(coefficients[0] + coefficients[1] * (load / p.max()) ** 2, 1e-6 * square.mean()))
+    noise: Floats = np.sqrt(
+        np.maximum(coefficients[0] + coefficients[1] * (load / p.max()) ** 2, 1e-6 * square.mean())
+    )
     return noise
 
 
@@ -164,7 +185,8 @@ class Regression:
         self.nodes = np.unique(np.concatenate([[0.0], refined, even]))
         width = np.diff(self.nodes)
         x = np.clip(approach[:, None] - self.nodes[:-1], 0.0, None)
-        # loads of stiffnesses that rise from 0 to 1 between two nodes, and of a constant stiffness from first touch
+        # loads of stiffnesses that rise from 0 to 1 between two nodes, and of a constant stiffness
+        # from first touch
         ramps = np.where(x < width, 0.5 * x**2 / width, x - 0.5 * width)
         self._basis = np.column_stack([approach, ramps])
         self._approach, self._noise = approach, noise
@@ -176,19 +198,28 @@ class Regression:
         from scipy.optimize import nnls
 
         projected = self._columns.T @ (load / self._noise)
-        steps = nnls(self._triangle / self._size, projected, maxiter=100 * self._size.size)[0] / self._size
+        steps = (
+            nnls(self._triangle / self._size, projected, maxiter=100 * self._size.size)[0]
+            / self._size
+        )
         return Knots(self.nodes, np.cumsum(steps))
 
     def error(self, load: Floats) -> float:
         """Estimate the error of the curve fitted to loads (row) [N].
 
-        It is the largest deviation in `REPLICAS` tables with simulated noise, plus the error between rows, plus the
-        residual beyond the noise.
+        It is the largest deviation in `REPLICAS` tables with simulated noise, plus the error
+        between rows, plus the residual beyond the noise.
         """
         curve = self.fit(load)
-        at_nodes, at_rows, rng = curve.loads(self.nodes), curve.loads(self._approach), np.random.default_rng(SEED)
+        at_nodes, at_rows, rng = (
+            curve.loads(self.nodes),
+            curve.loads(self._approach),
+            np.random.default_rng(SEED),
+        )
         tables = at_rows + self._noise * rng.normal(size=(REPLICAS, load.size))
-        deviations = [float(np.abs(self.fit(table).loads(self.nodes) - at_nodes).max()) for table in tables]
+        deviations = [
+            float(np.abs(self.fit(table).loads(self.nodes) - at_nodes).max()) for table in tables
+        ]
         beyond = float(np.max(np.abs(at_rows - load) - DEVIATIONS * self._noise, initial=0.0))
         # the noise estimated from few rows is itself uncertain
         spread = max(deviations) * (1.0 + 2.0 / math.sqrt(load.size))
@@ -200,8 +231,9 @@ def error_between_rows(approach: Floats, load: Floats, *, straight: bool = False
 
     ``straight``: the load is known to be straight up to the first row.
     """
-    # cross-validation: every third row is retained, in turn, and the differences at the other rows are an upper
-    # estimate; no convex curve through the rows differs by more than the triangles between their secants
+    # cross-validation: every third row is retained, in turn, and the differences at the other rows
+    # are an upper estimate; no convex curve through the rows differs by more than the triangles
+    # between their secants
     height = _triangle_heights(approach, load)
     height[0] *= not straight
     if approach.size < LEFT_OUT * LEFT_OUT:
@@ -218,11 +250,16 @@ def error_between_rows(approach: Floats, load: Floats, *, straight: bool = False
 
 def _triangle_heights(approach: Floats, load: Floats) -> Floats:
     """Return the heights of the triangles that bound a convex curve through rows, one before each row [N]."""
-    width, secant = np.diff(approach, prepend=0.0), np.diff(load, prepend=0.0) / np.diff(approach, prepend=0.0)
+    width, secant = (
+        np.diff(approach, prepend=0.0),
+        np.diff(load, prepend=0.0) / np.diff(approach, prepend=0.0),
+    )
     previous, following = np.append(0.0, secant[:-1]), np.append(secant[1:], np.inf)
     below = (secant - previous) * width
     with np.errstate(divide="ignore", invalid="ignore"):
-        height = np.where(following > previous, below * (following - secant) / (following - previous), 0.0)
+        height = np.where(
+            following > previous, below * (following - secant) / (following - previous), 0.0
+        )
     height[-1] = below[-1]
     return height
 
@@ -230,8 +267,9 @@ def _triangle_heights(approach: Floats, load: Floats) -> Floats:
 class Superposition(NamedTuple):
     """State of a contact as sums over the rows of its normal curves.
 
-    At every point the pressure is the sum of the rows' pressures with weights ``normal``, and the traction the sum
-    with weights ``tangential``. Points that first touched at ``stick_approach`` [m] or before stick.
+    At every point the pressure is the sum of the rows' pressures with weights ``normal``, and the
+    traction the sum with weights ``tangential``. Points that first touched at ``stick_approach``
+    [m] or before stick.
     """
 
     approach: float
@@ -244,17 +282,19 @@ class Superposition(NamedTuple):
 class NormalCurves:
     """Normal curves of patches of one contact, and the total curve on which the memory is replayed.
 
-    The total curve rises and is convex: it has knots with a stiffness, or is a Hertz curve if the table has one patch
-    and follows Hertz to rounding. Each patch, and each point of the surface, carries its fraction of the load increment
-    from row to row. Pressures grow with the approach everywhere, so that the traction is within the friction limit at
-    every point (Jäger; Ciavarella: tangential loads are superpositions of normal loads, for any contact).
+    The total curve rises and is convex: it has knots with a stiffness, or is a Hertz curve if the
+    table has one patch and follows Hertz to rounding. Each patch, and each point of the surface,
+    carries its fraction of the load increment from row to row. Pressures grow with the approach
+    everywhere, so that the traction is within the friction limit at every point (Jäger; Ciavarella:
+    tangential loads are superpositions of normal loads, for any contact).
     """
 
     approach: Floats  #: of the table: approaches of the whole contact from first touch (row) [m]
     load: Floats = attrs.field(repr=False)  #: loads (row, patch) [N]
     #: Of the curve: approaches of its knots (element) [m]; 0 of a Hertzian contact.
     label: Floats = attrs.field(repr=False)
-    stiffness: Floats | None = attrs.field(default=None, repr=False)  #: dP/da at the knots (element) [N/m]
+    #: dP/da at the knots (element) [N/m]
+    stiffness: Floats | None = attrs.field(default=None, repr=False)
     #: Of a Hertzian contact: k of P(a) = k a^(3/2) (element) [N/m^1.5].
     weight: Floats | None = attrs.field(default=None, repr=False)
     area: Floats | None = attrs.field(default=None, repr=False)  #: contact areas (row, patch) [m²]
@@ -280,7 +320,9 @@ class NormalCurves:
         optional: dict[str, Any] = {"area": areas}
         positions = ("x", x), ("y", y)
         optional |= {
-            name: np.atleast_1d(as_floats(name, position)) for name, position in positions if position is not None
+            name: np.atleast_1d(as_floats(name, position))
+            for name, position in positions
+            if position is not None
         }
         total = loads.sum(axis=1)
         exact = deviation is None and rows.size <= MOST_ROWS and is_convex(rows, total)
@@ -295,9 +337,17 @@ class NormalCurves:
         return cls(rows, loads, *curve, noise=deviation, **optional)
 
     @classmethod
-    def from_exact(cls, approach: Floats, load: Floats, area: Floats, stiffness: Floats, **positions: Floats) -> Self:
+    def from_exact(
+        cls, approach: Floats, load: Floats, area: Floats, stiffness: Floats, **positions: Floats
+    ) -> Self:
         """Build the curves from solutions with known stiffnesses; the load is straight up to the first row."""
-        return cls(approach, load, *interpolate_convex(approach, load.sum(axis=1), stiffness), area=area, **positions)
+        return cls(
+            approach,
+            load,
+            *interpolate_convex(approach, load.sum(axis=1), stiffness),
+            area=area,
+            **positions,
+        )
 
     def __len__(self) -> int:
         """Return the number of patches."""
@@ -336,11 +386,12 @@ class NormalCurves:
     def error(self) -> float:
         """Estimate the error of the replayed total load, relative to the largest load.
 
-        Without noise it estimates the error between the rows by cross-validation: every third row is retained, in turn,
-        and the differences at the other rows are taken; for fewer than nine rows, it is the largest difference between
-        convex curves through them. With noise, 95 of 100 such tables give a curve with a smaller error. The error at a
-        kink in a long noisy table may be larger, if the kink is between two of the at most `MOST_NODES` nodes at which
-        the stiffness can change its slope.
+        Without noise it estimates the error between the rows by cross-validation: every third row
+        is retained, in turn, and the differences at the other rows are taken; for fewer than nine
+        rows, it is the largest difference between convex curves through them. With noise, 95 of 100
+        such tables give a curve with a smaller error. The error at a kink in a long noisy table may
+        be larger, if the kink is between two of the at most `MOST_NODES` nodes at which the
+        stiffness can change its slope.
         """
         total = self.load.sum(axis=1)
         if self.weight is not None:
@@ -353,8 +404,8 @@ class NormalCurves:
     def superpose(self, vertices: Array, units: Any, stick_approach: float) -> Superposition:
         """Return the weights of the rows of the table in a state, from the vertices of its memory.
 
-        The weights are the same for every patch and every point of the surface: its load is the weighted sum of its
-        tabulated loads.
+        The weights are the same for every patch and every point of the surface: its load is the
+        weighted sum of its tabulated loads.
         """
         # fraction of the load increment of each row that is reached at the label of each vertex
         rise = np.append(0.0, self.total(self.approach))
@@ -384,12 +435,19 @@ class NormalCurves:
         rows.totals["contact_count"] = np.searchsorted(np.sort(touch), approach, side="left")
         table = np.append(0.0, self.approach)
         area = np.zeros_like(self.load) if self.area is None else self.area
-        rows.totals["real_contact_area"] = np.interp(approach, table, np.append(0.0, area.sum(axis=1)))
+        rows.totals["real_contact_area"] = np.interp(
+            approach, table, np.append(0.0, area.sum(axis=1))
+        )
         if not patches.size:
             return
-        # fraction of the total load increment of each row that each patch carries, and the row of each element
-        gain = np.diff(self.load[:, patches].T, prepend=0.0) / np.diff(self.load.sum(axis=1), prepend=0.0)
-        row = np.searchsorted(self.approach, self.label, side="right").clip(max=self.approach.size - 1)
+        # fraction of the total load increment of each row that each patch carries, and the row of
+        # each element
+        gain = np.diff(self.load[:, patches].T, prepend=0.0) / np.diff(
+            self.load.sum(axis=1), prepend=0.0
+        )
+        row = np.searchsorted(self.approach, self.label, side="right").clip(
+            max=self.approach.size - 1
+        )
         if self.weight is not None:
             # a Hertzian contact is one patch and carries the total in all rows
             row, gain = np.zeros_like(row), np.ones((patches.size, self.approach.size))
@@ -401,17 +459,23 @@ class NormalCurves:
         struct.row = pointer(owners[1])
         edges = pointer(np.ascontiguousarray(approach)), pointer(stick)
         knots = np.arange(self.label.size)
-        # loads are sums over elements, so that in two directions each component is projected separately
+        # loads are sums over elements, so that in two directions each component is projected
+        # separately
         for component in [(..., 0), (..., 1)] if rows.vectors else [(...,)]:
             source, target = (
                 Rows(
                     block.totals,
-                    block.each | {"tangential_load": np.ascontiguousarray(block.tangential_load[component])},
+                    block.each
+                    | {"tangential_load": np.ascontiguousarray(block.tangential_load[component])},
                 )
                 for block in (elements, rows)
             )
             written = source.as_struct(knots), target.as_struct(patches)
-            check(lib.hs_record_patches(struct, written[0], approach.size, *edges, friction, written[1]))
+            check(
+                lib.hs_record_patches(
+                    struct, written[0], approach.size, *edges, friction, written[1]
+                )
+            )
             rows.tangential_load[component] = target.tangential_load
 
     def check_reach(self, paths: Paths) -> None:
@@ -426,14 +490,20 @@ class NormalCurves:
             target_text, end_text = distinct_texts(
                 float(paths["normal_target"][path]), load if by_load[path] else approach
             )
-            ends = f"{end_text} N and {approach:.6g} m" if by_load[path] else f"{load:.6g} N and {end_text} m"
+            ends = (
+                f"{end_text} N and {approach:.6g} m"
+                if by_load[path]
+                else f"{load:.6g} N and {end_text} m"
+            )
             raise CurveEndError(f"{name} of {target_text} {unit}", ends, path)
 
 
 def _noise(noise: npt.ArrayLike, rows: int) -> Floats:
     deviation = as_floats("noise", noise, above=0)
     if deviation.size not in (1, rows) or deviation.ndim > 1:
-        raise InputError(f"noise has shape {deviation.shape}; expected one number, or {rows}, one for each load")
+        raise InputError(
+            f"noise has shape {deviation.shape}; expected one number, or {rows}, one for each load"
+        )
     return np.broadcast_to(deviation, rows).astype(np.float64)
 
 
@@ -457,18 +527,34 @@ def _table(
     """Check a table and drop a first row without a load."""
     rows = as_floats("approach", approach)
     if rows.ndim != 1:
-        raise InputError(f"approach has shape {rows.shape}; expected a list with one value for each row of the table")
+        raise InputError(
+            f"approach has shape {rows.shape}; expected a list with one value for each row of the table"
+        )
     loads = _columns("load", load, rows.size)
     areas = None if area is None else _columns("area", area, rows.size)
     if areas is not None and areas.shape != loads.shape:
-        raise InputError(f"area has {areas.shape[1]} columns and load {loads.shape[1]}; expected one for each patch")
+        raise InputError(
+            f"area has {areas.shape[1]} columns and load {loads.shape[1]}; expected one for each patch"
+        )
     if rows.size and rows[0] == 0.0 and not loads[0].any():
         rows, loads, areas = rows[1:], loads[1:], None if areas is None else areas[1:]
     if rows.size < FEWEST:
-        raise InputError(f"the normal curve has {rows.size} rows with a load; expected {FEWEST} or more")
+        raise InputError(
+            f"the normal curve has {rows.size} rows with a load; expected {FEWEST} or more"
+        )
     total = loads.sum(axis=1)
-    _check_values("approach", rows, np.diff(rows, prepend=0.0) <= 0, "ascending values; the first touch is at 0")
-    _check_values("load", total, total <= 0, "more than 0 from first touch on; take the approach from first touch")
+    _check_values(
+        "approach",
+        rows,
+        np.diff(rows, prepend=0.0) <= 0,
+        "ascending values; the first touch is at 0",
+    )
+    _check_values(
+        "load",
+        total,
+        total <= 0,
+        "more than 0 from first touch on; take the approach from first touch",
+    )
     for name, values in (("load", loads), ("area", areas)):
         if values is None:
             continue
@@ -476,9 +562,19 @@ def _table(
         # the load of a single patch is the total, whose noise is smoothed
         if name == "area" or values.shape[1] > 1:
             falls = np.maximum.accumulate(values, axis=0) - values > NOT_CONVEX * values.max(axis=0)
-            _check_values(name, values, falls, "a value that rises with the approach, as areas and pressures do")
+            _check_values(
+                name,
+                values,
+                falls,
+                "a value that rises with the approach, as areas and pressures do",
+            )
     if areas is not None:
-        _check_values("area", areas, (areas == 0) & (loads > 0), "more than 0 where there is a load, or no areas")
+        _check_values(
+            "area",
+            areas,
+            (areas == 0) & (loads > 0),
+            "more than 0 where there is a load, or no areas",
+        )
     return rows, loads, areas
 
 

@@ -46,21 +46,23 @@ class Ensemble(AsperitySet, IntegratedBody):
     summit_radius : array_like
         Radii R [m], > 0, one for all or one per asperity.
     friction : array_like or FrictionLaw
-        Coulomb coefficients μ ≥ 0, one for all or one per asperity, or a law (see `historysim.asperities.laws`).
+        Coulomb coefficients μ ≥ 0, one for all or one per asperity, or a law (see
+        `historysim.asperities.laws`).
     x, y : array_like, optional
         Positions of the summits [m]; stored, without influence.
     nominal_area : float, optional
         Nominal contact area [m²], > 0; stored, without influence.
     tolerance : float
-        Error that a straight ramp of both loads may have: of displacements relative to full slip; energies may have
-        10 times as much, relative to the ramp.
+        Error that a straight ramp of both loads may have: of displacements relative to full slip;
+        energies may have 10 times as much, relative to the ramp.
     wear : WearLaw, optional
         Wear of the asperities as they slide (see `historysim.asperities.wear`).
     follow_sliding : bool
-        Track the distance that each asperity slides; wear, and friction that depends on it, always do.
+        Track the distance that each asperity slides; wear, and friction that depends on it, always
+        do.
     yielding : YieldingLaw or str, optional
-        Yielding of summits on first loading (see `historysim.asperities.yielding`), or the name of a law, with the
-        hardness of the pair.
+        Yielding of summits on first loading (see `historysim.asperities.yielding`), or the name of
+        a law, with the hardness of the pair.
     rings : Rings, optional
         Resolution of asperities that move in two tangential directions.
     attraction : Attraction, optional
@@ -69,13 +71,14 @@ class Ensemble(AsperitySet, IntegratedBody):
     Raises
     ------
     InputError
-        A number that is not finite or out of range, arrays of different lengths, both wear and yielding, or a yielding
-        law without a known hardness.
+        A number that is not finite or out of range, arrays of different lengths, both wear and
+        yielding, or a yielding law without a known hardness.
 
     Warns
     -----
     UnlikelyValueWarning
-        A coefficient above 2, or no radius below 0.5 m, unless the pair is made by `MaterialPair.from_moduli`.
+        A coefficient above 2, or no radius below 0.5 m, unless the pair is made by
+        `MaterialPair.from_moduli`.
 
     Examples
     --------
@@ -134,7 +137,12 @@ class Ensemble(AsperitySet, IntegratedBody):
     ) -> None:
         # of another class, which `__new__` makes
         del attraction
-        options: dict[str, Any] = {"x": x, "y": y, "nominal_area": nominal_area, "tolerance": tolerance}
+        options: dict[str, Any] = {
+            "x": x,
+            "y": y,
+            "nominal_area": nominal_area,
+            "tolerance": tolerance,
+        }
         fields = summit_fields(pair, summit_height, summit_radius, friction, **options)
         if wear is not None:
             check_wear(wear)
@@ -153,7 +161,9 @@ class Ensemble(AsperitySet, IntegratedBody):
             )
 
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: ArrayLike | FrictionLaw, **options: Any) -> Self:
+    def from_summits(
+        cls, pair: MaterialPair, summits: Any, friction: ArrayLike | FrictionLaw, **options: Any
+    ) -> Self:
         """Make an ensemble from summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options of `Ensemble`.
 
         Summits with a ``slope`` need `InclinedEnsemble`; InputError otherwise.
@@ -179,10 +189,11 @@ class Ensemble(AsperitySet, IntegratedBody):
     ) -> Patches:
         """Make an ensemble of the patches of one contact, which may interact, from their normal curves.
 
-        Tangential loads are superpositions of normal ones, whatever the shape of the contact and however its
-        patches interact (Jäger 1998; Ciavarella 1998): exact for similar materials (Dundurs' β = 0), one direction
-        of the tangential load, and ν = 0; for other ν a small transverse slip is neglected. In two directions all
-        patches share one class of rings of traction, which is within 1.1 % of μN at ν = 0, and 3 % at ν = 0.45.
+        Tangential loads are superpositions of normal ones, whatever the shape of the contact and
+        however its patches interact (Jäger 1998; Ciavarella 1998): exact for similar materials
+        (Dundurs' β = 0), one direction of the tangential load, and ν = 0; for other ν a small
+        transverse slip is neglected. In two directions all patches share one class of rings of
+        traction, which is within 1.1 % of μN at ν = 0, and 3 % at ν = 0.45.
 
         Parameters
         ----------
@@ -191,16 +202,17 @@ class Ensemble(AsperitySet, IntegratedBody):
         approach : array_like (row)
             Of the whole contact, from first touch at 0, ascending [m].
         load : array_like (row) or (row, patch)
-            Normal load of each patch at that approach [N]; a single column is the whole contact. If the total load is
-            convex, it is met exactly; otherwise the nearest convex curve is used (see `NormalCurves.residual` and
-            `NormalCurves.error`).
+            Normal load of each patch at that approach [N]; a single column is the whole contact. If
+            the total load is convex, it is met exactly; otherwise the nearest convex curve is used
+            (see `NormalCurves.residual` and `NormalCurves.error`).
         area : array_like, of the shape of ``load``, optional
             Contact areas [m²]; without them there are no areas in the history.
         friction : float
             Coulomb coefficient μ ≥ 0 of the whole contact.
         noise : array_like, optional
-            Standard deviation of the noise of the total load [N], one number or one for each row with a load. Default:
-            none if the total is convex, otherwise an estimate from differences of neighbouring rows.
+            Standard deviation of the noise of the total load [N], one number or one for each row
+            with a load. Default: none if the total is convex, otherwise an estimate from
+            differences of neighbouring rows.
         highest_summit : float
             Height of the flat at first touch [m].
         x, y : array_like (patch), optional
@@ -214,7 +226,9 @@ class Ensemble(AsperitySet, IntegratedBody):
             A table that an elastic contact cannot have: the message names the row.
         """
         curves = NormalCurves.from_table(approach, load, area, noise=noise, x=x, y=y)
-        return Patches(pair, curves, friction, highest_summit=highest_summit, tolerance=tolerance, rings=rings)
+        return Patches(
+            pair, curves, friction, highest_summit=highest_summit, tolerance=tolerance, rings=rings
+        )
 
     @staticmethod
     def from_solutions(
@@ -223,9 +237,12 @@ class Ensemble(AsperitySet, IntegratedBody):
         """Make an ensemble of the patches of a rough contact; options and errors of `from_normal_curves`."""
         x, y = solutions.position
         load, stiffness = (
-            values * check_pair(pair).contact_modulus for values in (solutions.load, solutions.stiffness)
+            values * check_pair(pair).contact_modulus
+            for values in (solutions.load, solutions.stiffness)
         )
-        curves = NormalCurves.from_exact(solutions.approach, load, solutions.area, stiffness, x=x, y=y)
+        curves = NormalCurves.from_exact(
+            solutions.approach, load, solutions.area, stiffness, x=x, y=y
+        )
         return Patches(pair, curves, friction, highest_summit=solutions.highest_summit, **options)
 
     @property
@@ -257,7 +274,9 @@ class Ensemble(AsperitySet, IntegratedBody):
             "follow_sliding": self.follow_sliding or None,
             "rings": None if self.rings == RINGS else attrs.asdict(self.rings),
         }
-        return super().settings | {name: value for name, value in options.items() if value is not None}
+        return super().settings | {
+            name: value for name, value in options.items() if value is not None
+        }
 
     @property
     def direction_limit(self) -> str:
@@ -268,7 +287,8 @@ class Ensemble(AsperitySet, IntegratedBody):
             ("a friction law", self.law if self.slides else None),
         )
         return next(
-            (name for name, feature in features if feature is not None), "sliding that is followed" * self.slides
+            (name for name, feature in features if feature is not None),
+            "sliding that is followed" * self.slides,
         )
 
     def approach_at(self, normal_load: float) -> float:
@@ -294,12 +314,13 @@ class Ensemble(AsperitySet, IntegratedBody):
     ) -> State:
         """Return the state with new friction coefficients, which override a friction law from now on.
 
-        One coefficient, or one per asperity, 0 or more, applies to the asperities with these indices, by default to
-        all; InputError for other numbers or indices. Where a coefficient falls, springs beyond the new limit slip
-        immediately. A controlled tangential load is held, and so is the displacement of an instrument's drive: U
-        follows, as it would if the coefficients fell in many small steps. A load that friction can no longer support
-        stays in the state: the contact slides at the displacement at which sliding began, and the next path raises an
-        error unless it unloads, or holds the load at the limit.
+        One coefficient, or one per asperity, 0 or more, applies to the asperities with these
+        indices, by default to all; InputError for other numbers or indices. Where a coefficient
+        falls, springs beyond the new limit slip immediately. A controlled tangential load is held,
+        and so is the displacement of an instrument's drive: U follows, as it would if the
+        coefficients fell in many small steps. A load that friction can no longer support stays in
+        the state: the contact slides at the displacement at which sliding began, and the next path
+        raises an error unless it unloads, or holds the load at the limit.
         """
         memory, chosen = copy_state(self._checked_memory(state)), self._selected_indices(asperities)
         coefficients = state.friction
@@ -320,14 +341,14 @@ class Ensemble(AsperitySet, IntegratedBody):
     ) -> State:
         """Return the state with new summits, each of which is a new contact.
 
-        The memory of a changed summit is erased, its springs are unstrained; summits that keep their height and radius
-        keep their memory. Then each channel returns to its controlled value: a controlled load is restored, two loads
-        along a joint straight path.
+        The memory of a changed summit is erased, its springs are unstrained; summits that keep
+        their height and radius keep their memory. Then each channel returns to its controlled
+        value: a controlled load is restored, two loads along a joint straight path.
 
-        New heights, over the same datum, and radii [m] apply to the asperities with these indices, by default to all;
-        an omitted quantity is unchanged. ``saturate`` and ``instrument`` are as for `advance`. InputError: numbers out
-        of range, or indices that the ensemble does not have. FrictionLimitError: the new contact cannot support the
-        tangential load.
+        New heights, over the same datum, and radii [m] apply to the asperities with these indices,
+        by default to all; an omitted quantity is unchanged. ``saturate`` and ``instrument`` are as
+        for `advance`. InputError: numbers out of range, or indices that the ensemble does not have.
+        FrictionLimitError: the new contact cannot support the tangential load.
         """
         binding.check_one_direction(self._checked_memory(state))
         memory, chosen = copy_state(state.memory), self._selected_indices(asperities)
@@ -336,7 +357,9 @@ class Ensemble(AsperitySet, IntegratedBody):
         old = view(evolved.summit_height, count), view(evolved.summit_radius, count)
         height, radius = old[0].copy(), old[1].copy()
         if summit_height is not None:
-            height[chosen] = workable("summit_height", per_asperity("summit_height", summit_height, chosen.size))
+            height[chosen] = workable(
+                "summit_height", per_asperity("summit_height", summit_height, chosen.size)
+            )
         if summit_radius is not None:
             radius[chosen] = workable(
                 "summit_radius", per_asperity("summit_radius", summit_radius, chosen.size, above=0)
@@ -349,9 +372,15 @@ class Ensemble(AsperitySet, IntegratedBody):
             return state
         virgin = np.where(fresh, radius, self._virgin_radius(memory))
         with self._make_evolution(virgin) as evolution:
-            check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
+            check(
+                lib.hs_set_summits(
+                    memory, pointer(height), pointer(radius), pointer(fresh), evolution
+                )
+            )
         back = return_path(state.memory, as_instrument(instrument))
-        return self.advance_along(self.wrap_memory(memory), back, saturate=saturate, instrument=instrument)
+        return self.advance_along(
+            self.wrap_memory(memory), back, saturate=saturate, instrument=instrument
+        )
 
     def advance_along(
         self,
@@ -368,13 +397,21 @@ class Ensemble(AsperitySet, IntegratedBody):
     ) -> State:
         """Advance a state along load paths and record rows.
 
-        Pairs of tangential targets convert any state to two directions. Rows of asperities, by index in the order of
-        their columns, are written to ``rows`` in SI (see `blank_rows`). A fraction ``until`` of each path is followed;
-        ``friction`` varies linearly along it. Threads share the work on many asperities; results are bit-identical for
-        any number. `saturate`, `instrument` and errors are as for `advance`; errors have the index of the path.
+        Pairs of tangential targets convert any state to two directions. Rows of asperities, by
+        index in the order of their columns, are written to ``rows`` in SI (see `blank_rows`). A
+        fraction ``until`` of each path is followed; ``friction`` varies linearly along it. Threads
+        share the work on many asperities; results are bit-identical for any number. `saturate`,
+        `instrument` and errors are as for `advance`; errors have the index of the path.
         """
-        options: dict[str, Any] = {"rows": rows, "asperities": asperities, "saturate": saturate, "until": until}
-        return self._integrate(state, paths, instrument=instrument, friction=friction, threads=threads, **options)
+        options: dict[str, Any] = {
+            "rows": rows,
+            "asperities": asperities,
+            "saturate": saturate,
+            "until": until,
+        }
+        return self._integrate(
+            state, paths, instrument=instrument, friction=friction, threads=threads, **options
+        )
 
     def asperity(self, index: int, state: State) -> Asperity:
         """Return one asperity with its memory in a state; InputError if the index is out of range.
@@ -382,7 +419,9 @@ class Ensemble(AsperitySet, IntegratedBody):
         In two tangential directions the last axis of its tangential quantities is x and y.
         """
         if not isinstance(index, int | np.integer) or not 0 <= index < len(self):
-            raise InputError(f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}")
+            raise InputError(
+                f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}"
+            )
         self._checked_memory(state)
         return Asperity.from_readout(Readout(self, state, [int(index)]), 0, int(index))
 
@@ -393,17 +432,23 @@ class Ensemble(AsperitySet, IntegratedBody):
         """
         self._checked_memory(state)
         readout = Readout(self, state, range(len(self)))
-        return Asperities(lambda index: Asperity.from_readout(readout, index, index), range(len(self)))
+        return Asperities(
+            lambda index: Asperity.from_readout(readout, index, index), range(len(self))
+        )
 
     @cached_property
     def _contact(self) -> Any:
         """Initial contact, as a structure of the library."""
         keys = [self.friction]
-        if self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"}):
+        if self.wear is not None or (
+            self.law is not None and self.law.depends_on in {"own", "slid"}
+        ):
             # asperities share a memory only if everything that their friction depends on is equal
             keys += [self.summit_height, self.summit_radius]
         moduli = self.pair.contact_modulus, self.pair.displacement_ratio
-        return binding.new_contact(self.summit_height, self.summit_radius, None, _group_numbers(*keys), *moduli)
+        return binding.new_contact(
+            self.summit_height, self.summit_radius, None, _group_numbers(*keys), *moduli
+        )
 
     @property
     def _element_friction(self) -> Floats:
@@ -415,8 +460,13 @@ class Ensemble(AsperitySet, IntegratedBody):
         if not self.laws and not self.follow_sliding:
             return b""
         numbers = [law.numbers for law in self.laws.values()]
-        # a field of a user-defined law is identified by its type, since its address differs between processes
-        text = json.dumps([numbers, self.follow_sliding], sort_keys=True, default=lambda law: type(law).__qualname__)
+        # a field of a user-defined law is identified by its type, since its address differs between
+        # processes
+        text = json.dumps(
+            [numbers, self.follow_sliding],
+            sort_keys=True,
+            default=lambda law: type(law).__qualname__,
+        )
         return text.encode()
 
     def _track_evolution(self, memory: Memory) -> None:
@@ -444,26 +494,40 @@ class Ensemble(AsperitySet, IntegratedBody):
             view(evolved.friction_overridden, self.elements)[:] = 1
         return self._make_evolution(self._virgin_radius(memory), goal)
 
-    def _make_evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> AbstractContextManager[Any]:
+    def _make_evolution(
+        self, virgin_radius: Floats, goal: FrictionGoal | None = None
+    ) -> AbstractContextManager[Any]:
         # the library knows no attraction
         laws, follow = tuple(law for law in self.laws.values() if law.struct), self.follow_sliding
-        return make_evolution(self.pair, laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
+        return make_evolution(
+            self.pair, laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal
+        )
 
     def _selected_indices(self, asperities: ArrayLike | None) -> Integers:
         if asperities is None:
             return np.arange(self.elements)
         chosen = np.atleast_1d(np.asarray(asperities))
-        if chosen.dtype.kind not in "iu" or chosen.ndim != 1 or np.unique(chosen).size != chosen.size:
-            raise InputError(f"asperities is {asperities!r}; expected a list of indices without repetition")
+        if (
+            chosen.dtype.kind not in "iu"
+            or chosen.ndim != 1
+            or np.unique(chosen).size != chosen.size
+        ):
+            raise InputError(
+                f"asperities is {asperities!r}; expected a list of indices without repetition"
+            )
         outside = chosen[(chosen < 0) | (chosen >= self.elements)]
         if outside.size:
-            raise InputError(f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}")
+            raise InputError(
+                f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}"
+            )
         return chosen.astype(np.int64)
 
 
 # that of `__new__` has no names
 _made: Any = Ensemble
-_made.__signature__ = inspect.Signature([*inspect.signature(Ensemble.__init__).parameters.values()][1:])
+_made.__signature__ = inspect.Signature(
+    [*inspect.signature(Ensemble.__init__).parameters.values()][1:]
+)
 # a single asperity is an ensemble of one
 Asperity.ensemble_type = Ensemble
 

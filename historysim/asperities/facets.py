@@ -45,11 +45,16 @@ class Facet(Ensemble):
     def __init__(self, ensemble: AsperitySet, slope: float, members: Integers) -> None:
         cosine = 1.0 / math.sqrt(1.0 + slope * slope)
         height, radius, friction = (
-            values[members] for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
+            values[members]
+            for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
         )
-        super().__init__(ensemble.pair, height * cosine, radius, friction, tolerance=ensemble.tolerance)
+        super().__init__(
+            ensemble.pair, height * cosine, radius, friction, tolerance=ensemble.tolerance
+        )
         gap = ensemble.highest_summit - float(height.max())
-        self.__dict__.update(members=members, slope=slope, cosine=cosine, sine=slope * cosine, gap=gap)
+        self.__dict__.update(
+            members=members, slope=slope, cosine=cosine, sine=slope * cosine, gap=gap
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields without cached values."""
@@ -64,33 +69,49 @@ class Facet(Ensemble):
     def to_facet_axes(self, approach: Any, displacement: Any) -> tuple[Any, Any]:
         """Transform approach and displacement of the body to the axes of the facet [m], from touch at U = 0."""
         depth = approach - self.gap
-        return depth * self.cosine + displacement * self.sine, displacement * self.cosine - depth * self.sine
+        return (
+            depth * self.cosine + displacement * self.sine,
+            displacement * self.cosine - depth * self.sine,
+        )
 
     def advance_memory(self, memory: Memory, approach: float, displacement: float) -> Memory:
         """Advance a memory along a straight path of the body."""
         normal, tangential = self.to_facet_axes(approach, displacement)
-        advanced_memory: Memory = advance_state(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
+        advanced_memory: Memory = advance_state(
+            memory, DISPLACED, normal, DISPLACED, tangential, self._drive
+        )
         return advanced_memory
 
     def unloaded_state(self) -> State:
         """Return the unloaded state at d = U = 0 of the body."""
         start = self.initial_state()
-        return State(self.advance_memory(start.memory, 0.0, 0.0), start.memory) if self.gap else start
+        return (
+            State(self.advance_memory(start.memory, 0.0, 0.0), start.memory) if self.gap else start
+        )
 
     def accumulate_rows(self, totals: Array, rows: Rows) -> None:
         """Add the facet's rows to the totals of the body."""
         facet_totals, c, s = rows.totals, self.cosine, self.sine
         for name in _SUMMED:
             totals[name] += facet_totals[name]
-        totals["normal_load"] += c * facet_totals["normal_load"] - s * facet_totals["tangential_load"]
-        totals["tangential_load"] += c * facet_totals["tangential_load"] + s * facet_totals["normal_load"]
+        totals["normal_load"] += (
+            c * facet_totals["normal_load"] - s * facet_totals["tangential_load"]
+        )
+        totals["tangential_load"] += (
+            c * facet_totals["tangential_load"] + s * facet_totals["normal_load"]
+        )
         totals["friction_limit"] += c * facet_totals["friction_limit"]
         normal = 2.0 * self.pair.contact_modulus * rows.each["contact_radius"].sum(axis=1)
-        totals["tangential_stiffness"] += c * c * facet_totals["tangential_stiffness"] + s * s * normal
-        totals["traction_ratio"] = np.maximum(totals["traction_ratio"], facet_totals["traction_ratio"])
+        totals["tangential_stiffness"] += (
+            c * c * facet_totals["tangential_stiffness"] + s * s * normal
+        )
+        totals["traction_ratio"] = np.maximum(
+            totals["traction_ratio"], facet_totals["traction_ratio"]
+        )
 
 
-At = Callable[[float], tuple[float, float]]  #: normal load [N] and displacement [m] at a share of a straight way
+#: normal load [N] and displacement [m] at a share of a straight way
+At = Callable[[float], tuple[float, float]]
 
 
 @attrs.frozen(eq=False)
@@ -108,7 +129,8 @@ class BodyPosition:
     def move_to(self, approach: float, displacement: float) -> "BodyPosition":
         """Move the body along a straight path."""
         memories = tuple(
-            facet.advance_memory(memory, approach, displacement) for facet, memory in self._facet_memories()
+            facet.advance_memory(memory, approach, displacement)
+            for facet, memory in self._facet_memories()
         )
         return BodyPosition(self.facets, memories, approach, displacement)
 
@@ -126,7 +148,9 @@ class BodyPosition:
     @property
     def dissipated_energy(self) -> float:
         """Energy dissipated by friction since the start [J]."""
-        return math.fsum(memory.line.dissipated * memory.line.contact.units.energy for memory in self.memories)
+        return math.fsum(
+            memory.line.dissipated * memory.line.contact.units.energy for memory in self.memories
+        )
 
     def touch(self, displacement: float) -> float:
         """Return the approach of first touch at a displacement [m]."""
@@ -135,7 +159,8 @@ class BodyPosition:
     def solve_at_load(self, load: float, displacement: float) -> "BodyPosition":
         """Solve for the body at a displacement under a normal load, at the end of a straight path.
 
-        The load rises with the approach, since friction times slope is below 1. Newton's trials stay in a bracket.
+        The load rises with the approach, since friction times slope is below 1. Newton's trials
+        stay in a bracket.
         """
         touch = low = self.touch(displacement)
         high = math.inf
@@ -143,7 +168,9 @@ class BodyPosition:
             return self.move_to(touch, displacement)
         trial = self.approach
         if trial <= touch:
-            trial = touch + FIRST_DEPTH * min(float(facet.summit_radius.min()) for facet in self.facets)
+            trial = touch + FIRST_DEPTH * min(
+                float(facet.summit_radius.min()) for facet in self.facets
+            )
         for count in range(MOST_TRIALS):
             body = self.move_to(trial, displacement)
             excess = body.loads[0] - load
@@ -161,18 +188,25 @@ class BodyPosition:
         """Return ∂N/∂d at the end of a straight path from ``start`` [N/m]."""
         stiffness = 0.0
         for facet, memory in self._facet_memories():
-            slopes = lib.hs_slopes_of(memory, facet.to_facet_axes(start.approach, start.displacement)[0])
+            slopes = lib.hs_slopes_of(
+                memory, facet.to_facet_axes(start.approach, start.displacement)[0]
+            )
             c, s = facet.cosine, facet.sine
             stiffness += c * c * slopes.normal - c * s * slopes.coupling + s * s * slopes.tangential
         return stiffness
 
-    def chords(self, targets_at: At, low: float, high: float, tolerance: float) -> "list[tuple[float, BodyPosition]]":
+    def chords(
+        self, targets_at: At, low: float, high: float, tolerance: float
+    ) -> "list[tuple[float, BodyPosition]]":
         """Split a part of a path into chords; return the path fraction and the body at the end of each.
 
-        Chords end where the body carries the load there. They are halved until approach, tangential load and energy
-        have converged.
+        Chords end where the body carries the load there. They are halved until approach, tangential
+        load and energy have converged.
         """
-        (first_load, first_displacement), (last_load, last_displacement) = targets_at(0.0), targets_at(1.0)
+        (first_load, first_displacement), (last_load, last_displacement) = (
+            targets_at(0.0),
+            targets_at(1.0),
+        )
         if first_load == last_load and first_displacement == last_displacement:
             return [(high, self)]
         single_chord = self.solve_at_load(*targets_at(high))
@@ -203,6 +237,8 @@ class BodyPosition:
                 return [(middle, middle_body), (high, fine_end)]
             lower_chords = halve(start, low, middle, middle_body, halvings - 1)
             reached = lower_chords[-1][1]
-            return lower_chords + halve(reached, middle, high, reached.solve_at_load(*targets_at(high)), halvings - 1)
+            return lower_chords + halve(
+                reached, middle, high, reached.solve_at_load(*targets_at(high)), halvings - 1
+            )
 
         return halve(self, low, high, single_chord, MOST_HALVINGS)

@@ -26,7 +26,8 @@ from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, are_in_plane
 from historysim.memory.paths import Goals, Paths, Rows, blank_rows, drop_rows, straight_paths
 
-# Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load.
+# Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of
+# the load.
 STEEPEST_SLIDING = 0.9
 _HEAD = struct.Struct("<8sqqqdd")
 _MARK = b"hsinclin"
@@ -37,7 +38,10 @@ def _facet_sum(quantity: Callable[[State, float, float], float], text: str) -> f
     """Return a property that sums a quantity over facet states, given their cosine and sine."""
 
     def total(state: Any) -> float:
-        return math.fsum(quantity(facet, *axis) for axis, facet in zip(state.axes.tolist(), state.facets, strict=True))
+        return math.fsum(
+            quantity(facet, *axis)
+            for axis, facet in zip(state.axes.tolist(), state.facets, strict=True)
+        )
 
     return property(total, doc=text)  # type: ignore[return-value] # its value is a float
 
@@ -62,17 +66,20 @@ class InclinedState(SavedState):
         "Total tangential load Σ (T cos α + N sin α) [N].",
     )
     slope_load = _facet_sum(
-        lambda facet, _, s: facet.normal_load * s, "Part of the tangential load that needs no friction, Σ N sin α [N]."
+        lambda facet, _, s: facet.normal_load * s,
+        "Part of the tangential load that needs no friction, Σ N sin α [N].",
     )
     tangential_stiffness = _facet_sum(
         lambda facet, c, s: facet.tangential_stiffness * (c * c) + facet.normal_stiffness * (s * s),
         "∂T/∂U at a held approach, of the springs that stick now [N/m].",
     )
     dissipated_energy = _facet_sum(
-        lambda facet, _c, _s: facet.dissipated_energy, "Energy that friction has taken since the start [J]."
+        lambda facet, _c, _s: facet.dissipated_energy,
+        "Energy that friction has taken since the start [J].",
     )
     stored_energy = _facet_sum(
-        lambda facet, _c, _s: facet.stored_energy, "Elastic energy of all asperities along their slopes [J]."
+        lambda facet, _c, _s: facet.stored_energy,
+        "Elastic energy of all asperities along their slopes [J].",
     )
 
     @property
@@ -83,7 +90,9 @@ class InclinedState(SavedState):
     def to_bytes(self) -> bytes:
         """Serialise the state."""
         controls = self.normal_control, self.tangential_control
-        head = _HEAD.pack(_MARK, len(self.facets), *controls, self.approach, self.tangential_displacement)
+        head = _HEAD.pack(
+            _MARK, len(self.facets), *controls, self.approach, self.tangential_displacement
+        )
         contents = [facet.to_bytes() for facet in self.facets]
         sizes = struct.pack(f"<{len(contents)}q", *map(len, contents))
         return b"".join([head, self.axes.tobytes(), sizes, *contents])
@@ -99,11 +108,15 @@ class InclinedState(SavedState):
             offset = _HEAD.size + axes.nbytes
             sizes = np.frombuffer(content, np.int64, count, offset)
         except (struct.error, ValueError) as error:
-            raise InputError(f"the state is cut off ({error}); expected a state that was saved whole") from None
+            raise InputError(
+                f"the state is cut off ({error}); expected a state that was saved whole"
+            ) from None
         ends = offset + sizes.nbytes + np.cumsum(sizes)
         is_complete = mark == _MARK and count > 0 and (sizes > 0).all() and ends[-1] == len(content)
         if not (is_complete and set(controls) <= {LOAD, DISPLACED}):
-            raise InputError("the bytes are of no inclined asperities; expected a state that was saved whole")
+            raise InputError(
+                "the bytes are of no inclined asperities; expected a state that was saved whole"
+            )
         are_unit_vectors = (np.abs(np.hypot(*axes.T) - 1.0) <= UNIT_ROUNDING) & (axes[:, 0] > 0.0)
         if not (are_unit_vectors.all() and is_workable(approach) and is_workable(displacement)):
             raise InputError(
@@ -113,7 +126,10 @@ class InclinedState(SavedState):
         if like is not None and not np.array_equal(like.axes, axes):
             raise InputError("the state is of other slopes; expected one of this ensemble's")
         starts = (None,) * count if like is None else like.facets
-        facet_contents = [content[stop - size : stop] for size, stop in zip(sizes.tolist(), ends.tolist(), strict=True)]
+        facet_contents = [
+            content[stop - size : stop]
+            for size, stop in zip(sizes.tolist(), ends.tolist(), strict=True)
+        ]
         facets = [
             State.from_bytes(content_of_facet, start)
             for content_of_facet, start in zip(facet_contents, starts, strict=True)
@@ -130,27 +146,30 @@ def _unsupported_text(feature: str) -> str:
 class InclinedEnsemble(AsperitySet):
     """Asperities of two rough bodies that meet on slopes, so that tangential motion lifts the body and needs a load.
 
-    The contact plane of an asperity rises with its slope in the direction of motion. The body moves by its approach d
-    and displacement U; the asperity is pressed along the normal of its plane by d cos α + U sin α, and moved along it
-    by U cos α - d sin α, and remembers that path exactly (theory page, `contact/README.md`, "Inclined asperities").
-    A slope of 0 everywhere gives the bits of `Ensemble`.
+    The contact plane of an asperity rises with its slope in the direction of motion. The body moves
+    by its approach d and displacement U; the asperity is pressed along the normal of its plane by d
+    cos α + U sin α, and moved along it by U cos α - d sin α, and remembers that path exactly
+    (theory page, `contact/README.md`, "Inclined asperities"). A slope of 0 everywhere gives the
+    bits of `Ensemble`.
 
-    Slopes do not change with U and asperities keep their partners: U has to be small compared with the radii. Paths are
-    exact where displacements are given. Under a normal load they are followed in chords, until approach and loads have
-    converged to ``tolerance``. The tangential channel is held until a displacement moves it.
+    Slopes do not change with U and asperities keep their partners: U has to be small compared with
+    the radii. Paths are exact where displacements are given. Under a normal load they are followed
+    in chords, until approach and loads have converged to ``tolerance``. The tangential channel is
+    held until a displacement moves it.
 
     Parameters
     ----------
     pair, summit_height, summit_radius, friction, x, y, nominal_area, tolerance
-        As for `Ensemble`. The height is the separation at which the asperity touches where U = 0, the radius
-        1/R = 1/R1 + 1/R2.
+        As for `Ensemble`. The height is the separation at which the asperity touches where U = 0,
+        the radius 1/R = 1/R1 + 1/R2.
     slope : array_like
         tan α of the contact plane, > 0 where a positive U climbs, one for all or one per asperity.
 
     Raises
     ------
     InputError
-        As for `Ensemble`; a law of friction; friction times slope of 0.9 or more, at which asperities lock.
+        As for `Ensemble`; a law of friction; friction times slope of 0.9 or more, at which
+        asperities lock.
     """
 
     pair: MaterialPair
@@ -193,8 +212,15 @@ class InclinedEnsemble(AsperitySet):
     ) -> None:
         if isinstance(friction, FrictionLaw):
             raise InputError(self.unsupported["friction law"])
-        options: dict[str, Any] = {"x": x, "y": y, "nominal_area": nominal_area, "tolerance": tolerance}
-        fields = summit_fields(pair, summit_height, summit_radius, friction, count=np.size(slope), **options)
+        options: dict[str, Any] = {
+            "x": x,
+            "y": y,
+            "nominal_area": nominal_area,
+            "tolerance": tolerance,
+        }
+        fields = summit_fields(
+            pair, summit_height, summit_radius, friction, count=np.size(slope), **options
+        )
         slopes = per_asperity("slope", slope, fields["summit_height"].size)
         self.__attrs_init__(**fields, slope=slopes)
         locked = np.flatnonzero(~(np.abs(slopes) * self.friction < STEEPEST_SLIDING))
@@ -219,7 +245,10 @@ class InclinedEnsemble(AsperitySet):
     def facets(self) -> tuple[Facet, ...]:
         """Level ensembles in rotated axes, one for each slope, ascending."""
         slopes, which = np.unique(self.slope, return_inverse=True)
-        return tuple(Facet(self, slope, np.flatnonzero(which == i)) for i, slope in enumerate(slopes.tolist()))
+        return tuple(
+            Facet(self, slope, np.flatnonzero(which == i))
+            for i, slope in enumerate(slopes.tolist())
+        )
 
     @cached_property
     def _axes(self) -> Floats:
@@ -227,12 +256,16 @@ class InclinedEnsemble(AsperitySet):
 
     def initial_state(self) -> InclinedState:
         """Return the unloaded virgin state, with the body at d = U = 0."""
-        return InclinedState(tuple(facet.unloaded_state() for facet in self.facets), self._axes, 0.0, 0.0)
+        return InclinedState(
+            tuple(facet.unloaded_state() for facet in self.facets), self._axes, 0.0, 0.0
+        )
 
     def check_state(self, state: Any) -> None:
         """Raise an InputError if a state does not belong to this ensemble."""
         if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
-            raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")
+            raise InputError(
+                f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns"
+            )
 
     def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last."""
@@ -252,12 +285,17 @@ class InclinedEnsemble(AsperitySet):
     ) -> InclinedState:
         """Return the state after one joint straight path; parameters and errors as for `Ensemble.advance`.
 
-        A tangential load, an instrument or a pair of targets is an InputError, unless all slopes are 0.
+        A tangential load, an instrument or a pair of targets is an InputError, unless all slopes
+        are 0.
         """
         normal_control, tangential_control = self.read_controls(state)
         normal = channel("normal", normal_load, normal_displacement, normal_control, 0.0)
-        tangential = channel("tangential", tangential_load, tangential_displacement, tangential_control)
-        return self.advance_along(state, make_path(normal, tangential), saturate=saturate, instrument=instrument)
+        tangential = channel(
+            "tangential", tangential_load, tangential_displacement, tangential_control
+        )
+        return self.advance_along(
+            state, make_path(normal, tangential), saturate=saturate, instrument=instrument
+        )
 
     def approach_at(self, normal_load: float) -> float:
         """Solve for the approach [m] at which the virgin contact first carries a normal load ≥ 0 [N], at U = 0."""
@@ -281,12 +319,18 @@ class InclinedEnsemble(AsperitySet):
         if are_in_plane(paths):
             raise InputError(_unsupported_text("second tangential direction"))
         if not self.slope.any():
-            options: dict[str, Any] = {"saturate": saturate, "instrument": instrument, "threads": threads}
+            options: dict[str, Any] = {
+                "saturate": saturate,
+                "instrument": instrument,
+                "threads": threads,
+            }
             level = self.facets[0].advance_along(
                 state.facets[0], paths, rows=rows, asperities=asperities, until=until, **options
             )
             controls = level.memory.line.normal_control, level.memory.line.tangential_control
-            return InclinedState((level,), self._axes, level.approach, level.tangential_displacement, *controls)
+            return InclinedState(
+                (level,), self._axes, level.approach, level.tangential_displacement, *controls
+            )
         if not as_instrument(instrument).rigid or instrument.parallel_stiffness:
             raise InputError(_unsupported_text("instrument in series or in parallel"))
         load_driven = np.flatnonzero(
@@ -309,18 +353,28 @@ class InclinedEnsemble(AsperitySet):
                 legs.copy(),
                 np.arange(len(facet)),
             )
-            facet_legs["normal_target"], facet_legs["tangential_target"][:, 0] = facet.to_facet_axes(*ends)
-            facets.append(facet.advance_along(start, facet_legs, rows=facet_rows, asperities=members, threads=threads))
+            facet_legs["normal_target"], facet_legs["tangential_target"][:, 0] = (
+                facet.to_facet_axes(*ends)
+            )
+            facets.append(
+                facet.advance_along(
+                    start, facet_legs, rows=facet_rows, asperities=members, threads=threads
+                )
+            )
             facet.accumulate_rows(rows.totals, facet_rows)
             along += facet.sine * facet_rows.totals["normal_load"]
-            _, facet_columns, row_columns = np.intersect1d(facet.members, columns, return_indices=True)
+            _, facet_columns, row_columns = np.intersect1d(
+                facet.members, columns, return_indices=True
+            )
             for name, values in rows.each.items():
                 values[:, row_columns] = facet_rows.each[name][:, facet_columns]
         rows.totals["friction_limit"] += np.abs(along)
         positions = np.column_stack([(state.approach, state.tangential_displacement), ends])
         rows.totals["approach"], rows.totals["displacement"] = _interpolate_rows(positions, legs)
         controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"][0])
-        return InclinedState(tuple(facets), self._axes, float(positions[0, -1]), float(positions[1, -1]), *controls)
+        return InclinedState(
+            tuple(facets), self._axes, float(positions[0, -1]), float(positions[1, -1]), *controls
+        )
 
     def slide_time(self, state: InclinedState) -> Floats:
         """Return the time at which each asperity first slid as a whole in a replay [s]; NaN if never."""
@@ -332,7 +386,8 @@ class InclinedEnsemble(AsperitySet):
     def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
         """Select asperities that may touch up to a normal load [N], an approach [m] and a displacement either way [m].
 
-        At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1 + μ |tan α|.
+        At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1
+        + μ |tan α|.
         """
         product, steep = float((self.friction * np.abs(self.slope)).max()), np.abs(self.slope)
         deepest = max(approach, self.approach_at(normal_load * (1 + product) / (1 - product)))
@@ -345,9 +400,13 @@ class InclinedEnsemble(AsperitySet):
         for facet, facet_state in zip(self.facets, state.facets, strict=True):
             if index in facet.members:
                 return Asperity.from_readout(
-                    Readout(facet, facet_state, [int(np.searchsorted(facet.members, index))]), 0, int(index)
+                    Readout(facet, facet_state, [int(np.searchsorted(facet.members, index))]),
+                    0,
+                    int(index),
                 )
-        raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
+        raise InputError(
+            f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}"
+        )
 
     def asperities(self, state: InclinedState) -> Asperities:
         """Return all asperities in the axes of their slopes, as a sequence; see `Ensemble.asperities`."""
@@ -356,7 +415,9 @@ class InclinedEnsemble(AsperitySet):
         for facet, facet_state in zip(self.facets, state.facets, strict=True):
             readout = Readout(facet, facet_state, range(len(facet)))
             columns |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
-        return Asperities(lambda index: Asperity.from_readout(*columns[index], index), range(len(self)))
+        return Asperities(
+            lambda index: Asperity.from_readout(*columns[index], index), range(len(self))
+        )
 
     def _body_legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
         """Convert paths to straight legs in d and U; a path under normal load becomes chords."""
@@ -366,33 +427,56 @@ class InclinedEnsemble(AsperitySet):
         legs: list[tuple[float, ...]] = []
         for path in paths:
             fields = dict(zip(PATH.names or (), path.item(), strict=True))
-            start_time, substeps, duration = fields["begin"], fields["parts"], fields["end"] - fields["begin"]
+            start_time, substeps, duration = (
+                fields["begin"],
+                fields["parts"],
+                fields["end"] - fields["begin"],
+            )
             fraction_end, normal_target = until * fields["normal_fraction"], fields["normal_target"]
             (goal, _), (fraction, _) = fields["tangential_target"], fields["tangential_fraction"]
             displacement = float(interpolate(body.displacement, goal, until * fraction))
             if fields["normal_control"] == DISPLACED:
                 approach = float(interpolate(body.approach, normal_target, fraction_end))
-                legs.append((approach, displacement, substeps, fields["recorded"], start_time, fields["end"]))
+                legs.append(
+                    (
+                        approach,
+                        displacement,
+                        substeps,
+                        fields["recorded"],
+                        start_time,
+                        fields["end"],
+                    )
+                )
                 # the memory is needed only for later paths under load control
-                body = body.move_to(approach, displacement) if loaded else BodyPosition((), (), approach, displacement)
+                body = (
+                    body.move_to(approach, displacement)
+                    if loaded
+                    else BodyPosition((), (), approach, displacement)
+                )
                 continue
             origin = np.array([body.loads[0], body.displacement])
             target = np.array([interpolate(origin[0], normal_target, fraction_end), displacement])
 
-            def targets_at(substep: float, origin: Any = origin, target: Any = target) -> tuple[float, float]:
+            def targets_at(
+                substep: float, origin: Any = origin, target: Any = target
+            ) -> tuple[float, float]:
                 load, displacement = interpolate(origin, target, substep).tolist()
                 return load, displacement
 
             low = 0.0
             for substep in range(1, substeps + 1):
                 for high, body in body.chords(targets_at, low, substep / substeps, self.tolerance):  # noqa: B020
-                    recorded = high == substep / substeps and (substep < substeps or fields["recorded"])
+                    recorded = high == substep / substeps and (
+                        substep < substeps or fields["recorded"]
+                    )
                     times = start_time + duration * low, start_time + duration * high
                     legs.append((body.approach, body.displacement, 1, recorded, *times))
                     low = high
         columns = np.array(legs).reshape(-1, 6).T
         goals = Goals(DISPLACED, columns[0]), Goals(DISPLACED, columns[1])
-        return straight_paths(*goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5]))
+        return straight_paths(
+            *goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5])
+        )
 
 
 def _interpolate_rows(positions: Floats, legs: Paths) -> Floats:

@@ -17,8 +17,24 @@ from historysim.basics.arguments import ArrayLike, Booleans, Floats, scalar, wor
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, FrictionLimitError, InputError
 from historysim.memory import binding
-from historysim.memory.binding import DISPLACED, LOAD, Memory, advance_state, check, copy_state, take_ownership
-from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, drop_rows, straight_paths
+from historysim.memory.binding import (
+    DISPLACED,
+    LOAD,
+    Memory,
+    advance_state,
+    check,
+    copy_state,
+    take_ownership,
+)
+from historysim.memory.paths import (
+    PROJECTED,
+    Goals,
+    Paths,
+    Rows,
+    blank_rows,
+    drop_rows,
+    straight_paths,
+)
 
 _ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
 # Row variables that are recorded only for asperities that evolve.
@@ -50,9 +66,13 @@ class IntegratedBody(Body):
     @cached_property
     def _initial_memory(self) -> Memory:
         """Memory at the start, which is never changed."""
-        memory: Memory = take_ownership(lib.hs_state_new(self._contact, pointer(self._element_friction)))
+        memory: Memory = take_ownership(
+            lib.hs_state_new(self._contact, pointer(self._element_friction))
+        )
         identity = self._identity_bytes
-        memory.line.identity = lib.hs_digest(memory.line.identity, ffi.from_buffer(identity), len(identity))
+        memory.line.identity = lib.hs_digest(
+            memory.line.identity, ffi.from_buffer(identity), len(identity)
+        )
         if self.evolves:
             self._track_evolution(memory)
         return memory
@@ -75,7 +95,13 @@ class IntegratedBody(Body):
         return self.make_drive(False, RIGID, directions=2)
 
     def make_drive(
-        self, saturate: bool, instrument: Instrument, threads: int = 1, *, directions: int = 1, heeds: bool = True
+        self,
+        saturate: bool,
+        instrument: Instrument,
+        threads: int = 1,
+        *,
+        directions: int = 1,
+        heeds: bool = True,
     ) -> Any:
         """Build the ``hs_drive`` of the library: tolerance, instrument compliance, saturation and threads."""
         compliances = as_instrument(instrument).directional_compliances(directions)
@@ -112,59 +138,76 @@ class IntegratedBody(Body):
     ) -> State:
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
-        If both loads are given, the path is straight in (N, T); with a displacement, it is straight in the approach and
-        U. A channel without a target is held at its last controlled value, a load or a displacement.
+        If both loads are given, the path is straight in (N, T); with a displacement, it is straight
+        in the approach and U. A channel without a target is held at its last controlled value, a
+        load or a displacement.
 
-        In two tangential directions loads and displacements are pairs, in x and y; a state of one direction has moved
-        along x. The path is exact along one line; after a turn, ``rings`` sets its accuracy. Each component is a
-        separate channel: None in a pair leaves the component to the other argument, or holds it. So
-        ``tangential_displacement=(u, None), tangential_load=(None, t)`` drives x under a constant load in y. If either
-        component is a displacement, the path is straight in the approach and in the controlled variable of each
+        In two tangential directions loads and displacements are pairs, in x and y; a state of one
+        direction has moved along x. The path is exact along one line; after a turn, ``rings`` sets
+        its accuracy. Each component is a separate channel: None in a pair leaves the component to
+        the other argument, or holds it. So ``tangential_displacement=(u, None),
+        tangential_load=(None, t)`` drives x under a constant load in y. If either component is a
+        displacement, the path is straight in the approach and in the controlled variable of each
         component.
 
         Parameters
         ----------
         state : State
         normal_load, tangential_load : float, optional
-            Total loads to reach [N]; N ≥ 0. The tangential load may be a pair, with None in one component.
+            Total loads to reach [N]; N ≥ 0. The tangential load may be a pair, with None in one
+            component.
         normal_displacement : float, optional
             Approach of the highest summit from first touch to reach [m]; negative is a gap.
         tangential_displacement : float, optional
-            U to reach [m], or a pair, likewise; with an instrument the displacement of its drive, U + T/k_s.
-            With a spring in parallel, the tangential load is the sum of both, T + k_p (U + T/k_s), and a joint path to
-            it is straight in the approach and that load.
+            U to reach [m], or a pair, likewise; with an instrument the displacement of its drive, U
+            + T/k_s. With a spring in parallel, the tangential load is the sum of both, T + k_p (U +
+            T/k_s), and a joint path to it is straight in the approach and that load.
         friction : array_like, optional
             New coefficients, applied at the end of the path (see `FrictionChange`).
         saturate : bool
-            Hold a tangential load beyond the limit at the limit; if one component is a displacement, the other one.
+            Hold a tangential load beyond the limit at the limit; if one component is a
+            displacement, the other one.
         instrument : Instrument, optional
-            In series with the contact. The state does not contain it: give it with each path that it drives.
+            In series with the contact. The state does not contain it: give it with each path that
+            it drives.
 
         Raises
         ------
         FrictionLimitError
             |T| > Σ μ N, of the components that are controlled by load.
         InputError
-            A value that is not finite, a negative normal load, or both a load and a displacement for one channel; in
-            two directions a single number for a tangential channel, or an ensemble that evolves.
+            A value that is not finite, a negative normal load, or both a load and a displacement
+            for one channel; in two directions a single number for a tangential channel, or an
+            ensemble that evolves.
         """
-        # fast path, one comparison in tight loops: a state with this `like` has one direction and the same evolution
+        # fast path, one comparison in tight loops: a state with this `like` has one direction and
+        # the same evolution
         start = self._initial_memory
         is_recognised = getattr(state, "like", None) is start
         memory = state.memory if is_recognised else self._checked_memory(state)
         line = memory.line
-        normal, normal_target = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
+        normal, normal_target = channel(
+            "normal", normal_load, normal_displacement, line.normal_control, 0.0
+        )
         target = tangential_load if tangential_displacement is None else tangential_displacement
         # a scalar target does not depend on the previous control
-        control = LOAD if is_recognised and target.__class__ is float else binding.tangential_control(memory)
-        tangential, tangential_target = channel("tangential", tangential_load, tangential_displacement, control)
+        control = (
+            LOAD
+            if is_recognised and target.__class__ is float
+            else binding.tangential_control(memory)
+        )
+        tangential, tangential_target = channel(
+            "tangential", tangential_load, tangential_displacement, control
+        )
         evolves = self._evolves if is_recognised else line.evolved
         if evolves or (instrument is not RIGID and as_instrument(instrument).parallel_stiffness):
             path = make_path((normal, normal_target), (tangential, tangential_target))
             moved: State = self.advance_along(state, path, saturate=saturate, instrument=instrument)
         else:
             if self.is_bounded:
-                self.check_reach(make_path((normal, normal_target), (tangential, tangential_target)))
+                self.check_reach(
+                    make_path((normal, normal_target), (tangential, tangential_target))
+                )
             if control.__class__ is tuple or tangential_target.__class__ is tuple:
                 memory = memory if control.__class__ is tuple else self._planar_copy(memory)
                 drive = self._drive_in_plane if instrument is RIGID and not saturate else None
@@ -174,18 +217,31 @@ class IntegratedBody(Body):
                 )
                 moved = State(advanced_memory, self._initial_planar_memory)
             else:
-                drive = self._drive if instrument is RIGID and not saturate else self.make_drive(saturate, instrument)
-                moved = State(advance_state(memory, normal, normal_target, tangential, tangential_target, drive), start)
+                drive = (
+                    self._drive
+                    if instrument is RIGID and not saturate
+                    else self.make_drive(saturate, instrument)
+                )
+                moved = State(
+                    advance_state(
+                        memory, normal, normal_target, tangential, tangential_target, drive
+                    ),
+                    start,
+                )
         if friction is None:
             return moved
         moved = self.with_friction(moved, friction, instrument=instrument)
         return self.advance(moved, saturate=saturate, instrument=instrument)
 
     @abc.abstractmethod
-    def with_friction(self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID) -> State:
+    def with_friction(
+        self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID
+    ) -> State:
         """Return the state with new friction coefficients."""
 
-    def stepper(self, state: State | None = None, *, saturate: bool = False, instrument: Instrument = RIGID) -> Stepper:
+    def stepper(
+        self, state: State | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
+    ) -> Stepper:
         """Return a `Stepper`, which steps a state in place in tight loops; it starts unloaded by default."""
         state = self.initial_state() if state is None else state
         self._checked_memory(state)
@@ -194,7 +250,8 @@ class IntegratedBody(Body):
     def enter_plane(self, state: State) -> State:
         """Return a state in two tangential directions; one of one direction moved along x.
 
-        InputError if the state belongs to another ensemble, or the ensemble supports one direction only.
+        InputError if the state belongs to another ensemble, or the ensemble supports one direction
+        only.
         """
         memory = self._checked_memory(state)
         return state if memory.plane else self.wrap_memory(self._planar_copy(memory))
@@ -203,7 +260,9 @@ class IntegratedBody(Body):
         """Wrap a memory of this ensemble in a state."""
         if memory.plane:
             return State(memory, self._initial_planar_memory)
-        return State(memory, self._initial_memory if bool(memory.line.evolved) == self._evolves else None)
+        return State(
+            memory, self._initial_memory if bool(memory.line.evolved) == self._evolves else None
+        )
 
     def slide_time(self, state: State) -> Floats:
         """Return the time at which each asperity first slid as a whole in a replay [s]; NaN if never."""
@@ -222,7 +281,9 @@ class IntegratedBody(Body):
     def _checked_memory(self, state: Any) -> Memory:
         """Return the memory of a state; InputError if it belongs to another ensemble."""
         if not isinstance(state, State):
-            raise InputError(f"state is {state!r}; expected a State, such as initial_state() returns")
+            raise InputError(
+                f"state is {state!r}; expected a State, such as initial_state() returns"
+            )
         # no state refers to a memory that has not been computed
         if state.like is not None and state.like is self.__dict__.get("_initial_planar_memory"):
             return state.memory
@@ -243,7 +304,9 @@ class IntegratedBody(Body):
                 f"{self.direction_limit} supports one tangential direction only; expected a number, not a pair"
             )
         rings = self.rings
-        planar: Memory = binding.enter_plane(memory, rings.height_classes, rings.rings, rings.tolerance)
+        planar: Memory = binding.enter_plane(
+            memory, rings.height_classes, rings.rings, rings.tolerance
+        )
         return planar
 
     def _track_evolution(self, memory: Memory) -> None:
@@ -268,15 +331,25 @@ class IntegratedBody(Body):
         threads: int = 1,
     ) -> State:
         """Integrate load paths and record rows of elements; see `Ensemble.advance_along`."""
-        if as_instrument(instrument).parallel_stiffness and (load_controlled := binding.by_load(paths)).any():
+        if (
+            as_instrument(instrument).parallel_stiffness
+            and (load_controlled := binding.by_load(paths)).any()
+        ):
             if (load_controlled[:, 0] != load_controlled[:, 1]).any():
                 raise InputError(
                     "one tangential component is a load and the other one a displacement, with a spring in parallel; "
                     "expected two loads or two displacements, or an instrument without parallel_stiffness"
                 )
-            options: dict[str, Any] = {"rows": rows, "asperities": asperities, "saturate": saturate, "until": until}
+            options: dict[str, Any] = {
+                "rows": rows,
+                "asperities": asperities,
+                "saturate": saturate,
+                "until": until,
+            }
             options |= {"friction": friction, "threads": threads}
-            return self._integrate_with_parallel_spring(state, paths, load_controlled[:, 0], instrument, options)
+            return self._integrate_with_parallel_spring(
+                state, paths, load_controlled[:, 0], instrument, options
+            )
         memory = self._checked_memory(state)
         planar = bool(memory.plane) or binding.are_in_plane(paths) or bool(rows and rows.vectors)
         if planar and friction is not None:
@@ -298,7 +371,12 @@ class IntegratedBody(Body):
         return self.wrap_memory(memory)
 
     def _integrate_with_parallel_spring(
-        self, state: State, paths: Paths, load_controlled: Booleans, instrument: Instrument, options: dict[str, Any]
+        self,
+        state: State,
+        paths: Paths,
+        load_controlled: Booleans,
+        instrument: Instrument,
+        options: dict[str, Any],
     ) -> State:
         """Integrate paths of which some control the load of contact plus parallel spring."""
         for run in np.split(np.arange(paths.size), np.flatnonzero(np.diff(load_controlled)) + 1):
@@ -346,7 +424,10 @@ def return_path(memory: Memory, instrument: Instrument) -> Paths:
     line, units = memory.line, memory.line.contact.units
     compliance = units.stiffness / instrument.stiffness
     normal = {LOAD: line.normal_load * units.load, DISPLACED: line.approach * units.length}
-    load, displacement = (line.tangential_load + line.excess) * units.load, line.displacement * units.displacement
+    load, displacement = (
+        (line.tangential_load + line.excess) * units.load,
+        line.displacement * units.displacement,
+    )
     tangential = {
         LOAD: instrument.drive_load(displacement, load),
         DISPLACED: (line.displacement + compliance * line.tangential_load) * units.displacement,

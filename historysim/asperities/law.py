@@ -23,7 +23,10 @@ from historysim.memory.binding import check, fill, view
 
 # The laws of friction by their names in scenarios and logs.
 LAWS: Registry[type["FrictionLaw"]] = Registry(
-    "historysim.laws", "historysim.asperities.laws:FrictionLaw", "friction law", "historysim.asperities.laws"
+    "historysim.laws",
+    "historysim.asperities.laws:FrictionLaw",
+    "friction law",
+    "historysim.asperities.laws",
 )
 _DEPENDENCE = {
     "nothing": "HS_ON_NOTHING",
@@ -40,7 +43,8 @@ class Law(QuantityFields, abc.ABC):
 
     registry: ClassVar[Registry[Any]]  #: all laws of its sort by their names
     kind: ClassVar[str]  #: its name in scenarios and logs
-    library_kind: ClassVar[str | None] = None  #: its name in the C library; None of a law of your own
+    #: its name in the C library; None of a law of your own
+    library_kind: ClassVar[str | None] = None
     struct: ClassVar[str]  #: what the library has it in: "law", "wear" or "yielding"
     answers: ClassVar[str]  #: the method that a law of your own has
 
@@ -60,7 +64,9 @@ class Law(QuantityFields, abc.ABC):
     def in_library(self, pair: Any) -> tuple[Any, list[Any]]:
         """Return the C structure of the law, and the objects that must outlive it; user-defined laws have none."""
         if self.library_kind is None:
-            raise NotImplementedError(f"{type(self).__name__} has no {self.answers}; expected a method that returns it")
+            raise NotImplementedError(
+                f"{type(self).__name__} has no {self.answers}; expected a method that returns it"
+            )
         structure = ffi.new(f"hs_{self.struct} *")
         return structure, fill(structure, self.core(pair) | {"kind": self.library_kind})
 
@@ -102,7 +108,10 @@ class Law(QuantityFields, abc.ABC):
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
         """Reconstruct a law from its serialised settings; InputError if name, package or numbers are invalid."""
         laws, fields = cls.registry, dict(settings)
-        kind, package = fields.pop("law", None), " ".join(map(str, fields.pop("package", ()))).rstrip()
+        kind, package = (
+            fields.pop("law", None),
+            " ".join(map(str, fields.pop("package", ()))).rstrip(),
+        )
         if package and kind not in laws:
             raise MissingPackageError(
                 f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is "
@@ -134,16 +143,18 @@ class Loaded:
 class FrictionLaw(Law):
     """A friction law.
 
-    The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as a whole at its
-    present load, T_max = μ(N) N: how the limit is spread over its contact stays that of the pressure. This is a choice
-    of the model, common to all laws that depend on the load.
+    The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as
+    a whole at its present load, T_max = μ(N) N: how the limit is spread over its contact stays that
+    of the pressure. This is a choice of the model, common to all laws that depend on the load.
     """
 
     registry: ClassVar[Registry[Any]] = LAWS
     struct, answers = "law", "coefficients"
-    #: What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid).
+    #: What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid"
+    #: (what it slid).
     depends_on: ClassVar[str]
-    #: Whether it has the same bits on every machine: it only adds, multiplies, divides and takes square roots.
+    #: Whether it has the same bits on every machine: it only adds, multiplies, divides and takes
+    #: square roots.
     same_bits: bool = False
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
@@ -151,15 +162,22 @@ class FrictionLaw(Law):
         fields = {"depends_on": _DEPENDENCE[self.depends_on]}
         if self.library_kind is None:
             return fields
-        return fields | {name: number for name, number in self.numbers.items() if isinstance(number, float)}
+        return fields | {
+            name: number for name, number in self.numbers.items() if isinstance(number, float)
+        }
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity); a user-defined law computes it here, on arrays."""
         law, owners = self.in_library(loaded.pair)
         arguments, coefficients = ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
         names = ("normal_load", "summit_radius", "slid_distance", "total_normal_load")
-        owners += fill(arguments, {name: getattr(loaded, name) for name in names} | {"count": coefficients.size})
-        check(lib.hs_coefficients(law, loaded.pair.contact_modulus, arguments, pointer(coefficients)))
+        owners += fill(
+            arguments,
+            {name: getattr(loaded, name) for name in names} | {"count": coefficients.size},
+        )
+        check(
+            lib.hs_coefficients(law, loaded.pair.contact_modulus, arguments, pointer(coefficients))
+        )
         return coefficients
 
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
@@ -175,7 +193,9 @@ class FrictionLaw(Law):
     def at_start(self, count: int) -> Floats:
         """Return the coefficient of each asperity at the start (asperity), 0 if it depends on a load."""
         if self.depends_on == "nothing":
-            raise NotImplementedError(f"{type(self).__name__} depends on nothing; expected a method at_start")
+            raise NotImplementedError(
+                f"{type(self).__name__} depends on nothing; expected a method at_start"
+            )
         return np.zeros(count)
 
     def steepest_rise(self) -> float:
@@ -222,11 +242,15 @@ def _numbers(values: Any, count: int, quantity: str, minimum: float = -np.inf) -
         array = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
     except (TypeError, ValueError):
         shape = f"an array {np.shape(values)}" if isinstance(values, np.ndarray) else repr(values)
-        raise InputError(f"the {quantity} are {shape}; expected a number for each of {count} asperities") from None
+        raise InputError(
+            f"the {quantity} are {shape}; expected a number for each of {count} asperities"
+        ) from None
     wrong = ~(np.isfinite(array) & (array >= minimum))
     if wrong.any():
         bound = f" of {minimum:g} or more" if minimum > -np.inf else ""
-        raise InputError(f"one of the {quantity} is {array[wrong][0]:g}; expected a finite number{bound}")
+        raise InputError(
+            f"one of the {quantity} is {array[wrong][0]:g}; expected a finite number{bound}"
+        )
     return np.ascontiguousarray(array)
 
 

@@ -21,7 +21,9 @@ from historysim.memory.paths import Paths, Rows, blank_rows
 
 WIDEST = 0.5  # largest half-width, relative to the radius and to the reference depth
 DECADES, ROWS = 6, 256  # decades of half-widths in the table, and its rows in each of them
-_ONE_COEFFICIENT = "a line contact keeps its shape and one coefficient; expected a sphere or summits"
+_ONE_COEFFICIENT = (
+    "a line contact keeps its shape and one coefficient; expected a sphere or summits"
+)
 _END = f"a half-width of {WIDEST:g} of the radius or of the reference depth, which is reached"
 _WIDER = "load less, or give a larger radius or reference_depth"
 
@@ -35,15 +37,17 @@ class LineContact(Patches):
 
         c² = 4 P R/(π E*),  d = 2/(π E*) [P ln(2 L/c) + P/2],  p(x) = E*/(2 R) √(c² - x²)
 
-    In plane strain of similar materials (Dundurs' β = 0) the tangential compliance is the normal one for every ν
-    (Jäger, Ciavarella), so that the stick zone has the half-width of the contact under N - |ΔT|/μ: √(1 - T/(μN)) of the
-    contact on first loading. A half-plane has no displacement of its own: displacements are relative to points at the
-    depth L below the surface. They alone depend on L, by terms proportional to the loads; energies, tractions and
-    widths do not.
+    In plane strain of similar materials (Dundurs' β = 0) the tangential compliance is the normal
+    one for every ν (Jäger, Ciavarella), so that the stick zone has the half-width of the contact
+    under N - |ΔT|/μ: √(1 - T/(μN)) of the contact on first loading. A half-plane has no
+    displacement of its own: displacements are relative to points at the depth L below the surface.
+    They alone depend on L, by terms proportional to the loads; energies, tractions and widths do
+    not.
 
-    The memory is replayed on knots of that curve. At given loads, half-widths, pressures and tractions are those of the
-    closed forms, displacements within 1e-7 of theirs, and energies of a cycle of ±T within 1e-6 from 0.2 μN on, 2e-5
-    from 0.1 μN on, and 1e-4 from 0.04 μN on. A bulk stress in the bodies, which shifts the stick zone, is not modelled.
+    The memory is replayed on knots of that curve. At given loads, half-widths, pressures and
+    tractions are those of the closed forms, displacements within 1e-7 of theirs, and energies of a
+    cycle of ±T within 1e-6 from 0.2 μN on, 2e-5 from 0.1 μN on, and 1e-4 from 0.04 μN on. A bulk
+    stress in the bodies, which shifts the stick zone, is not modelled.
 
     Parameters
     ----------
@@ -79,7 +83,12 @@ class LineContact(Patches):
     reference_depth: float = attrs.field(init=False)
 
     nouns = "line contact", "line contacts"
-    summary_units: ClassVar[dict[str, str]] = {"radius": "m", "length": "m", "reference_depth": "m", "friction": ""}
+    summary_units: ClassVar[dict[str, str]] = {
+        "radius": "m",
+        "length": "m",
+        "reference_depth": "m",
+        "friction": "",
+    }
     unsupported: ClassVar[dict[Feature, str]] = {
         **Patches.unsupported,
         **dict.fromkeys(("wear", "sliding", "friction law"), _ONE_COEFFICIENT),
@@ -103,7 +112,10 @@ class LineContact(Patches):
         curves: NormalCurves | None = None,
     ) -> None:
         numbers = {"radius": radius, "length": length, "reference_depth": reference_depth}
-        sizes = {name: float(workable(name, scalar(name, value, above=0))) for name, value in numbers.items()}
+        sizes = {
+            name: float(workable(name, scalar(name, value, above=0)))
+            for name, value in numbers.items()
+        }
         super().__init__(
             pair,
             # a log has the table: logarithms differ in their last bit between machines
@@ -149,7 +161,9 @@ class LineContact(Patches):
     def half_width(self, normal_load: ArrayLike) -> Floats:
         """Return the half-width of the contact under normal loads [m], in their shape."""
         load = np.maximum(as_floats("normal_load", normal_load), 0.0)
-        width: Floats = np.sqrt(4.0 * load * self.radius / (math.pi * self.pair.contact_modulus * self.length))
+        width: Floats = np.sqrt(
+            4.0 * load * self.radius / (math.pi * self.pair.contact_modulus * self.length)
+        )
         return width
 
     def contact_half_width(self, state: State) -> float:
@@ -170,7 +184,8 @@ class LineContact(Patches):
     def traction(self, x: ArrayLike, state: State) -> Floats:
         """Return tangential tractions at distances from the axis of the contact [m], in their shape [Pa].
 
-        It is the sum of the pressures at the half-widths of the vertices of the memory, scaled by jumps of slope.
+        It is the sum of the pressures at the half-widths of the vertices of the memory, scaled by
+        jumps of slope.
         """
         memory, distance = self._checked_memory(state), as_floats("x", x)
         vertices, length = binding.stack(memory), memory.line.contact.units.length
@@ -203,8 +218,12 @@ class LineContact(Patches):
         if not chosen.size:
             return
         widths["stick_radius"] = self._stick_half_width(elements)
-        values = {name: np.sqrt(2.0 * self.length / math.pi * width) for name, width in widths.items()}
-        values |= {name: totals[name] for name in ("normal_load", "tangential_load", "dissipated_energy")}
+        values = {
+            name: np.sqrt(2.0 * self.length / math.pi * width) for name, width in widths.items()
+        }
+        values |= {
+            name: totals[name] for name in ("normal_load", "tangential_load", "dissipated_energy")
+        }
         for name, column in values.items():
             rows.each[name][...] = column[:, None]
         rows.each["slip_state"][...] = elements.slip_state
@@ -218,10 +237,14 @@ class LineContact(Patches):
 _SIZES = "radius", "length", "reference_depth"
 
 
-def tabulate(pair: MaterialPair, radius: float, length: float, reference_depth: float) -> NormalCurves:
+def tabulate(
+    pair: MaterialPair, radius: float, length: float, reference_depth: float
+) -> NormalCurves:
     """Tabulate the normal curve of a cylinder, with its stiffnesses, evenly in the logarithm of the half-width."""
     widest = WIDEST * min(radius, reference_depth)
     width = widest * 10.0 ** np.linspace(-DECADES, 0.0, DECADES * ROWS + 1)
     ratio, modulus = np.log(2.0 * reference_depth / width), math.pi * pair.contact_modulus * length
     approach, load = width**2 * (ratio + 0.5) / (2.0 * radius), modulus * width**2 / (4.0 * radius)
-    return NormalCurves.from_exact(approach, load[:, None], 2.0 * length * width[:, None], modulus / (2.0 * ratio))
+    return NormalCurves.from_exact(
+        approach, load[:, None], 2.0 * length * width[:, None], modulus / (2.0 * ratio)
+    )

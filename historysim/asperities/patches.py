@@ -29,8 +29,8 @@ _STEADY = "patches of one contact keep their shape and share one coefficient; ex
 class Patches(IntegratedBody):
     """Patches of one contact with normal curves; made by `Ensemble.from_normal_curves`, which documents them.
 
-    The memory is replayed on the elements of the total curve. Patches share one coefficient of friction, keep their
-    curves, and have areas instead of radii.
+    The memory is replayed on the elements of the total curve. Patches share one coefficient of
+    friction, keep their curves, and have areas instead of radii.
     """
 
     pair: MaterialPair
@@ -125,7 +125,9 @@ class Patches(IntegratedBody):
     @property
     def settings(self) -> dict[str, Any]:
         """Numbers that define it in addition to its arrays, as a log stores them."""
-        return super().settings | ({} if self.rings == RINGS else {"rings": attrs.asdict(self.rings)})
+        return super().settings | (
+            {} if self.rings == RINGS else {"rings": attrs.asdict(self.rings)}
+        )
 
     def check_reach(self, paths: Paths) -> None:
         """Raise a CurveEndError for a path beyond the table of the normal curves."""
@@ -147,7 +149,12 @@ class Patches(IntegratedBody):
         if rows is not None and EVOLVED & rows.each.keys():
             raise InputError(_STEADY)
         self.check_reach(paths)
-        options: dict[str, Any] = {"saturate": saturate, "instrument": instrument, "until": until, "threads": threads}
+        options: dict[str, Any] = {
+            "saturate": saturate,
+            "instrument": instrument,
+            "until": until,
+            "threads": threads,
+        }
         if rows is None:
             return self._integrate(state, paths, **options)
         chosen = np.asarray(asperities, dtype=np.int64)
@@ -163,7 +170,9 @@ class Patches(IntegratedBody):
         options: dict[str, Any] = {"tolerance": self.tolerance, "rings": self.rings}
         return Patches(pair, self.curves, friction, highest_summit=self.highest_summit, **options)
 
-    def with_friction(self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID) -> State:
+    def with_friction(
+        self, state: State, friction: ArrayLike, *, instrument: Instrument = RIGID
+    ) -> State:
         """Return the state with a new friction coefficient, which all patches share; see `Ensemble.with_friction`."""
         memory = copy_state(self._checked_memory(state))
         return self._set_friction(memory, _shared_coefficient(friction, self.elements), instrument)
@@ -178,7 +187,9 @@ class Patches(IntegratedBody):
 
     def slide_time(self, state: State) -> Floats:
         """Return the time at which each patch first slid as a whole in a replay [s] (patch); NaN if never."""
-        times: Floats = super().slide_time(state)[np.unique(self.first_touch, return_inverse=True)[1]]
+        times: Floats = super().slide_time(state)[
+            np.unique(self.first_touch, return_inverse=True)[1]
+        ]
         return times
 
     @cached_property

@@ -51,4 +51,11 @@ class Step(NamedTuple):
         line = current.memory.line
         pressed = line.approach != previous.memory.line.approach
         loads = current.normal_load, current.tangential_load
-        return cls(*loads, current.approach, current.tangential_displacement, line.approach, line.displacement, pressed)
+        return cls(
+            *loads,
+            current.approach,
+            current.tangential_displacement,
+            line.approach,
+            line.displacement,
+            pressed,
+        )

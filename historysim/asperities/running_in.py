@@ -55,33 +55,45 @@ def run_in(
 ) -> tuple[Surface, list[PassRecord]]:
     """Run in a map by passes of a flat; return the final map, and the contact with the flat before each pass.
 
-    In each pass the summits of the map are found (by ``find``, or the 9-point rule), pressed on, and those that yield
-    are flattened: within the circle of contact the map is cut down to the paraboloid that is left. Then the flat
-    slides, all of them wear, with the load shared as they do, and the cap that each loses is cut off the map. Hardness
-    stays what it was. A contact smaller than a pixel changes the point of its summit alone: radii then follow from that
-    point and its neighbours. What is cut off is "lost", or "conserved": it raises all points that were not cut by one
-    height, as displaced material does (Pullen and Williamson 1972).
+    In each pass the summits of the map are found (by ``find``, or the 9-point rule), pressed on,
+    and those that yield are flattened: within the circle of contact the map is cut down to the
+    paraboloid that is left. Then the flat slides, all of them wear, with the load shared as they
+    do, and the cap that each loses is cut off the map. Hardness stays what it was. A contact
+    smaller than a pixel changes the point of its summit alone: radii then follow from that point
+    and its neighbours. What is cut off is "lost", or "conserved": it raises all points that were
+    not cut by one height, as displaced material does (Pullen and Williamson 1972).
 
-    Raises InputError: numbers out of range, another word, a map without summits, or neither yielding nor wear.
+    Raises InputError: numbers out of range, another word, a map without summits, or neither
+    yielding nor wear.
     """
     if volume not in VOLUMES:
         raise InputError(f"volume is {volume!r}; {nearest(str(volume), VOLUMES)}")
     if yielding is None and wear is None:
-        raise InputError("passes change nothing without yielding or wear; expected one of them, or both")
+        raise InputError(
+            "passes change nothing without yielding or wear; expected one of them, or both"
+        )
     records = []
     for step in passes:
         summits = (find or Surface.summits)(surface)
         if not len(summits) or summits.x is None or summits.y is None:
-            raise InputError("the map has no summit left to press on; expected fewer passes, or less wear")
+            raise InputError(
+                "the map has no summit left to press on; expected fewer passes, or less wear"
+            )
         ensemble = Ensemble.from_summits(pair, summits, friction, yielding=yielding)
         state = ensemble.advance(ensemble.initial_state(), normal_load=step.normal_load)
         yielded = state.yielded
-        height, radius = (yielded.summit_height, yielded.summit_radius) if yielded else (summits.height, summits.radius)
+        height, radius = (
+            (yielded.summit_height, yielded.summit_radius)
+            if yielded
+            else (summits.height, summits.radius)
+        )
         depth = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
         worn = height
         if wear is not None and step.sliding_distance > 0:
             worn = _wear_heights(ensemble, height, radius, wear, step)
-        heights = _flatten_heights(surface, summits, height, radius=radius, contact_depth=depth, worn=worn)
+        heights = _flatten_heights(
+            surface, summits, height, radius=radius, contact_depth=depth, worn=worn
+        )
         cut = heights < surface.heights
         pixel = surface.pixel_size[0] * surface.pixel_size[1]
         removed = float((surface.heights[cut] - heights[cut]).sum() * pixel)
@@ -106,7 +118,13 @@ def run_in(
 
 
 def _flatten_heights(
-    surface: Surface, summits: Summits, height: Floats, *, radius: Floats, contact_depth: Floats, worn: Floats
+    surface: Surface,
+    summits: Summits,
+    height: Floats,
+    *,
+    radius: Floats,
+    contact_depth: Floats,
+    worn: Floats,
 ) -> Floats:
     """Return the map heights after summits have yielded, to contact depths ``own``, and worn."""
     heights = surface.heights.copy()
@@ -121,7 +139,13 @@ def _flatten_heights(
 
 
 def _cut(
-    heights: Floats, surface: Surface, position: tuple[float, float], *, height: float, radius: float, reach: float
+    heights: Floats,
+    surface: Surface,
+    position: tuple[float, float],
+    *,
+    height: float,
+    radius: float,
+    reach: float,
 ) -> None:
     """Cut heights down to a paraboloid within a distance of its top, at least at the point of the top."""
     index, offset = [], []
@@ -135,10 +159,14 @@ def _cut(
     square = offset[0][:, None] ** 2 + offset[1][None, :] ** 2
     inside = square <= max(reach, 0.75 * min(surface.pixel_size)) ** 2
     window = np.ix_(*index)
-    heights[window] = np.where(inside, np.minimum(heights[window], height - square / (2 * radius)), heights[window])
+    heights[window] = np.where(
+        inside, np.minimum(heights[window], height - square / (2 * radius)), heights[window]
+    )
 
 
-def _wear_heights(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, step: Pass) -> Floats:
+def _wear_heights(
+    ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, step: Pass
+) -> Floats:
     """Return the heights of summits after sliding under a load [m]."""
     friction = float(ensemble.friction[0])
     sliding = Ensemble(ensemble.pair, height, radius, friction, wear=wear)

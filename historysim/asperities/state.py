@@ -17,7 +17,12 @@ from historysim.memory import binding
 from historysim.memory.binding import Memory
 
 # What a state is shown by, with units.
-SHOWN = {"normal_load": "N", "tangential_load": "N", "approach": "m", "tangential_displacement": "m"}
+SHOWN = {
+    "normal_load": "N",
+    "tangential_load": "N",
+    "approach": "m",
+    "tangential_displacement": "m",
+}
 
 
 class SavedState:
@@ -26,7 +31,10 @@ class SavedState:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        texts = [f"{name.replace('_', ' ')} {quantity_text(getattr(self, name), unit)}" for name, unit in SHOWN.items()]
+        texts = [
+            f"{name.replace('_', ' ')} {quantity_text(getattr(self, name), unit)}"
+            for name, unit in SHOWN.items()
+        ]
         return f"<{type(self).__name__}: {', '.join(texts)}>"
 
     def __eq__(self, other: object) -> bool:
@@ -74,7 +82,8 @@ class Evolved(NamedTuple):
     shaped_volume: Floats  #: part of it that has, since the summit was last a whole paraboloid [m³]
     friction_overridden: Booleans  #: True where an event has set the friction, in place of the law
     slid_together: float  #: ∫|dU| while all asperities in contact slid [m]
-    erased_memories: float  #: number of contacts that a change of geometry has replaced, with their memory
+    #: number of contacts that a change of geometry has replaced, with their memory
+    erased_memories: float
     erased_energy: float  #: tangential elastic energy lost with them, or with what was worn [J]
 
 
@@ -85,9 +94,11 @@ class Yielded(NamedTuple):
     virgin_radius: Floats  #: radii before they yielded [m]
     summit_height: Floats  #: present heights [m]
     summit_radius: Floats  #: present radii [m]
-    #: Largest load under which each yielded, up to which it is elastic now; 0 where it never has [N].
+    #: Largest load under which each yielded, up to which it is elastic now; 0 where it never has
+    #: [N].
     yielding_load: Floats
-    yielding_energy: Floats  #: energy that yielding has taken since the start [J], apart from what friction dissipates
+    #: energy that yielding has taken since the start [J], apart from what friction dissipates
+    yielding_energy: Floats
 
     @property
     def yielded_depth(self) -> Floats:
@@ -120,31 +131,40 @@ class WholeContact:
     normal_load = _si_property("normal_load", "load", "Total normal load [N].")
     tangential_load = _tangential("tangential_load", "load", "Total tangential load [N].")
     approach = _si_property(
-        "approach", "length", "Approach of the highest summit from first touch [m]; negative where nothing touches."
+        "approach",
+        "length",
+        "Approach of the highest summit from first touch [m]; negative where nothing touches.",
     )
-    tangential_displacement = _tangential("displacement", "displacement", "Rigid tangential displacement U [m].")
-    dissipated_energy = _si_property("dissipated", "energy", "Energy that friction has taken since the start [J].")
+    tangential_displacement = _tangential(
+        "displacement", "displacement", "Rigid tangential displacement U [m]."
+    )
+    dissipated_energy = _si_property(
+        "dissipated", "energy", "Energy that friction has taken since the start [J]."
+    )
     _excess = _tangential("excess", "load", "Request beyond the tangential load [N].")
 
     @property
     def friction(self) -> Floats:
         """Present friction coefficient of each asperity (asperity)."""
         memory = self.memory
-        return binding.view(memory.line.friction, memory.line.contact.groups)[binding.group_of_each(memory)]
+        return binding.view(memory.line.friction, memory.line.contact.groups)[
+            binding.group_of_each(memory)
+        ]
 
 
 @attrs.frozen(eq=False, repr=False, init=False)
 class State(WholeContact, SavedState):
     """State of an ensemble: an immutable value.
 
-    In one tangential direction, which is x, tangential quantities are numbers. `Ensemble.advance` moves a state in two
-    from the first pair of targets on; then they are vectors in x and y. States are equal where all their bits are:
-    geometry, friction, memory, loads, and how the channels were controlled; when asperities have slid is no part of
-    that. They can be pickled.
+    In one tangential direction, which is x, tangential quantities are numbers. `Ensemble.advance`
+    moves a state in two from the first pair of targets on; then they are vectors in x and y. States
+    are equal where all their bits are: geometry, friction, memory, loads, and how the channels were
+    controlled; when asperities have slid is no part of that. They can be pickled.
     """
 
     memory: Memory  #: ``hs_state`` of the library
-    like: Memory | None  #: the start of the ensemble that it is known to be of, if it moves and evolves alike
+    #: the start of the ensemble that it is known to be of, if it moves and evolves alike
+    like: Memory | None
 
     def __init__(self, memory: "Memory", like: "Memory | None" = None) -> None:
         # in two thirds of the time of what attrs writes
@@ -156,7 +176,9 @@ class State(WholeContact, SavedState):
         """Read the state from the result of `to_bytes`; see `SavedState`."""
         start = None if like is None else like.memory
         memory = binding.from_bytes(content, start)
-        return cls(memory, start if start is not None and binding.moves_like(memory, start) else None)
+        return cls(
+            memory, start if start is not None and binding.moves_like(memory, start) else None
+        )
 
     def to_bytes(self) -> bytes:
         """Serialise the state."""
@@ -209,10 +231,10 @@ class State(WholeContact, SavedState):
     def stiffness(self, direction: Any = None) -> Any:
         """Return dT/dU at a fixed approach for a displacement that continues in a direction [N/m].
 
-        Springs that slide in that direction take no part; those that slide the other way stick again. The direction is
-        1 for a growing displacement, -1 for a falling one. In two directions it is a pair of any length, by default
-        (0, 0), for the springs that stick now; the result is a matrix (direction, direction). Another
-        direction raises InputError.
+        Springs that slide in that direction take no part; those that slide the other way stick
+        again. The direction is 1 for a growing displacement, -1 for a falling one. In two
+        directions it is a pair of any length, by default (0, 0), for the springs that stick now;
+        the result is a matrix (direction, direction). Another direction raises InputError.
         """
         return binding.stiffness(self.memory, direction)
 
@@ -230,7 +252,9 @@ class State(WholeContact, SavedState):
     def yielded(self) -> Yielded | None:
         """Yielding of the asperities; None if they do not yield."""
         evolved = self.memory.line.evolved
-        return Yielded(**self._evolved_fields(Yielded)) if evolved and evolved.virgin_height else None
+        return (
+            Yielded(**self._evolved_fields(Yielded)) if evolved and evolved.virgin_height else None
+        )
 
     def _evolved_fields(self, kind: type[NamedTuple]) -> dict[str, Any]:
         """Read the fields of ``hs_evolved`` that a tuple declares, arrays as copies."""
@@ -238,7 +262,9 @@ class State(WholeContact, SavedState):
         values: dict[str, Any] = {name: getattr(evolved, name) for name in kind._fields}
         for name, value in values.items():
             if not isinstance(value, float):
-                values[name] = binding.view(value, count).astype(bool if name == "friction_overridden" else float)
+                values[name] = binding.view(value, count).astype(
+                    bool if name == "friction_overridden" else float
+                )
         return values
 
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:
@@ -248,19 +274,22 @@ class State(WholeContact, SavedState):
     def shortest_history(self) -> "list[Any]":
         """Return events that lead an untouched contact into this state, with the same future.
 
-        The memory is its own shortest history: the contact is pressed along the polyline that it remembers, from vertex
-        to vertex, with a rising approach and without any slip or dissipation. Displacements are those of the contact,
-        without an instrument, at the times 0, 1, 2, … [s]. Each channel ends under its last control, except that
-        a contact that slides as a whole ends at its displacement.
+        The memory is its own shortest history: the contact is pressed along the polyline that it
+        remembers, from vertex to vertex, with a rising approach and without any slip or
+        dissipation. Displacements are those of the contact, without an instrument, at the times 0,
+        1, 2, … [s]. Each channel ends under its last control, except that a contact that slides as
+        a whole ends at its displacement.
 
         Raises
         ------
         InputError
-            Two tangential directions, several friction coefficients (see `historysim.shortest`), contacts that evolve,
-            or friction that has fallen.
+            Two tangential directions, several friction coefficients (see `historysim.shortest`),
+            contacts that evolve, or friction that has fallen.
         """
         # events are declared in a package below this one
-        events: list[Any] = importlib.import_module("historysim.loads.retracing").shortest_history(self)
+        events: list[Any] = importlib.import_module("historysim.loads.retracing").shortest_history(
+            self
+        )
         return events
 
     def on_line(self, displacement: Floats) -> Floats:

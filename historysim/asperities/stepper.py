@@ -19,7 +19,8 @@ from historysim.memory.paths import STILL, Goals, Paths, straight_paths
 
 TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
 _step = lib.hs_stepper_step
-X, Y, START, HAS_MOVED, TURN_COUNT = 2, 4, 6, 7, 8  # goals and results among the doubles of ``hs_stepper``
+# goals and results among the doubles of ``hs_stepper``
+X, Y, START, HAS_MOVED, TURN_COUNT = 2, 4, 6, 7, 8
 HELD = math.nan  # target of a channel that is held as it was controlled last
 HELD_CHANNEL: Any = LOAD, HELD  # as the library takes it, whatever the control
 Target = float | tuple[float, float] | Floats
@@ -27,12 +28,17 @@ Control = int | tuple[int, int]
 
 
 def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and returns early
-    name: str, load: Any, displacement: Any, control: Control, minimum: float = -math.inf, is_sequence: bool = False
+    name: str,
+    load: Any,
+    displacement: Any,
+    control: Control,
+    minimum: float = -math.inf,
+    is_sequence: bool = False,
 ) -> tuple[Any, Any]:
     """Return the control of one channel of a path, and its target in N or m; a load is at least `minimum`.
 
-    The target of the tangential channel may be a pair, in x and y, and the control is one for both components or one
-    for each; that of several paths is an array, or one number.
+    The target of the tangential channel may be a pair, in x and y, and the control is one for both
+    components or one for each; that of several paths is an array, or one number.
     """
     if load is None:
         if displacement is None:
@@ -43,16 +49,28 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
     elif name == "tangential" and not is_sequence:
         return _each_component(control, load, displacement)
     else:
-        raise InputError(f"both {name}_load and {name}_displacement are given; expected one of them")
+        raise InputError(
+            f"both {name}_load and {name}_displacement are given; expected one of them"
+        )
     # of NaN each comparison is false, and `workable` names what is wrong
     if isinstance(value, float) and minimum <= value <= LARGEST and value >= -LARGEST:
         return kind, value
     label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
-    if name == "tangential" and not is_sequence and isinstance(value, tuple | list) and len(value) == 2:
+    if (
+        name == "tangential"
+        and not is_sequence
+        and isinstance(value, tuple | list)
+        and len(value) == 2
+    ):
         x, y = value
         if x is None or y is None:
             return _each_component(control, load, displacement)
-        if isinstance(x, float) and isinstance(y, float) and abs(x) <= LARGEST and abs(y) <= LARGEST:
+        if (
+            isinstance(x, float)
+            and isinstance(y, float)
+            and abs(x) <= LARGEST
+            and abs(y) <= LARGEST
+        ):
             return kind, (x, y)
     target = workable(label, as_floats(label, value, least=minimum))
     if target.ndim <= is_sequence:
@@ -60,17 +78,24 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
     if target.shape == (2,) and name == "tangential":
         return kind, (float(target[0]), float(target[1]))
     expected = (
-        "one number, or a list" if is_sequence else "one number" + ", or a pair in x and y" * (name == "tangential")
+        "one number, or a list"
+        if is_sequence
+        else "one number" + ", or a pair in x and y" * (name == "tangential")
     )
     raise InputError(f"{label} is {value!r}; expected {expected}")
 
 
-def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tuple[int, int], tuple[float, float]]:
+def _each_component(
+    control: Control, load: Any, displacement: Any
+) -> tuple[tuple[int, int], tuple[float, float]]:
     """Return control and target of the components x and y, if a load or displacement leaves one open (None)."""
     # a state of one direction has moved along x
     kinds = list(control if isinstance(control, tuple) else (control, LOAD))
     targets = [HELD, HELD]
-    for kind, label, values in ((LOAD, "tangential_load", load), (DISPLACED, "tangential_displacement", displacement)):
+    for kind, label, values in (
+        (LOAD, "tangential_load", load),
+        (DISPLACED, "tangential_displacement", displacement),
+    ):
         if values is None:
             continue
         if not isinstance(values, tuple | list) or len(values) != 2:
@@ -90,7 +115,9 @@ def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tup
                 )
             target = workable(label, as_floats(label, value))
             if target.ndim:
-                raise InputError(f"{label} is {values!r}; expected one number, or None, in x and in y")
+                raise InputError(
+                    f"{label} is {values!r}; expected one number, or None, in x and in y"
+                )
             kinds[axis], targets[axis] = kind, float(target)
     return (kinds[0], kinds[1]), (targets[0], targets[1])
 
@@ -102,7 +129,11 @@ def make_path(*channels: tuple[Control, Target]) -> Paths:
 
 
 def make_paths(
-    controls: tuple[int, int], *, normal: tuple[Any, Any], tangential: tuple[Any, Any], least: float = 0.0
+    controls: tuple[int, int],
+    *,
+    normal: tuple[Any, Any],
+    tangential: tuple[Any, Any],
+    least: float = 0.0,
 ) -> Paths:
     """Build paths from arrays of loads and displacements of each channel, with the controls that hold a channel."""
     targets = (
@@ -112,7 +143,9 @@ def make_paths(
     counts = {np.size(target) for _, target in targets} - {1}
     if len(counts) > 1 or 0 in counts:
         numbers = " and ".join(map(str, sorted(counts)))
-        raise InputError(f"the channels have {numbers} values; expected equal numbers of values, or one number")
+        raise InputError(
+            f"the channels have {numbers} values; expected equal numbers of values, or one number"
+        )
     return make_path(*targets)
 
 
@@ -124,10 +157,19 @@ def _make_goals(kind: Control, target: Any) -> Goals:
         kinds = kind if isinstance(kind, tuple) else (kind, kind)
         return Goals(
             [kinds],
-            [[0.0 if is_held else component for component, is_held in zip(target, held, strict=True)]],
+            [
+                [
+                    0.0 if is_held else component
+                    for component, is_held in zip(target, held, strict=True)
+                ]
+            ],
             [~np.array(held)],
         )
-    return Goals(kind, *STILL) if isinstance(target, float) and math.isnan(target) else Goals(kind, target)
+    return (
+        Goals(kind, *STILL)
+        if isinstance(target, float) and math.isnan(target)
+        else Goals(kind, target)
+    )
 
 
 class Totals(NamedTuple):
@@ -144,22 +186,28 @@ class Totals(NamedTuple):
     @classmethod
     def from_row(cls, rows: npt.NDArray[Any]) -> Self:
         """Read the totals from recorded rows, with the fields of ``hs_totals``."""
-        names = ["displacement" if name == "tangential_displacement" else name for name in cls._fields]
-        columns: dict[str, Any] = {field: rows[name].copy() for field, name in zip(cls._fields, names, strict=True)}
+        names = [
+            "displacement" if name == "tangential_displacement" else name for name in cls._fields
+        ]
+        columns: dict[str, Any] = {
+            field: rows[name].copy() for field, name in zip(cls._fields, names, strict=True)
+        }
         return cls(**columns | {"contact_count": columns["contact_count"].astype(np.int64)})
 
 
 class Stepper(WholeContact):
     """A state that is stepped in place, for tight loops of a controller or an integrator.
 
-    `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does
-    not grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It moves in
-    two tangential directions from the first pair of targets on, or at once with an instrument of two stiffnesses.
-    It can be pickled. Each step overwrites the state: `save` first where a step may be undone, such as a trial
-    inside an integrator's stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
+    `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a
+    cost that does not grow with the depth of the memory. Where asperities evolve each step costs
+    what it costs there. It moves in two tangential directions from the first pair of targets on, or
+    at once with an instrument of two stiffnesses. It can be pickled. Each step overwrites the
+    state: `save` first where a step may be undone, such as a trial inside an integrator's stages.
+    It is of one thread at a time: another one that comes in meanwhile gets an error.
 
-    C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``;
-    the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
+    C code steps its ``memory``, unless asperities evolve or a spring is in parallel:
+    ``hs_step(memory, …, drive, …)``; the address is ``int(ffi.cast("intptr_t", memory))``. Where
+    asperities evolve each step makes another one.
     """
 
     def __init__(self, ensemble: Any, state: State, how: dict[str, Any]) -> None:
@@ -167,7 +215,9 @@ class Stepper(WholeContact):
         self.memory: Any = None
         self._in_plane = False
         self._call, self._numbers = binding.new_stepper()
-        self._guard = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
+        self._guard = OneAtATime(
+            "the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())"
+        )
         self._continue_from(state)
 
     def __getstate__(self) -> tuple[Any, ...]:
@@ -199,7 +249,9 @@ class Stepper(WholeContact):
         is_planar = binding.count_directions(memory) == 2
         if self.memory is None or is_planar != self._in_plane:
             # a step in one direction is in place: after an interruption its state would be lost
-            self.drive = self._ensemble.make_drive(**self._how, directions=1 + is_planar, heeds=is_planar)
+            self.drive = self._ensemble.make_drive(
+                **self._how, directions=1 + is_planar, heeds=is_planar
+            )
         self.memory, self._in_plane = memory, is_planar
         self._call.state, self._call.drive = memory, self.drive
         self._is_walked = bool(memory.line.evolved or self._how["instrument"].parallel_stiffness)
@@ -221,10 +273,10 @@ class Stepper(WholeContact):
     ) -> None:
         """Move along one joint straight path; parameters and errors as in `Ensemble.advance`; no change on an error.
 
-        ``time`` is when the path ends [s], where a solver knows it. A UserWarning says that the contact is moved as a
-        solver's trials would: to a time that is no later than that of the step before, or back and forth in each of
-        several steps. All of it is remembered; `restore` takes a trial back. Another thread that steps it gets an
-        InputError.
+        ``time`` is when the path ends [s], where a solver knows it. A UserWarning says that the
+        contact is moved as a solver's trials would: to a time that is no later than that of the
+        step before, or back and forth in each of several steps. All of it is remembered; `restore`
+        takes a trial back. Another thread that steps it gets an InputError.
         """
         numbers, free = self._numbers, self._guard.free
         # not `with self._guard`, which costs a fifth of a step
@@ -234,12 +286,16 @@ class Stepper(WholeContact):
             raise self._guard.lock_error() from None
         try:
             if self._is_walked:
-                self._walk(normal_load, normal_displacement, tangential_load, tangential_displacement)
+                self._walk(
+                    normal_load, normal_displacement, tangential_load, tangential_displacement
+                )
             else:
                 target: Any
                 normal, normal_target = HELD_CHANNEL
                 if normal_load is not None or normal_displacement is not None:
-                    normal, normal_target = channel("normal", normal_load, normal_displacement, LOAD, 0.0)
+                    normal, normal_target = channel(
+                        "normal", normal_load, normal_displacement, LOAD, 0.0
+                    )
                 # without a call for the most frequent target
                 if (
                     tangential_load is None
@@ -248,9 +304,13 @@ class Stepper(WholeContact):
                 ):
                     tangential, target = DISPLACED, tangential_displacement
                 else:
-                    tangential, target = channel("tangential", tangential_load, tangential_displacement, LOAD)
+                    tangential, target = channel(
+                        "tangential", tangential_load, tangential_displacement, LOAD
+                    )
                 if self._is_bounded:
-                    self._ensemble.check_reach(make_path((normal, normal_target), (tangential, target)))
+                    self._ensemble.check_reach(
+                        make_path((normal, normal_target), (tangential, target))
+                    )
                 if self._in_plane or target.__class__ is tuple:
                     self._step_in_plane(normal, normal_target, tangential, target)
                 else:
@@ -279,15 +339,24 @@ class Stepper(WholeContact):
             self._hold(memory)
             check(status, self._call.refusal)
 
-    def _walk(self, normal_load: Any, normal_displacement: Any, load: Any, displacement: Any) -> None:
+    def _walk(
+        self, normal_load: Any, normal_displacement: Any, load: Any, displacement: Any
+    ) -> None:
         """Step where asperities evolve, or a spring is in parallel."""
         line = self.memory.line
         normal = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
-        path = make_path(normal, channel("tangential", load, displacement, binding.tangential_control(self.memory)))
+        path = make_path(
+            normal,
+            channel("tangential", load, displacement, binding.tangential_control(self.memory)),
+        )
         if self._is_bounded:
             self._ensemble.check_reach(path)
         start = line.approach
-        self._hold(self._ensemble.advance_along(self._ensemble.wrap_memory(self.memory), path, **self._how).memory)
+        self._hold(
+            self._ensemble.advance_along(
+                self._ensemble.wrap_memory(self.memory), path, **self._how
+            ).memory
+        )
         lib.hs_stepper_observe(self._call, start)
 
     def _warn_of_trials(self, time: float | None) -> None:
@@ -310,10 +379,11 @@ class Stepper(WholeContact):
     def slopes(self) -> Slopes:
         """Return the derivatives of the loads at the end of the last step, on its side.
 
-        They are exact where there is one friction coefficient or a displacement is controlled; of several coefficients
-        under two controlled loads, they are those of the straight path in (d, U) to the same end. InputError in two
-        directions, where the saved state has a `stiffness`. Of asperities that evolve they are those at held friction
-        and shapes: a summit that is yielding is softer than that.
+        They are exact where there is one friction coefficient or a displacement is controlled; of
+        several coefficients under two controlled loads, they are those of the straight path in (d,
+        U) to the same end. InputError in two directions, where the saved state has a `stiffness`.
+        Of asperities that evolve they are those at held friction and shapes: a summit that is
+        yielding is softer than that.
         """
         with self._guard:
             binding.check_one_direction(self.memory)

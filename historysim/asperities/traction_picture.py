@@ -25,8 +25,14 @@ def traction_svg(asperity: Any) -> str:
     peak = max(float(np.abs(limit).max()), float(np.abs(traction).max())) or 1.0
     shapes = [
         f'<line x1="0" y1="{HEIGHT / 2}" x2="{WIDTH}" y2="{HEIGHT / 2}" stroke="#999" stroke-width="0.6"/>',
-        *(_curve(position, bound / peak, "#777", ' stroke-dasharray="4 3"') for bound in (limit, -limit)),
-        *(_curve(position, values / peak, colour) for values, colour in zip(traction.T, COLOURS, strict=False)),
+        *(
+            _curve(position, bound / peak, "#777", ' stroke-dasharray="4 3"')
+            for bound in (limit, -limit)
+        ),
+        *(
+            _curve(position, values / peak, colour)
+            for values, colour in zip(traction.T, COLOURS, strict=False)
+        ),
         *(_mark(sign * asperity.stick_radius / edge) for sign in (-1.0, 1.0)),
     ]
     names = "traction" if traction.shape[1] == 1 else "traction in x (blue) and y (orange)"

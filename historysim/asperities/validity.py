@@ -22,22 +22,28 @@ from historysim.contact import hertz
 from historysim.surfaces.summits import detached_summits
 
 STEEPEST = 0.3  # a/R up to which a paraboloid approximates a sphere, and strains are small (Hertz)
-MOST_LOAD = 0.1  # fraction of the normal load that asperities beyond a limit may carry, or that adhesion may add
-MOST_OVERLAP = 0.2  # fraction of the normal load that asperities with overlapping contact circles may carry
+# fraction of the normal load that asperities beyond a limit may carry, or that adhesion may add
+MOST_LOAD = 0.1
+# fraction of the normal load that asperities with overlapping contact circles may carry
+MOST_OVERLAP = 0.2
 MOST_AREA = 0.05  # contact area over nominal area up to which asperities count as independent
 MOST_ON_OUTLIERS = 0.5  # fraction of the normal load that a few outliers may carry
-# Number of circles up to which all pairs are compared, which is faster than importing a neighbour search.
+# Number of circles up to which all pairs are compared, which is faster than importing a neighbour
+# search.
 MOST_PAIRED = 500
-# Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure rises above the
-# hardness, since displaced material has no free surface left (Pullen and Williamson 1972).
+# Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure
+# rises above the hardness, since displaced material has no free surface left (Pullen and Williamson
+# 1972).
 MOST_YIELDED_AREA = 0.5
 STRAIN = 0.2  # representative strain of an indentation over a/R (Tabor 1951)
-# Strain of a Vickers indentation, which measures hardness, and the factor within which a strain counts as equal.
+# Strain of a Vickers indentation, which measures hardness, and the factor within which a strain
+# counts as equal.
 STRAIN_OF_VICKERS, STRAIN_RANGE = 0.08, 2.0
 MOST_BEFORE_ROWS = 0.2  # approach of the first row of a normal curve relative to the last row
 MOST_ERROR = 0.01  # largest error of a normal curve, relative to its largest load
-# Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure 0.6 H)
-# and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3).
+# Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966:
+# peak pressure 0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for
+# ν = 0.3).
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 
 
@@ -45,7 +51,8 @@ ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 class _Contact:
     """Asperities in contact (asperity): radii R, approaches δ, contact radii a [m], and normal loads N [N].
 
-    For yielded asperities R and δ are those of the flattened summit, and ``virgin_radius`` is the radius before.
+    For yielded asperities R and δ are those of the flattened summit, and ``virgin_radius`` is the
+    radius before.
     """
 
     ensemble: AsperitySet
@@ -74,12 +81,15 @@ class _Contact:
         return float(self.normal_load[which].sum() / self.normal_load.sum())
 
 
-def findings(ensemble: Body, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
+def findings(
+    ensemble: Body, approach: float, instrument: Instrument = RIGID
+) -> tuple[Finding, ...]:
     """Check the assumptions of the model at an approach [m]; return those violated, each with a remedy.
 
-    The approach is that of the highest summit from first touch, the greatest of a history. The README of the package
-    lists all findings. What is not known of an ensemble (hardness, yield stress and surface energies of its materials,
-    positions, nominal area) is not checked; patches of normal curves have `first_row` and `normal_curve` alone.
+    The approach is that of the highest summit from first touch, the greatest of a history. The
+    README of the package lists all findings. What is not known of an ensemble (hardness, yield
+    stress and surface energies of its materials, positions, nominal area) is not checked; patches
+    of normal curves have `first_row` and `normal_curve` alone.
     """
     # patches with normal curves may interact, and are not spheres
     if isinstance(ensemble, Patches):
@@ -87,7 +97,18 @@ def findings(ensemble: Body, approach: float, instrument: Instrument = RIGID) ->
     contact = _contact(require_asperities(ensemble), approach, instrument)
     if contact is None:
         return ()
-    checks = [_outliers, _steep, _yielding, _area, _overlap, _hardening, _cracks, _adhesion, _resolution, _rising]
+    checks = [
+        _outliers,
+        _steep,
+        _yielding,
+        _area,
+        _overlap,
+        _hardening,
+        _cracks,
+        _adhesion,
+        _resolution,
+        _rising,
+    ]
     return tuple(finding for check in checks if (finding := check(contact)) is not None)
 
 
@@ -99,11 +120,20 @@ def _contact(ensemble: AsperitySet, approach: float, instrument: Instrument) -> 
     if "yielding" in ensemble.laws and index.size:
         state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
         if (after_yielding := state.yielded) is not None:
-            radius, yielded = after_yielding.summit_radius[index], after_yielding.yielding_load[index] > 0
+            radius, yielded = (
+                after_yielding.summit_radius[index],
+                after_yielding.yielding_load[index] > 0,
+            )
             depth = np.where(yielded, depth - after_yielding.yielded_depth[index], depth)
-    load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
+    load = hertz.normal_load(
+        depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus
+    )
     # a tiny approach underflows
-    return _Contact(ensemble, instrument, index, radius, depth, load, virgin, yielded) if load.sum() > 0 else None
+    return (
+        _Contact(ensemble, instrument, index, radius, depth, load, virgin, yielded)
+        if load.sum() > 0
+        else None
+    )
 
 
 def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
@@ -155,7 +185,11 @@ def _yielding(contact: _Contact) -> Finding | None:
     hardness = pair.hardness or HARDNESS_OF_YIELD * (pair.yield_stress or 0.0)
     if "yielding" in ensemble.laws or not hardness:
         return None
-    onset = ONSET_OF_YIELD * pair.yield_stress if pair.yield_stress is not None else ONSET_OF_HARDNESS * hardness
+    onset = (
+        ONSET_OF_YIELD * pair.yield_stress
+        if pair.yield_stress is not None
+        else ONSET_OF_HARDNESS * hardness
+    )
     pressure = hertz.mean_pressure(contact.normal_load, contact_radius=contact.contact_radius)
     share = contact.share(pressure > onset)
     spread = float(ensemble.summit_height.std())
@@ -213,8 +247,13 @@ def _overlap(contact: _Contact) -> Finding | None:
     ensemble, index = contact.ensemble, contact.index
     if ensemble.x is None or ensemble.y is None or index.size < 2:
         return None
-    overlaps = overlapping(np.stack([ensemble.x[index], ensemble.y[index]], axis=1), contact.contact_radius)
-    for name, which, adjective in (("merging", overlaps & contact.yielded, "yielded "), ("overlap", overlaps, "")):
+    overlaps = overlapping(
+        np.stack([ensemble.x[index], ensemble.y[index]], axis=1), contact.contact_radius
+    )
+    for name, which, adjective in (
+        ("merging", overlaps & contact.yielded, "yielded "),
+        ("overlap", overlaps, ""),
+    ):
         share = contact.share(which)
         text = (
             f"{_percent(share)} of the normal load is carried by {int(which.sum()):,} {adjective}asperities with "
@@ -243,7 +282,8 @@ def _near(centre: Floats, radius: Floats) -> tuple[Integers, Integers]:
         return i, j
     from scipy.spatial import cKDTree
 
-    # of two circles that overlap, the smaller one has its centre within twice the radius of the larger one
+    # of two circles that overlap, the smaller one has its centre within twice the radius of the
+    # larger one
     near = cKDTree(centre).query_ball_point(centre, 2 * radius)
     i = np.repeat(np.arange(radius.size), [len(neighbours) for neighbours in near])
     return i, np.concatenate([np.asarray(neighbours, dtype=np.int64) for neighbours in near])

@@ -24,7 +24,10 @@ def __dir__() -> list[str]:
 
 # The laws by their names in scenarios and logs.
 WEAR_LAWS: Registry[type["WearLaw"]] = Registry(
-    "historysim.wear", "historysim.asperities.wear:WearLaw", "wear law", "historysim.asperities.wear"
+    "historysim.wear",
+    "historysim.asperities.wear:WearLaw",
+    "wear law",
+    "historysim.asperities.wear",
 )
 register = WEAR_LAWS.register
 
@@ -33,15 +36,17 @@ register = WEAR_LAWS.register
 class WearLaw(Law):
     """A wear law: volume lost by an asperity, and the worn shape.
 
-    The shape follows from the volume while the asperity slides as a whole: then its springs are at the friction limit
-    whatever its shape is, and no memory is lost. What it loses in partial slip waits until then.
+    The shape follows from the volume while the asperity slides as a whole: then its springs are at
+    the friction limit whatever its shape is, and no memory is lost. What it loses in partial slip
+    waits until then.
 
     Parameters
     ----------
     shape : {"truncated", "blunted"}
-        "truncated": the cap of the volume lost is cut off, h = √(V/(πR)), and what comes into contact beneath has the
-        radius that the summit had. "blunted": within the contact circle of radius a the depth falls as 1 - r²/a², so
-        that a paraboloid is left: dh = 2 dV/(πa²), d(1/R) = -4 dV/(πa⁴).
+        "truncated": the cap of the volume lost is cut off, h = √(V/(πR)), and what comes into
+        contact beneath has the radius that the summit had. "blunted": within the contact circle of
+        radius a the depth falls as 1 - r²/a², so that a paraboloid is left: dh = 2 dV/(πa²), d(1/R)
+        = -4 dV/(πa⁴).
     """
 
     shape: str = attrs.field(default="truncated", validator=choice("truncated", "blunted"))
@@ -53,27 +58,41 @@ class WearLaw(Law):
         """Return the fields of ``hs_wear``."""
         return {"shape": f"HS_{self.shape.upper()}"}
 
-    def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
+    def volume(
+        self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats
+    ) -> Floats:
         """Return the volume that asperities lose [m³] (asperity); a user-defined law computes it here, on arrays.
 
-        The load is the mean meanwhile [N], the distance what they slid [m], the energy what they dissipated [J]
-        meanwhile: of twice as much of both, twice the volume is lost.
+        The load is the mean meanwhile [N], the distance what they slid [m], the energy what they
+        dissipated [J] meanwhile: of twice as much of both, twice the volume is lost.
         """
         law, _ = self.in_library(None)
         volumes = np.empty(normal_load.size)
-        arguments = [np.ascontiguousarray(values) for values in (normal_load, slid_distance, dissipated_energy)]
+        arguments = [
+            np.ascontiguousarray(values)
+            for values in (normal_load, slid_distance, dissipated_energy)
+        ]
         check(lib.hs_lost_volumes(law, volumes.size, *map(pointer, arguments), pointer(volumes)))
         return volumes
 
     def answer(self, pair: MaterialPair, *numbers: Any) -> None:
         """Answer ``hs_wear_function``."""
         count, *arguments, volume = numbers
-        put(volume, count, self.volume(*(copy_array(values, count) for values in arguments)), "volumes")
+        put(
+            volume,
+            count,
+            self.volume(*(copy_array(values, count) for values in arguments)),
+            "volumes",
+        )
 
     @property
     def _shape_text(self) -> str:
         truncated = "caps cut off, radius kept"
-        shape = truncated if self.shape == "truncated" else "blunted to a paraboloid in the contact circle"
+        shape = (
+            truncated
+            if self.shape == "truncated"
+            else "blunted to a paraboloid in the contact circle"
+        )
         return f"{shape}; takes shape while an asperity slides"
 
 
@@ -89,8 +108,8 @@ class ArchardWear(WearLaw):
     hardness : float
         H > 0 of the softer body [Pa].
     shape : {"truncated", "blunted"}
-        "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter paraboloid.
-        `WearLaw` has the equations.
+        "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter
+        paraboloid. `WearLaw` has the equations.
 
     Examples
     --------
@@ -117,15 +136,18 @@ class ArchardWear(WearLaw):
     ) -> Self:
         """Return the law from a worn volume [m³] under a load [N] over a distance [m]: K = V H/(N s).
 
-        The distance is that of gross slip, back and forth counted. Of `hs.registered` take the worn volume; K then has
-        its relative error. InputError: a volume below 0, or a load or a distance that is not above it.
+        The distance is that of gross slip, back and forth counted. Of `hs.registered` take the worn
+        volume; K then has its relative error. InputError: a volume below 0, or a load or a distance
+        that is not above it.
         """
         lost = scalar("worn_volume", worn_volume, least=0)
         load_distance = scalar("normal_load", normal_load, above=0) * scalar(
             "sliding_distance", sliding_distance, above=0
         )
         return cls(
-            coefficient=lost * scalar("hardness", hardness, above=0) / load_distance, hardness=hardness, shape=shape
+            coefficient=lost * scalar("hardness", hardness, above=0) / load_distance,
+            hardness=hardness,
+            shape=shape,
         )
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
@@ -149,8 +171,8 @@ class EnergyWear(WearLaw):
     volume_per_energy : float
         α ≥ 0 [m³/J].
     shape : {"truncated", "blunted"}
-        "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter paraboloid.
-        `WearLaw` has the equations.
+        "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter
+        paraboloid. `WearLaw` has the equations.
 
     Examples
     --------
@@ -166,14 +188,18 @@ class EnergyWear(WearLaw):
     kind, library_kind = "energy", "HS_ENERGY_WEAR"
 
     @classmethod
-    def from_volume(cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated") -> Self:
+    def from_volume(
+        cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated"
+    ) -> Self:
         """Return the law by which a volume [m³] is lost with the energy that friction took [J]: α = V/E.
 
-        The energy is the sum over the loops of a record (`hs.loops`), or what a history dissipates. InputError: a
-        volume below 0, or an energy that is not above it.
+        The energy is the sum over the loops of a record (`hs.loops`), or what a history dissipates.
+        InputError: a volume below 0, or an energy that is not above it.
         """
         energy = scalar("dissipated_energy", dissipated_energy, above=0)
-        return cls(volume_per_energy=scalar("worn_volume", worn_volume, least=0) / energy, shape=shape)
+        return cls(
+            volume_per_energy=scalar("worn_volume", worn_volume, least=0) / energy, shape=shape
+        )
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_wear``."""
@@ -188,12 +214,15 @@ class EnergyWear(WearLaw):
 def check_wear(law: WearLaw) -> None:
     """Check that a user-defined law is additive: the volume over a distance is the sum over its parts."""
     if not isinstance(law, WearLaw):
-        raise InputError(f"wear is {law!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
+        raise InputError(
+            f"wear is {law!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)"
+        )
     if law.library_kind is not None:
         return
     load, slid = np.array([1e-3, 0.1, 10.0]), np.full(3, 1e-7)
     full, half = (
-        np.asarray(law.volume(load, fraction * slid, fraction * 0.2 * load * slid)) for fraction in (1.0, 0.5)
+        np.asarray(law.volume(load, fraction * slid, fraction * 0.2 * load * slid))
+        for fraction in (1.0, 0.5)
     )
     good = full.shape == load.shape and (np.isfinite(full) & (full >= 0.0)).all()
     if not good or not np.allclose(2.0 * half, full, rtol=1e-6, atol=0.0):

@@ -18,15 +18,16 @@ ArrayLike = npt.ArrayLike
 Booleans = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-NAMED_STATES = "named_states"  # the attribute of a history with the times of its named states, as JSON
+# the attribute of a history with the times of its named states, as JSON
+NAMED_STATES = "named_states"
 DIRECTION = "direction"  # the last dimension of a load or displacement in two tangential directions
 
 
 class FrozenArrays:
     """A frozen attrs class with slots and read-only arrays, also after pickling and copying.
 
-    numpy does not preserve the read-only flag when it pickles an array. The class needs ``getstate_setstate=False``,
-    since attrs would otherwise replace this method.
+    numpy does not preserve the read-only flag when it pickles an array. The class needs
+    ``getstate_setstate=False``, since attrs would otherwise replace this method.
     """
 
     __slots__ = ()
@@ -48,7 +49,9 @@ def _has_boolean(values: Any) -> bool:
     return isinstance(values, bool | np.bool_)
 
 
-def as_floats(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
+def as_floats(
+    name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf
+) -> Floats:
     """Convert an argument to finite floats greater than ``above`` and not less than ``least``; otherwise InputError.
 
     Strings with units and pint quantities are converted if `UNIT_OF` contains the name.
@@ -62,7 +65,11 @@ def as_floats(name: str, values: ArrayLike, *, above: float = -math.inf, least: 
         array = np.asarray(values)
         # strings, booleans and complex numbers would become floats, too
         is_none = array.dtype.kind == "O" and any(element is None for element in array.ravel())
-        result = None if is_none or array.dtype.kind not in NUMBERS else array.astype(np.float64, copy=False)
+        result = (
+            None
+            if is_none or array.dtype.kind not in NUMBERS
+            else array.astype(np.float64, copy=False)
+        )
     except (TypeError, ValueError):
         result = None
     if result is None or _has_boolean(values):
@@ -73,7 +80,9 @@ def as_floats(name: str, values: ArrayLike, *, above: float = -math.inf, least: 
     if not good.all():
         lowest = f" of {least:g} or more" if least > -math.inf else ""
         bound = f" greater than {above:g}" if above > -math.inf else lowest
-        raise InputError(f"{name}{_first_index(~good)} is {result[~good][0]:g}; expected a finite number{bound}, in SI")
+        raise InputError(
+            f"{name}{_first_index(~good)} is {result[~good][0]:g}; expected a finite number{bound}, in SI"
+        )
     return result
 
 
@@ -82,7 +91,9 @@ def _first_index(wrong: Booleans) -> str:
     return f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if wrong.ndim else ""
 
 
-def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
+def scalar(
+    name: str, value: ArrayLike, *, above: float = -math.inf, least: float = -math.inf
+) -> float:
     """Convert an argument to one float. Parameters and errors as in `as_floats`."""
     number = as_floats(name, value, above=above, least=least)
     if number.ndim:
@@ -94,24 +105,37 @@ def per_axis(name: str, values: ArrayLike) -> tuple[float, float]:
     """Convert an argument to two positive numbers, along x and y; one number sets both."""
     numbers = as_floats(name, values, above=0)
     if numbers.shape not in {(), (1,), (2,)}:
-        raise InputError(f"{name} has shape {numbers.shape}; expected one number, or one for x and one for y")
+        raise InputError(
+            f"{name} has shape {numbers.shape}; expected one number, or one for x and one for y"
+        )
     x, y = np.broadcast_to(numbers, 2)
     return float(x), float(y)
 
 
 def as_item_array(
-    one: str, several: str, name: str, values: ArrayLike, count: int | None = None, *, above: float = -math.inf
+    one: str,
+    several: str,
+    name: str,
+    values: ArrayLike,
+    count: int | None = None,
+    *,
+    above: float = -math.inf,
 ) -> Floats:
     """Convert an argument to a read-only array with one value per item; one number applies to all items.
 
-    ``one`` and ``several`` are the noun of an item in messages; without ``count`` the number of values defines it.
+    ``one`` and ``several`` are the noun of an item in messages; without ``count`` the number of
+    values defines it.
     """
     array = np.atleast_1d(as_floats(name, values, above=above))
     if array.ndim > 1:
-        raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per {one}")
+        raise InputError(
+            f"{name} has shape {array.shape}; expected one number, or a list with one per {one}"
+        )
     if count is not None and array.size not in {1, count}:
         size = count_text(array.size, "value", "values")
-        raise InputError(f"{name} has {size} for {count_text(count, one, several)}; expected one, or one per {one}")
+        raise InputError(
+            f"{name} has {size} for {count_text(count, one, several)}; expected one, or one per {one}"
+        )
     array = np.array(array if count is None else np.broadcast_to(array, count))
     array.flags.writeable = False
     return array

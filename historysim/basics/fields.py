@@ -20,8 +20,8 @@ from historysim.errors import InputError, field_error
 class Quantity:
     """Marks a field as a number in this SI unit, or a string with a compatible unit.
 
-    For an array, ``alone`` allows one number in place of an array with one element; ``components`` are the keys of a
-    table that may replace an array, with a number for some of them.
+    For an array, ``alone`` allows one number in place of an array with one element; ``components``
+    are the keys of a table that may replace an array, with a number for some of them.
     """
 
     unit: str
@@ -78,7 +78,9 @@ class OneOf:
         """Check a value."""
         if value not in self.words:
             expected = " or ".join(map(repr, self.words))
-            raise InputError(f"{type(of).__name__}: {attribute.name} is {value!r}; expected {expected}")
+            raise InputError(
+                f"{type(of).__name__}: {attribute.name} is {value!r}; expected {expected}"
+            )
 
     @property
     def text(self) -> str:
@@ -142,7 +144,11 @@ class Field:
         unit = f" [{self.unit}]" if self.unit not in {"", "1"} else ""
         words = ":" if self.limits.startswith('"') else ""
         limits = f"{words} {self.limits}" if self.limits else ""
-        default = "" if self.needed or self.default in {None, "", ()} else f" (default {_toml(self.default)})"
+        default = (
+            ""
+            if self.needed or self.default in {None, "", ()}
+            else f" (default {_toml(self.default)})"
+        )
         return f"{self.name}{unit}{limits}{default}"
 
 
@@ -216,7 +222,9 @@ def markdown(kinds: Mapping[str, type], heading: str) -> str:
     """Return the Markdown table of classes and their keys for the documentation."""
     rows = [f"| {heading} | keys | |", "| --- | --- | --- |"]
     for name, kind in kinds.items():
-        keys = "; ".join(f"`{field.name}`{field.text.removeprefix(field.name)}" for field in list_fields(kind))
+        keys = "; ".join(
+            f"`{field.name}`{field.text.removeprefix(field.name)}" for field in list_fields(kind)
+        )
         rows.append(f'| `"{name}"` | {keys} | {about(kind).replace("|", chr(92) + "|")} |')
     return "\n".join(rows)
 
@@ -224,9 +232,16 @@ def markdown(kinds: Mapping[str, type], heading: str) -> str:
 def field_unit(kind: Any) -> str:
     """Return the declared unit of a field, empty if it has none."""
     if get_origin(kind) is Annotated:
-        return next((argument.unit for argument in get_args(kind)[1:] if isinstance(argument, Quantity)), "")
+        return next(
+            (argument.unit for argument in get_args(kind)[1:] if isinstance(argument, Quantity)), ""
+        )
     return next(
-        (unit for argument in get_args(kind) if argument is not NoneType and (unit := field_unit(argument))), ""
+        (
+            unit
+            for argument in get_args(kind)
+            if argument is not NoneType and (unit := field_unit(argument))
+        ),
+        "",
     )
 
 
@@ -236,4 +251,10 @@ def _limits(validator: Any) -> str:
 
 
 def _toml(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else f"{value}"
+    return (
+        f'"{value}"'
+        if isinstance(value, str)
+        else str(value).lower()
+        if isinstance(value, bool)
+        else f"{value}"
+    )

@@ -14,7 +14,8 @@ from historysim.basics.system import sync_folder
 from historysim.basics.wording import brief
 from historysim.errors import HistorySimError, InputError
 
-# Suffix of the name of a file while it is written: host and process of the writer, and a random number.
+# Suffix of the name of a file while it is written: host and process of the writer, and a random
+# number.
 UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
 
 
@@ -43,8 +44,9 @@ _CAUSES = {
 def write_errors(path: Path, partial: Path) -> Iterator[None]:
     """Turn any exception of a library that cannot write `partial` into one OSError with `path` and the reason.
 
-    Libraries report a full disk as almost anything: "NetCDF: HDF error", "Permission denied", an AttributeError in
-    their own clean-up. Errors with another cause, and those that name another file, are passed on.
+    Libraries report a full disk as almost anything: "NetCDF: HDF error", "Permission denied", an
+    AttributeError in their own clean-up. Errors with another cause, and those that name another
+    file, are passed on.
     """
     try:
         yield
@@ -105,8 +107,9 @@ def write_reason(error: OSError) -> str:
 def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     """Yield the path of an empty file that replaces another file when the block ends without an error.
 
-    The file is hidden in the same folder, and on the disk before it is renamed. Files of killed processes for the same
-    target are removed. InputError if `path` is a link, device or FIFO; an OSError names `path`, never the hidden file.
+    The file is hidden in the same folder, and on the disk before it is renamed. Files of killed
+    processes for the same target are removed. InputError if `path` is a link, device or FIFO; an
+    OSError names `path`, never the hidden file.
     """
     check_replaceable(path)
     tidy(path)
@@ -114,7 +117,9 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     temporary = path.with_name(f".{path.name}.{token}.part{ending}")
     try:
         with write_errors(path, temporary):
-            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
+            os.close(
+                os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666)
+            )
             yield temporary
             publish(temporary, path)
     finally:
@@ -134,17 +139,25 @@ def tidy(path: Path) -> None:
     with suppress(OSError):
         for partial in os.scandir(path.parent):
             match = UNFINISHED.match(partial.name, len(path.name) + 1)
-            if match is None or not partial.name.startswith(f".{path.name}.") or match["host"] != system.host():
+            if (
+                match is None
+                or not partial.name.startswith(f".{path.name}.")
+                or match["host"] != system.host()
+            ):
                 continue
             with suppress(OSError):
-                if is_own(partial.stat(follow_symlinks=False)) and not system.is_running(int(match["process"])):
+                if is_own(partial.stat(follow_symlinks=False)) and not system.is_running(
+                    int(match["process"])
+                ):
                     os.unlink(partial.path)  # noqa: PTH108 - of an entry
 
 
 def check_replaceable(path: Path) -> None:
     """Check that a path is free, a regular file or a folder; otherwise InputError."""
     if path.is_symlink():
-        raise InputError(f"{path}: is a link; expected the name of a file to write, such as that to which it leads")
+        raise InputError(
+            f"{path}: is a link; expected the name of a file to write, such as that to which it leads"
+        )
     try:
         mode = path.lstat().st_mode
     except (OSError, ValueError):
@@ -156,16 +169,20 @@ def check_replaceable(path: Path) -> None:
 def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()) -> int:
     """Open a file with a predictable name for reading and writing, created if missing; return its handle.
 
-    OSError unless it is a regular file of this user, with no other name, that is empty or begins as one of `begins`; a
-    `shared` file may belong to any user and have any contents.
+    OSError unless it is a regular file of this user, with no other name, that is empty or begins as
+    one of `begins`; a `shared` file may belong to any user and have any contents.
     """
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | system.NO_LINK | system.NO_WAIT, 0o666)
     except OSError as error:
         if path.is_symlink():
-            raise OSError(error.errno, f"{path.name} is a link, which is not followed; remove it", str(path)) from None
+            raise OSError(
+                error.errno, f"{path.name} is a link, which is not followed; remove it", str(path)
+            ) from None
         if path.is_dir():
-            raise OSError(error.errno, f"{path.name} is a folder; move it away", str(path)) from None
+            raise OSError(
+                error.errno, f"{path.name} is a folder; move it away", str(path)
+            ) from None
         raise
     status, number, problem = os.fstat(handle), 0, ""
     if not (is_own(status) or (shared and stat.S_ISREG(status.st_mode))):
@@ -183,7 +200,11 @@ def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()
 
 def is_own(status: os.stat_result) -> bool:
     """Return True if a file is regular, belongs to this user, and has no other name."""
-    return stat.S_ISREG(status.st_mode) and status.st_nlink == 1 and status.st_uid == system.user(status)
+    return (
+        stat.S_ISREG(status.st_mode)
+        and status.st_nlink == 1
+        and status.st_uid == system.user(status)
+    )
 
 
 def as_path(path: "str | os.PathLike[str]") -> Path:
@@ -237,25 +258,35 @@ def list_file_set(path: Path, endings: Collection[str]) -> list[Path]:
     Raises InputError: no file, or a folder with files of different endings.
     """
     if path.is_dir():
-        files = [file for file in path.iterdir() if file.suffix.lower() in endings and not file.name.startswith(".")]
+        files = [
+            file
+            for file in path.iterdir()
+            if file.suffix.lower() in endings and not file.name.startswith(".")
+        ]
         found = sorted({file.suffix for file in files})
         if len(found) > 1:
             expected = f"expected one of them, as in {path.name}/*{found[0]}"
-            raise InputError(f"{path.name}: is a folder of files that end in {', '.join(found)}; {expected}")
+            raise InputError(
+                f"{path.name}: is a folder of files that end in {', '.join(found)}; {expected}"
+            )
     else:
         # brackets are part of a name
         pattern = re.sub(r"\[", "[[]", str(path))
         files = [Path(name) for name in glob.glob(pattern, recursive=True) if is_file(Path(name))]  # noqa: PTH207 - absolute patterns
     if not files:
         problem = "has no file of numbers" if path.is_dir() else "no file has such a name"
-        raise InputError(f"{path.name}: {problem}; expected one or more in {path.absolute().parent}")
+        raise InputError(
+            f"{path.name}: {problem}; expected one or more in {path.absolute().parent}"
+        )
     return sorted(files, key=_natural_order)
 
 
 def _natural_order(path: Path) -> tuple[list[tuple[int, int, str]], str]:
     """Sort key of a path, in which digits count as a number."""
     parts = re.findall(r"[0-9]{1,300}|[^0-9]+", str(path))
-    return [(0, int(part), "") if part.isdecimal() else (1, 0, part.casefold()) for part in parts], str(path)
+    return [
+        (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold()) for part in parts
+    ], str(path)
 
 
 def path_state(path: Path) -> str:
@@ -322,8 +353,9 @@ def beginning(path: Path, size: int = 16) -> bytes:
 class WriterLock:
     """Advisory lock on the file itself, which remains when it is renamed; the system releases it in any case.
 
-    SQLite locks otherwise (POSIX record locks, not ``flock``), so readers do not meet it. With `make`, the file is made
-    where there is none. OSError: another writer has it, or the file cannot be opened to write.
+    SQLite locks otherwise (POSIX record locks, not ``flock``), so readers do not meet it. With
+    `make`, the file is made where there is none. OSError: another writer has it, or the file cannot
+    be opened to write.
     """
 
     def __init__(self, path: Path, *, make: bool = False, begins: tuple[bytes, ...] = ()) -> None:
@@ -331,11 +363,15 @@ class WriterLock:
         self._handle: int | None = None
         free = True
         while free and self._handle is None:
-            self._handle = own_file(path, begins=begins) if make else os.open(path, os.O_RDWR | system.OWN)
+            self._handle = (
+                own_file(path, begins=begins) if make else os.open(path, os.O_RDWR | system.OWN)
+            )
             try:
                 free = system.lock_file(self._handle)
                 # the file may have been renamed or replaced between the two calls
-                same = free and path.exists() and os.path.samestat(os.fstat(self._handle), path.stat())
+                same = (
+                    free and path.exists() and os.path.samestat(os.fstat(self._handle), path.stat())
+                )
             except BaseException:
                 self.release()
                 raise

@@ -1,7 +1,8 @@
 """Safe reading of foreign HDF5 and netCDF files: a separate process reads them first, since damage may end or block it.
 
-HDF5 ends the process at some damaged indices of chunks, and netCDF at groups that hold themselves; a damaged heap of
-attributes is read without end. What ends well in the other process is safe to open in this one.
+HDF5 ends the process at some damaged indices of chunks, and netCDF at groups that hold themselves;
+a damaged heap of attributes is read without end. What ends well in the other process is safe to
+open in this one.
 """
 
 import contextlib
@@ -18,7 +19,8 @@ from historysim.basics.system import ends_well
 from historysim.errors import InputError
 
 MOST_EMPTY = 1 << 26  # bytes that a dataset may claim whatever the size of its file
-MOST_RATIO = 100_000  # bytes that a dataset may claim for each of its file; compressing equal numbers gives some 10,000
+# bytes that a dataset may claim for each of its file; compressing equal numbers gives some 10,000
+MOST_RATIO = 100_000
 
 # Least chunks of a node of an index, and most values that are read of a variable.
 _CHUNKS_OF_A_NODE, _MOST_TOUCHED = 32, 1000
@@ -27,14 +29,22 @@ _CHUNKS_OF_A_NODE, _MOST_TOUCHED = 32, 1000
 def check_contained(path: Path, *, by_h5py: bool = False) -> None:
     """Check that a netCDF or HDF5 file can be read; any other file is left to its reader.
 
-    Reading that has no end, or ends the process, a dataset larger than its file, and other files are InputErrors.
+    Reading that has no end, or ends the process, a dataset larger than its file, and other files
+    are InputErrors.
     """
     if not is_netcdf(path):
         return
     # here, so that a copy of this process has it
     importlib.import_module("h5py" if by_h5py else "netCDF4")
     status = path.stat()
-    if not _ends_well(path.absolute(), by_h5py, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns):
+    if not _ends_well(
+        path.absolute(),
+        by_h5py,
+        status.st_ino,
+        status.st_size,
+        status.st_mtime_ns,
+        status.st_ctime_ns,
+    ):
         raise InputError(
             "is damaged: a process that reads it ends by a signal, or not within "
             f"{_seconds(status.st_size)} s ({describe_variable('HDF5_SECONDS')}); make it again, or restore it from a "
@@ -77,7 +87,9 @@ def read_by_h5py(path: Path) -> None:
     _visit_by_h5py(path, _read)
 
 
-def _read(names: Iterable[str], attribute: Callable[[str], Any], dataset: Any = None, chunks: Any = None) -> None:
+def _read(
+    names: Iterable[str], attribute: Callable[[str], Any], dataset: Any = None, chunks: Any = None
+) -> None:
     for name in names:
         with contextlib.suppress(Exception):
             attribute(name)
@@ -122,7 +134,9 @@ def _visit_by_h5py(path: Path, read: Callable[..., None]) -> None:
 
     def visit(name: str | bytes, item: Any) -> None:
         if isinstance(name, bytes):
-            raise InputError(f"has an object with the name {name!r}; expected names in UTF-8: it is damaged")
+            raise InputError(
+                f"has an object with the name {name!r}; expected names in UTF-8: it is damaged"
+            )
         _check_depth(name)
         dataset = item if isinstance(item, h5py.Dataset) else None
         if dataset is not None:
@@ -141,7 +155,9 @@ def _visit_by_h5py(path: Path, read: Callable[..., None]) -> None:
 
 def _check_depth(path: str) -> None:
     if path.count("/") > most("HDF5_DEPTH"):
-        raise InputError(f"has groups within groups, {path.count('/')} deep or more; {at_most('HDF5_DEPTH')}")
+        raise InputError(
+            f"has groups within groups, {path.count('/')} deep or more; {at_most('HDF5_DEPTH')}"
+        )
 
 
 def _touch(variable: Any, chunks: Any) -> None:

@@ -10,13 +10,17 @@ EARLIER = "# earlier places, which dir() leaves out"
 _IMPORT = re.compile(r"^from (\S+) import (\S+) as (\S+)", re.MULTILINE)
 
 
-def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def attach(
+    package: str, file: str
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` for a package with this ``__name__`` and ``__file__``.
 
-    The stub file of the package has a line ``from home import name as name`` for each name; names below the line
-    `EARLIER` can be imported but are not listed.
+    The stub file of the package has a line ``from home import name as name`` for each name; names
+    below the line `EARLIER` can be imported but are not listed.
     """
-    listed, _, earlier = Path(file).with_suffix(".pyi").read_text(encoding="utf-8").partition(EARLIER)
+    listed, _, earlier = (
+        Path(file).with_suffix(".pyi").read_text(encoding="utf-8").partition(EARLIER)
+    )
     homes = {name: (home, original) for home, original, name in _IMPORT.findall(listed + earlier)}
     names = sorted(name for *_, name in _IMPORT.findall(listed))
 
@@ -26,6 +30,10 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
         home, original = homes[name]
         module = importlib.import_module(home)
         # a module that has not been imported yet is not an attribute of its package
-        return vars(module)[original] if original in vars(module) else importlib.import_module(f"{home}.{original}")
+        return (
+            vars(module)[original]
+            if original in vars(module)
+            else importlib.import_module(f"{home}.{original}")
+        )
 
     return found, lambda: names, names

@@ -31,8 +31,9 @@ def pointer(array: npt.NDArray[Any]) -> Any:
 class OneAtATime:
     """Non-blocking guard of an object that is modified in place; ``with`` acquires and releases it.
 
-    It costs a third of a lock. In tight loops ``del guard.free[0]`` acquires it (IndexError if it is in use), and
-    ``guard.free.append(None)`` releases it; both are atomic. `what` is "the stepper: remedy".
+    It costs a third of a lock. In tight loops ``del guard.free[0]`` acquires it (IndexError if it
+    is in use), and ``guard.free.append(None)`` releases it; both are atomic. `what` is "the
+    stepper: remedy".
     """
 
     __slots__ = ("_what", "free")
@@ -44,7 +45,9 @@ class OneAtATime:
     def lock_error(self) -> InputError:
         """Return the error raised for a second caller."""
         subject, mend = self._what.split(": ", 1)
-        return InputError(f"{subject} is in use, by another thread or by a law that it calls; expected {mend}")
+        return InputError(
+            f"{subject} is in use, by another thread or by a law that it calls; expected {mend}"
+        )
 
     def __enter__(self) -> None:
         try:

@@ -6,7 +6,8 @@ from typing import IO
 
 from historysim.errors import InputError
 
-# Largest magnitude of numbers in computations, and smallest magnitude of numbers that scale others, in SI.
+# Largest magnitude of numbers in computations, and smallest magnitude of numbers that scale others,
+# in SI.
 LARGEST, SMALLEST = 1e60, 1e-60
 # Largest coefficient of friction: HS_MOST_FRICTION of the C library, which gives the reason.
 MOST_FRICTION = 1e4
@@ -22,7 +23,8 @@ LIMITS = {
     "COLUMNS": 20_000,  # of a table that is listed
     "SECONDS_OF_VALIDATION": 3,  # of walking the loads
     "HDF5_DEPTH": 32,  # groups within groups
-    "HDF5_SECONDS": 5,  # of a processor, and two more for each MB up to 60, to read how a file is laid out
+    # of a processor, and two more for each MB up to 60, to read how a file is laid out
+    "HDF5_SECONDS": 5,
     "UNPACKED_BYTES": 1 << 28,  # of what a file holds compressed, or 100 times its size
 }
 
@@ -63,7 +65,8 @@ def check_unpacked(unpacked: int, packed: int) -> None:
 def check_archive(file: Path | IO[bytes], *, trusted: bool = True) -> None:
     """Raise InputError if a ZIP archive unpacks to more bytes than allowed; other files are not checked.
 
-    `trusted` if the reader of the archive reads no more of a member than the stated size; otherwise each is unpacked.
+    `trusted` if the reader of the archive reads no more of a member than the stated size; otherwise
+    each is unpacked.
     """
     # imported here, since most commands do not read archives
     import zipfile

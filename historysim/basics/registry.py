@@ -33,13 +33,14 @@ class Provider:
 class Registry(Mapping[str, T], Generic[T]):
     """Classes by their names in scenarios and logs.
 
-    Classes of this package are registered when their modules are imported: a lookup of one name imports only modules
-    that contain it in quotes. Classes of other packages are entry points of a group, which are read at each lookup
-    without a cache; they never replace a name of this package.
+    Classes of this package are registered when their modules are imported: a lookup of one name
+    imports only modules that contain it in quotes. Classes of other packages are entry points of a
+    group, which are read at each lookup without a cache; they never replace a name of this package.
     """
 
-    #: Group of entry points, as ``"historysim.laws"``; common base class, as ``"module:Class"``; noun in messages;
-    #: packages and modules of this package with such classes; class variable that holds the name.
+    #: Group of entry points, as ``"historysim.laws"``; common base class, as ``"module:Class"``;
+    #: noun in messages; packages and modules of this package with such classes; class variable that
+    #: holds the name.
     def __init__(self, group: str, base: str, noun: str, *homes: str, label: str = "kind") -> None:
         self.group, self.noun, self._base, self._homes, self.label = group, noun, base, homes, label
         self._known: dict[str, T] = {}
@@ -57,7 +58,9 @@ class Registry(Mapping[str, T], Generic[T]):
         registered = self._known.get(name)
         # a class definition that is executed again, as in a notebook, replaces the earlier one
         if registered is not None and _full_name(registered) != _full_name(kind):
-            raise InputError(f"the {self.noun} {name!r} is {_full_name(registered)} already; expected another name")
+            raise InputError(
+                f"the {self.noun} {name!r} is {_full_name(registered)} already; expected another name"
+            )
         self._known[name] = kind
         return kind
 
@@ -98,10 +101,15 @@ class Registry(Mapping[str, T], Generic[T]):
         # a name of another subclass is not a misspelling
         word = "" if is_known or not isinstance(name, str) else name
         names = self.names(among)
-        matches = [candidate for candidate in names if word.lower() in getattr(self[candidate], "also_called", ())]
+        matches = [
+            candidate
+            for candidate in names
+            if word.lower() in getattr(self[candidate], "also_called", ())
+        ]
         remedy = f"did you mean {matches[0]!r}?" if matches else nearest(word, names)
         entry_point_hint = (
-            f"; one of your own is an entry point of {self.group!r}, see 'How to add' in historysim/README.md"
+            f"; one of your own is an entry point of {self.group!r}, "
+            "see 'How to add' in historysim/README.md"
         )
         hint = "" if matches or is_known or remedy.startswith("did") else entry_point_hint
         raise InputError(f"{format_value(name)}; {remedy}{hint}")
@@ -115,7 +123,9 @@ class Registry(Mapping[str, T], Generic[T]):
         if point is not None and point.dist is not None and point.module == module:
             return Provider(point.dist.name, point.dist.version)
         top = module.split(".")[0]
-        return Provider(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
+        return Provider(
+            module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False
+        )
 
     def import_own(self, name: str | None = None) -> None:
         """Import the modules of this package that register classes; for one name, modules that contain it in quotes."""
@@ -139,8 +149,12 @@ class Registry(Mapping[str, T], Generic[T]):
         for point in entry_points(group=self.group):
             registered = points.setdefault(point.name, point)
             if registered.value != point.value:
-                packages = " and ".join(str(declared.dist and declared.dist.name) for declared in (registered, point))
-                raise InputError(f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them")
+                packages = " and ".join(
+                    str(declared.dist and declared.dist.name) for declared in (registered, point)
+                )
+                raise InputError(
+                    f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them"
+                )
         return points
 
     def _load_entry_point(self, point: "EntryPoint") -> T:
@@ -148,10 +162,15 @@ class Registry(Mapping[str, T], Generic[T]):
         try:
             kind: Any = point.load()
         except Exception as error:
-            raise InputError(f"{subject} cannot be loaded from {point.value} ({error}); repair or update it") from error
+            raise InputError(
+                f"{subject} cannot be loaded from {point.value} ({error}); repair or update it"
+            ) from error
         module, _, name = self._base.partition(":")
         base = getattr(importlib.import_module(module), name)
-        if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, self.label, None) != point.name:
+        if (
+            not (isinstance(kind, type) and issubclass(kind, base))
+            or getattr(kind, self.label, None) != point.name
+        ):
             raise InputError(
                 f"{subject} is {kind!r}; expected a subclass of {module}.{name} with {self.label} = {point.name!r}"
             )

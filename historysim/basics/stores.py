@@ -1,7 +1,7 @@
 """Zarr stores on disk: checksums of their metadata, missing chunks, foreign members, and replacement.
 
-Chunks have checksums of their own (crc32c). The group ``checksums`` holds those of all other files; a store that
-another program has written has no such group.
+Chunks have checksums of their own (crc32c). The group ``checksums`` holds those of all other files;
+a store that another program has written has no such group.
 """
 
 import hashlib
@@ -18,7 +18,11 @@ CHECKSUMS, METADATA = "checksums", "zarr.json"
 
 
 def _text(digests: Mapping[str, str]) -> bytes:
-    group = {"zarr_format": 3, "node_type": "group", "attributes": {"sha256": dict(sorted(digests.items()))}}
+    group = {
+        "zarr_format": 3,
+        "node_type": "group",
+        "attributes": {"sha256": dict(sorted(digests.items()))},
+    }
     return json.dumps(group, indent=1).encode()
 
 
@@ -28,7 +32,9 @@ def _digest(path: Path) -> str:
 
 def write_checksums(store: Path) -> None:
     """Write the checksums of the metadata of all members of a complete store."""
-    digests = {str(path.relative_to(store).as_posix()): _digest(path) for path in store.rglob(METADATA)}
+    digests = {
+        str(path.relative_to(store).as_posix()): _digest(path) for path in store.rglob(METADATA)
+    }
     (store / CHECKSUMS).mkdir()
     (store / CHECKSUMS / METADATA).write_bytes(_text(digests))
 
@@ -76,7 +82,9 @@ def _chunks(path: Path) -> Iterator[Path]:
     if metadata["node_type"] != "array":
         return
     sizes = metadata["chunk_grid"]["configuration"]["chunk_shape"]
-    counts = (range(-(-length // size)) for length, size in zip(metadata["shape"], sizes, strict=True))
+    counts = (
+        range(-(-length // size)) for length, size in zip(metadata["shape"], sizes, strict=True)
+    )
     for position in itertools.product(*counts):
         yield path.parent.joinpath("c", *map(str, position))
 
@@ -102,5 +110,7 @@ def identify(store: Path) -> tuple[int, ...]:
     try:
         status = (store / METADATA).stat()
     except OSError as error:
-        raise InputError(f"{store}: is not there any more ({error.strerror}); open it again") from error
+        raise InputError(
+            f"{store}: is not there any more ({error.strerror}); open it again"
+        ) from error
     return status.st_dev, status.st_ino, status.st_mtime_ns

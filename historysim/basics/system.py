@@ -1,7 +1,8 @@
 """Differences between operating systems: locks, links, syncing a folder, replacing open files, copies of processes.
 
-Windows has no ``flock`` (a byte far beyond the end is locked instead), no ``fork`` and no limit of processor time, and
-does not replace open files. All systems release locks and close files whenever a process ends.
+Windows has no ``flock`` (a byte far beyond the end is locked instead), no ``fork`` and no limit of
+processor time, and does not replace open files. All systems release locks and close files whenever
+a process ends.
 """
 
 import contextlib
@@ -33,15 +34,22 @@ except ImportError:
 # Flags to open a file in binary mode, without inheritance by child processes.
 OWN = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 NO_LINK = OWN | getattr(os, "O_NOFOLLOW", 0)  # the same flags, without following links
-# True if a process can be copied (``fork``) regardless of its libraries; libraries of macOS may abort in the copy.
+# True if a process can be copied (``fork``) regardless of its libraries; libraries of macOS may
+# abort in the copy.
 COPIES_PROCESSES = sys.platform == "linux"
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # flag to open a possible FIFO without waiting for a writer
-REPLACES_OPEN_FILES = os.name == "posix"  # True if a file can be renamed and replaced while it is open
+# True if a file can be renamed and replaced while it is open
+REPLACES_OPEN_FILES = os.name == "posix"
 
-# Held while SQLite runs, which has locks of its own: a fork waits for it, so that these are free in the copy.
+# Held while SQLite runs, which has locks of its own: a fork waits for it, so that these are free in
+# the copy.
 fork_lock = threading.RLock()
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(before=fork_lock.acquire, after_in_parent=fork_lock.release, after_in_child=fork_lock.release)
+    os.register_at_fork(
+        before=fork_lock.acquire,
+        after_in_parent=fork_lock.release,
+        after_in_child=fork_lock.release,
+    )
 
 _FAR = 1 << 43  # offset beyond the end of any file, within the addressable range of disks
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
@@ -191,7 +199,8 @@ def _lower_limit(kind: int, limit: int) -> None:
         resource.setrlimit(kind, (min(limits), hard))
 
 
-# Bytes by which a process that reads a file reports its progress. Exit codes are lost if the parent ignores SIGCHLD.
+# Bytes by which a process that reads a file reports its progress. Exit codes are lost if the parent
+# ignores SIGCHLD.
 _BEGUN, _DONE = b"b", b"d"
 
 
@@ -217,7 +226,10 @@ def copy_ends_well(read: Callable[[], None], seconds: float) -> bool | None:
         sender = -1
         # another thread may have forked meanwhile and inherited the end of the pipe
         reports, deadline = b"", time.monotonic() + seconds + 1
-        while not reports.endswith(_DONE) and select.select([receiver], [], [], max(deadline - time.monotonic(), 0))[0]:
+        while (
+            not reports.endswith(_DONE)
+            and select.select([receiver], [], [], max(deadline - time.monotonic(), 0))[0]
+        ):
             report = os.read(receiver, 1)
             if not report:
                 break
@@ -236,7 +248,8 @@ def _interpret_reports(reports: bytes) -> bool | None:
     return reports.endswith(_DONE) if reports.startswith(_BEGUN) else None
 
 
-# Largest default number of threads: the single thread that integrates the history needs a quarter of a replay.
+# Largest default number of threads: the single thread that integrates the history needs a quarter
+# of a replay.
 MOST_THREADS = 4
 
 
@@ -263,14 +276,16 @@ system.carry_out(system.limit_task(read, seconds), lambda report: os.write(sende
 def ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool:
     """Return True if a process that reads a file by a function of a module ends normally within this processor time.
 
-    A library may loop on a damaged file, or abort the process. Also True if the system starts no process: the file is
-    then read without this precaution.
+    A library may loop on a damaged file, or abort the process. Also True if the system starts no
+    process: the file is then read without this precaution.
     """
     well = None
     if COPIES_PROCESSES:
         # a copy of this process has all libraries loaded, but deadlocks on locks of other threads
         with contextlib.suppress(OSError):
-            well = copy_ends_well(limit_task(functools.partial(read, path), seconds), _SLOWER * seconds)
+            well = copy_ends_well(
+                limit_task(functools.partial(read, path), seconds), _SLOWER * seconds
+            )
     if well is None or (not well and threading.active_count() > 1):
         well = _started_ends_well(read, path, seconds)
     return well is not False

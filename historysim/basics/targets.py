@@ -1,8 +1,9 @@
 """Rules for output files, and the formats by which existing outputs are recognised.
 
-An output is never a file that the command reads. An existing file is replaced only if it has the format that the
-command writes, or with force. An output is never a folder, link, device, FIFO or socket. A zarr store is a folder; it
-replaces only an earlier store of this program, with force, if nobody has added a member to it.
+An output is never a file that the command reads. An existing file is replaced only if it has the
+format that the command writes, or with force. An output is never a folder, link, device, FIFO or
+socket. A zarr store is a folder; it replaces only an earlier store of this program, with force, if
+nobody has added a member to it.
 """
 
 from collections.abc import Callable, Iterable
@@ -41,7 +42,9 @@ class Output(NamedTuple):
             if ending.lower() in form.endings:
                 return form
         endings = " or ".join(known_ending for form in self.forms for known_ending in form.endings)
-        raise InputError(f"{self.path}: {ending or 'no'} ending; expected {endings}, by which it is written")
+        raise InputError(
+            f"{self.path}: {ending or 'no'} ending; expected {endings}, by which it is written"
+        )
 
 
 def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bool = False) -> None:
@@ -55,7 +58,9 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
         is_store = STORE in output.forms and is_store_name(path)
         check_place(path, store=is_store)
         if any(is_same(path, read_path) for read_path in used):
-            raise InputError(f"{path}: would overwrite an input of the command; choose another name (-o)")
+            raise InputError(
+                f"{path}: would overwrite an input of the command; choose another name (-o)"
+            )
         if is_store and path.is_dir():
             check_store_replaceable(path, force=force)
         form = output.form
@@ -74,7 +79,9 @@ def check_place(path: Path, *, store: bool = False) -> None:
     except (OSError, ValueError) as error:
         raise InputError(f"{str(path)!r}: cannot be the name of a file here ({error})") from error
     if store and (is_folder or is_file(path)) and not STORE.is_own(path):
-        raise InputError(f"{path}: exists already and is not {STORE.name}; choose another name, or remove it")
+        raise InputError(
+            f"{path}: exists already and is not {STORE.name}; choose another name, or remove it"
+        )
     if is_folder and not store:
         raise InputError(f"{path}: is a folder; expected the name of a file to write")
     if not is_folder:
@@ -93,7 +100,9 @@ def check_store_replaceable(path: Path, *, force: bool) -> None:
     try:
         member = foreign_member(path)
     except (InputError, OSError, ValueError) as error:
-        raise InputError(f"{path}: is damaged, so that it is not replaced ({error}); remove it yourself") from error
+        raise InputError(
+            f"{path}: is damaged, so that it is not replaced ({error}); remove it yourself"
+        ) from error
     if member:
         raise InputError(
             f"{path}: holds {quote(member)}, which this version of historysim has not written, so that it is not "
@@ -137,9 +146,13 @@ def format_without_mark(name: str, *endings: str) -> OutputFormat:
 
 
 RESULT = netcdf("a result of historysim")
-STORE = OutputFormat("a zarr store of historysim", (".zarr",), lambda path: is_zarr(path) and _is_own_store(path))
+STORE = OutputFormat(
+    "a zarr store of historysim", (".zarr",), lambda path: is_zarr(path) and _is_own_store(path)
+)
 LOG = signed_format(
-    "the log of a run", ".history", mark=b"CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER"
+    "the log of a run",
+    ".history",
+    mark=b"CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER",
 )
 PICTURE = signed_format("a picture of historysim", ".png", ".pdf", ".svg")
 PAGE = signed_format("a page of historysim", ".html", ".htm")
@@ -153,7 +166,10 @@ def is_store_name(path: Path) -> bool:
 
 
 def _is_own_store(path: Path) -> bool:
-    return any(b'"historysim_version"' in beginning(path / name, LOOKED_AT) for name in ("zarr.json", ".zattrs"))
+    return any(
+        b'"historysim_version"' in beginning(path / name, LOOKED_AT)
+        for name in ("zarr.json", ".zattrs")
+    )
 
 
 def _read_ends(path: Path) -> bytes:
@@ -179,8 +195,12 @@ def _content(path: Path) -> str | None:
         check_contained(path)
         with netCDF4.Dataset(path) as file:
             attributes = {
-                name: str(file.getncattr(name)) for name in ("source", "history", "content") if name in file.ncattrs()
+                name: str(file.getncattr(name))
+                for name in ("source", "history", "content")
+                if name in file.ncattrs()
             }
-            if "historysim_version" in file.ncattrs() or any("historysim" in text for text in attributes.values()):
+            if "historysim_version" in file.ncattrs() or any(
+                "historysim" in text for text in attributes.values()
+            ):
                 return attributes.get("content", "")
     return None

@@ -55,7 +55,8 @@ _NAMES = {
     "kg": "mass",
     "rad": "rotation",
 }
-# SI unit of function arguments, which also accept strings with units; a name has one meaning in all functions.
+# SI unit of function arguments, which also accept strings with units; a name has one meaning in all
+# functions.
 UNIT_OF = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
@@ -105,13 +106,19 @@ def to_si(value: Any, unit: str) -> Any:
         return quantity(value, unit)
     if has_unit(value):
         # "J m-2" in the notation of pint, with ** for powers
-        notation = "dimensionless" if unit == "1" else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
+        notation = (
+            "dimensionless"
+            if unit == "1"
+            else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
+        )
         try:
             # the magnitude may be a decimal or a fraction
             return as_float(value.to(notation).magnitude)
         # errors of pint derive from one of these
         except (TypeError, ValueError, AttributeError):
-            raise InputError(f"{quote(str(value))} has another unit; expected {_describe_with_unit(unit)}") from None
+            raise InputError(
+                f"{quote(str(value))} has another unit; expected {_describe_with_unit(unit)}"
+            ) from None
     values = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
     if isinstance(values, list | tuple) and not all(map(is_number, values)):
         return [to_si(element, unit) for element in values]
@@ -129,8 +136,8 @@ def convert_each(convert: Callable[[Any], Any], value: Any) -> Any:
     return tuple(map(convert, value)) if is_list else convert(value)
 
 
-# Converters of attrs fields, one function per unit for type checkers. They return a number in SI, and values other than
-# numbers, strings and quantities unchanged, as `as_float` does.
+# Converters of attrs fields, one function per unit for type checkers. They return a number in SI,
+# and values other than numbers, strings and quantities unchanged, as `as_float` does.
 
 
 def newtons(value: float | str | PhysicalQuantity) -> float:
@@ -200,15 +207,18 @@ def warn_large_radius(name: str, radius: float, *, stacklevel: int) -> None:
 def quantity(value: float | str, unit: str) -> float:
     """Convert a string with a unit, such as ``"50 mN"``, to an SI unit; a number is already in SI.
 
-    A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``. A plain number (``"1"``) must not
-    be a string. InputError for other types, another dimension, or a number that is not finite.
+    A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``. A plain
+    number (``"1"``) must not be a string. InputError for other types, another dimension, or a
+    number that is not finite.
     """
     if is_number(value):
         return _finite(value, value)
     if unit == "1" or not isinstance(value, str):
         plain = " such as 0.2, without quotes or a unit" if unit == "1" else ""
         type_name = "string" if isinstance(value, str) else type(value).__name__
-        raise InputError(f"{quote(value)} is a {type_name}; expected {_describe_with_unit(unit)}{plain}")
+        raise InputError(
+            f"{quote(value)} is a {type_name}; expected {_describe_with_unit(unit)}{plain}"
+        )
     kind, sample = _kind(unit)
     string = value.strip()
     match = _NUMBER.match(string)
@@ -231,7 +241,8 @@ def quantity(value: float | str, unit: str) -> float:
         raise InputError(f"{quote(value)}: {error}") from None
     if plain_number == 0:
         return 0.0
-    # the product of decimals is rounded once, so it equals the float of the same quantity written in SI
+    # the product of decimals is rounded once, so it equals the float of the same quantity written
+    # in SI
     return _finite(Decimal(number) * Decimal(repr(factor)), value)
 
 
@@ -253,14 +264,20 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     si, si_dimension = _product(unit)
     if dimension != si_dimension:
         signal = any(dimension == _product(symbol)[1] for symbol in ("V", "A"))
-        meant = f"; for the signal of a sensor write the value of 1 {unit_text}, as '2.5 {sample}'" if signal else ""
+        meant = (
+            f"; for the signal of a sensor write the value of 1 {unit_text}, as '2.5 {sample}'"
+            if signal
+            else ""
+        )
         raise InputError(f"{text} is not a unit of {kind}; {expected}{meant}")
     try:
         factor = float(size / si)
     except OverflowError:
         factor = math.inf
     if not 0 < factor < math.inf:
-        raise InputError(f"{text} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
+        raise InputError(
+            f"{text} is {factor:g} {unit}; expected a positive, finite unit such as {sample}"
+        )
     return factor
 
 
@@ -268,11 +285,25 @@ _Dimension = dict[str, Fraction]  # exponents of base units, by their names in p
 _Unit = tuple[Fraction, _Dimension]
 
 # Units with prefixes, which cover most data without loading pint.
-_BASES = {"m": "meter", "kg": "kilogram", "s": "second", "A": "ampere", "K": "kelvin", "rad": "radian"}
-_PREFIXED = {**dict.fromkeys("msAK"), "rad": None, "g": "1e-3 kg", "Hz": "s-1", "N": "kg m s-2", "Pa": "N m-2"}
+_BASES = {
+    "m": "meter",
+    "kg": "kilogram",
+    "s": "second",
+    "A": "ampere",
+    "K": "kelvin",
+    "rad": "radian",
+}
+_PREFIXED = {
+    **dict.fromkeys("msAK"),
+    "rad": None,
+    "g": "1e-3 kg",
+    "Hz": "s-1",
+    "N": "kg m s-2",
+    "Pa": "N m-2",
+}
 _PREFIXED |= {"J": "N m", "W": "J s-1", "V": "W A-1"}
-# Other units of instruments, without prefixes, and units that pint defines differently: mil as an angle, rpm as 2 π
-# radians a minute, and nmile as a billionth of a mile.
+# Other units of instruments, without prefixes, and units that pint defines differently: mil as an
+# angle, rpm as 2 π radians a minute, and nmile as a billionth of a mile.
 _DEFINED = {
     "%": "0.01",
     "min": "60 s",
@@ -297,7 +328,13 @@ _DEFINED = {
     "psi": "lbf / in^2",
     **dict.fromkeys(("°", "deg", "degree"), "0.017453292519943296 rad"),
 }
-_POWERS_OF_TEN = {prefix: power for power, prefix in _PREFIXES.items()} | {"μ": -6, "u": -6, "c": -2, "d": -1, "h": 2}
+_POWERS_OF_TEN = {prefix: power for power, prefix in _PREFIXES.items()} | {
+    "μ": -6,
+    "u": -6,
+    "c": -2,
+    "d": -1,
+    "h": 2,
+}
 _TERM = re.compile(
     r"(?P<over>\s*(?:/|\bper\b)\s*)|(?P<open>\()|(?P<close>\))"
     r"|(?P<number>[0-9]{1,18}(?:\.[0-9]{1,18})?(?:[eE][+-]?[0-9]{1,3})?)"
@@ -353,7 +390,11 @@ def _product(text: str, named: Callable[[str], _Unit] | None = None) -> _Unit:
             raised = Fraction((term["power"] or "1").translate(_RAISED).lstrip("^*"))
             power = raised * sign * outer[-1] / (2 if term["root"] else 1)
             # the root of a prefixed unit, such as a millimetre, is not a fraction
-            factor *= size ** int(power) if power.denominator == 1 else Fraction(float(size) ** float(power))
+            factor *= (
+                size ** int(power)
+                if power.denominator == 1
+                else Fraction(float(size) ** float(power))
+            )
             for base, exponent in dimension.items():
                 powers[base] = powers.get(base, 0) + exponent * power
             sign = 1
@@ -378,12 +419,18 @@ def _look_up(name: str) -> _Unit:
     # names may have any case, as "Newton"; the case of symbols is significant
     for spelling in (name, name.replace("_", ""), name.lower() if len(name) > 3 else name):
         try:
-            size, zero = (registry.Quantity(Decimal(number), spelling).to_base_units() for number in (1, 0))
+            size, zero = (
+                registry.Quantity(Decimal(number), spelling).to_base_units() for number in (1, 0)
+            )
         except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError):
             continue
         if zero.magnitude != 0:
-            raise _OffsetError(f"does not start from zero (0 {name} is {zero:~g}), so no factor converts it")
-        return Fraction(size.magnitude), {base: Fraction(exponent) for base, exponent in size.unit_items()}
+            raise _OffsetError(
+                f"does not start from zero (0 {name} is {zero:~g}), so no factor converts it"
+            )
+        return Fraction(size.magnitude), {
+            base: Fraction(exponent) for base, exponent in size.unit_items()
+        }
     raise LookupError(_UNKNOWN)
 
 
@@ -410,7 +457,11 @@ def _pint() -> tuple[Any, Any]:
 
 def _suggest_unit(text: str, unit: str) -> str:
     """Suggest a replacement of an unknown unit: a unit that differs by capitals only, otherwise a sample."""
-    near = [f"{prefix}{unit}" for prefix in _POWERS_OF_TEN if f"{prefix}{unit}".lower() == text.strip().lower()]
+    near = [
+        f"{prefix}{unit}"
+        for prefix in _POWERS_OF_TEN
+        if f"{prefix}{unit}".lower() == text.strip().lower()
+    ]
     if near and unit in _PREFIXED:
         return f"did you mean {' or '.join(map(repr, near))}?"
     return f"expected a unit such as {_kind(unit)[1]}, with its exact capitals: mN is not MN"
@@ -500,7 +551,9 @@ def _finite(number: float | Decimal | str, original: object) -> float:
     try:
         result = float(number)
     except OverflowError:
-        raise InputError("an integer beyond the largest float; expected less than 1.8e308 in SI") from None
+        raise InputError(
+            "an integer beyond the largest float; expected less than 1.8e308 in SI"
+        ) from None
     if not math.isfinite(result):
         raise InputError(
             f"{quote(original)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"

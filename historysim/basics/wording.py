@@ -27,7 +27,9 @@ def nearest(word: str, candidates: Collection[str], *, in_file: bool = False) ->
     plain = {candidate.lower(): candidate for candidate in reversed([*candidates])}
     match = difflib.get_close_matches(word.lower(), plain, n=1) if len(word) > 1 else []
     # part of a compound name, such as "stiffness" of "tangential-stiffness"
-    match = match or [candidate for candidate in plain if len(word) > 3 and word.lower() in candidate]
+    match = match or [
+        candidate for candidate in plain if len(word) > 3 and word.lower() in candidate
+    ]
     if match:
         most = 1 if in_file else 2
         return f"did you mean {' or '.join(quote(plain[candidate]) for candidate in match[:most])}?"
@@ -111,7 +113,8 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(
-        character if _is_plain(character) else character.encode("unicode_escape").decode() for character in text
+        character if _is_plain(character) else character.encode("unicode_escape").decode()
+        for character in text
     )
 
 
@@ -122,8 +125,8 @@ def _is_plain(character: str) -> bool:
 def columns(rows: Sequence[Sequence[str]], width: int = 0) -> str:
     """Format a table with aligned columns.
 
-    A table that is wider than ``width`` characters has its last column wrapped, or is split into blocks that repeat its
-    first column.
+    A table that is wider than ``width`` characters has its last column wrapped, or is split into
+    blocks that repeat its first column.
     """
     rows = [[printable(text) for text in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -135,7 +138,8 @@ def columns(rows: Sequence[Sequence[str]], width: int = 0) -> str:
             blocks = _fitting_blocks(widths, width)
             return "\n\n".join(columns([[row[0], *row[block]] for row in rows]) for block in blocks)
     return "\n".join(
-        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
+        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
     )
 
 
@@ -169,9 +173,12 @@ def html_of_fields(instance: Any) -> str:
     fields = [field for field in attrs.fields(type(instance)) if field.repr]
     values = (getattr(instance, field.name) for field in fields)
     texts = (
-        field.repr(value) if callable(field.repr) else repr(value) for field, value in zip(fields, values, strict=True)
+        field.repr(value) if callable(field.repr) else repr(value)
+        for field, value in zip(fields, values, strict=True)
     )
-    return html_table((field.name.replace("_", " "), text) for field, text in zip(fields, texts, strict=True))
+    return html_table(
+        (field.name.replace("_", " "), text) for field, text in zip(fields, texts, strict=True)
+    )
 
 
 def _cells(tag: str, texts: Iterable[str]) -> str:
@@ -231,14 +238,17 @@ def warn(notice: str) -> None:
 
 
 @contextmanager
-def progress_bar(shown: bool, unit: str, total: int | None = None, **options: Any) -> Iterator[Callable[..., object]]:
+def progress_bar(
+    shown: bool, unit: str, total: int | None = None, **options: Any
+) -> Iterator[Callable[..., object]]:
     """Show a tqdm progress bar if standard error is a terminal; yield a function of completed units and their total."""
     if not (shown and sys.stderr is not None and sys.stderr.isatty()):
         yield lambda *_: None
         return
     from tqdm import tqdm
 
-    # the default lock of tqdm is shared with forked processes, which deadlock if its holder is killed
+    # the default lock of tqdm is shared with forked processes, which deadlock if its holder is
+    # killed
     tqdm.set_lock(threading.RLock())
     tqdm.monitor_interval = 0
     with tqdm(unit=unit, total=total, **options) as bar:

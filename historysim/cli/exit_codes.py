@@ -42,7 +42,11 @@ def _command_error(error: BaseException) -> CommandError | None:
     if isinstance(error, KeyboardInterrupt):
         return CommandError(str(error) or INTERRUPTED, code=130)
     # after an interrupt the cleanup itself may fail
-    return CommandError(INTERRUPTED, code=130) if isinstance(error.__context__, KeyboardInterrupt) else None
+    return (
+        CommandError(INTERRUPTED, code=130)
+        if isinstance(error.__context__, KeyboardInterrupt)
+        else None
+    )
 
 
 def _show_as_note(show_warning: Callable[..., None]) -> Callable[..., None]:
@@ -71,11 +75,20 @@ def _with_fix(error: click.UsageError) -> click.UsageError:
         fix = set_key if "--set" in options else "Options of a command follow its name."
         return click.UsageError(f"No such option: {error.option_name}. {fix}", error.ctx)
     if extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", error.message):
-        names = " ".join(item.human_readable_name for item in parameters if isinstance(item, click.Argument))
-        forms = {"--at": f"a time is given as --at {extra[1]}", "-o": f"a file to write as -o {extra[1]}"}
+        names = " ".join(
+            item.human_readable_name for item in parameters if isinstance(item, click.Argument)
+        )
+        forms = {
+            "--at": f"a time is given as --at {extra[1]}",
+            "-o": f"a file to write as -o {extra[1]}",
+        }
         forms["--set"] = "a key of the scenario as --set KEY=VALUE"
-        fix = "; ".join([f"Expected only {names}", *(text for name, text in forms.items() if name in options)])
-        return click.UsageError(f"{error.message.rstrip('.')}. {fix}; a value with blanks needs quotes.", error.ctx)
+        fix = "; ".join(
+            [f"Expected only {names}", *(text for name, text in forms.items() if name in options)]
+        )
+        return click.UsageError(
+            f"{error.message.rstrip('.')}. {fix}; a value with blanks needs quotes.", error.ctx
+        )
     return error
 
 
@@ -88,9 +101,11 @@ GROUPS = {
     "The log": "verify state log shorten",
     "Reference": "table kinds",
 }
-COMMAND_FOR_SUFFIX = {".toml": "run", ".nc": "show", ".history": "log"}  # suggested if a file is given as command
+# suggested if a file is given as command
+COMMAND_FOR_SUFFIX = {".toml": "run", ".nc": "show", ".history": "log"}
 
-# Source of a command: its name if it differs from the function name, the function, and its first paragraph.
+# Source of a command: its name if it differs from the function name, the function, and its first
+# paragraph.
 _COMMAND = r'^@click\.command\((?:"([\w-]+)")?.*?^def (\w+)\(.*?"""(.*?)(?:\n\n|""")'
 
 
@@ -115,13 +130,19 @@ class Commands(click.Group):
         word, *further = args
         if word in self.sources or word.startswith("-"):
             if word == "log" and further and further[0] in GROUPS["The log"].split():
-                raise click.UsageError(f"Expected historysim {further[0]}, without log before it.", ctx)
+                raise click.UsageError(
+                    f"Expected historysim {further[0]}, without log before it.", ctx
+                )
             return super().resolve_command(ctx, args)
         if word == "help":
             raise click.UsageError(f"Expected historysim {' '.join([*further[:1], '--help'])}", ctx)
         if Path(word).is_file():
-            command = COMMAND_FOR_SUFFIX.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
-            raise click.UsageError(f"{word} is a file; expected a command before it: historysim {command}", ctx)
+            command = COMMAND_FOR_SUFFIX.get(
+                Path(word).suffix, "columns (a record) or historysim show (a height map)"
+            )
+            raise click.UsageError(
+                f"{word} is a file; expected a command before it: historysim {command}", ctx
+            )
         hint = nearest(word, self.sources)
         fix = hint if hint.startswith("did") else "expected a command listed by historysim --help"
         raise click.UsageError(f"No such command {word!r}; {fix}", ctx)
@@ -135,15 +156,23 @@ class Commands(click.Group):
         if cmd_name not in self.sources:
             return None
         module, function, _ = self.sources[cmd_name]
-        command: click.Command = getattr(importlib.import_module(f"historysim.cli.{module}"), function)
+        command: click.Command = getattr(
+            importlib.import_module(f"historysim.cli.{module}"), function
+        )
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - as click calls it
         """Write each command with its first sentence, in the order of use, without importing any."""
         grouped = " ".join(GROUPS.values()).split()
         width = max(map(len, self.sources))
-        for title, names in {**GROUPS, "Others": " ".join(sorted(self.sources.keys() - {*grouped}))}.items():
-            rows = [(name.ljust(width), " ".join(self.sources[name][2].split())) for name in names.split()]
+        for title, names in {
+            **GROUPS,
+            "Others": " ".join(sorted(self.sources.keys() - {*grouped})),
+        }.items():
+            rows = [
+                (name.ljust(width), " ".join(self.sources[name][2].split()))
+                for name in names.split()
+            ]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)

@@ -43,13 +43,20 @@ def verify(file: Path, log: Path | None) -> None:
             ("digest", verification.digest),
         ]
     elif differences:
-        lines = [(str(file), f"agrees with the replay of its log, up to rounding on another machine:\n{differences}")]
+        lines = [
+            (
+                str(file),
+                f"agrees with the replay of its log, up to rounding on another machine:\n{differences}",
+            )
+        ]
     write_answer(lines)
 
 
 @click.command()
 @options.common("log")
-@options.quantity_option("--at", "s", help='The time, as "12.5 s". [default: the end]', default=math.inf)
+@options.quantity_option(
+    "--at", "s", help='The time, as "12.5 s". [default: the end]', default=math.inf
+)
 @click.option("--asperity", type=int, help="Show this asperity: its state, its reversal points.")
 @options.output_option("Write all asperities (netCDF); with --asperity a picture.")
 @options.common("json", "force")
@@ -63,7 +70,9 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
         contact = events.state(at=at, notify=notice)
         end_time = events.events(len(events) - 1)[0].time if len(events) else math.inf
         if end_time < at < math.inf:
-            notice(f"{log.name}: its last event is at {duration_text(end_time)}; this is the state after it")
+            notice(
+                f"{log.name}: its last event is at {duration_text(end_time)}; this is the state after it"
+            )
         if asperity is not None:
             from historysim.asperities.asperity import reversal_table, summary
             from historysim.asperities.asperity_set import require_asperities
@@ -96,13 +105,15 @@ WAYPOINTS = (
 
 @click.command()
 @options.common("file")
-@options.output_option("The waypoints (.csv, .toml, or .inp: amplitude tables). [default: FILE's name with _short.csv]")
+@options.output_option(
+    "The waypoints (.csv, .toml, or .inp: amplitude tables). [default: FILE's name with _short.csv]"
+)
 @options.common("json", "force")
 def shorten(file: Path, output: Path | None) -> None:
     """Write the waypoints of FILE that its contact still remembers.
 
-    FILE is a log, a result, or a scenario. The waypoints lead an untouched contact into the same state: as a table, as
-    [loading] of a scenario, or as amplitude tables for finite elements.
+    FILE is a log, a result, or a scenario. The waypoints lead an untouched contact into the same
+    state: as a table, as [loading] of a scenario, or as amplitude tables for finite elements.
     """
     output = output or file.with_name(f"{file.stem}_short.csv")
     files = check_outputs([file], (output, *WAYPOINTS))
@@ -118,14 +129,24 @@ def shorten(file: Path, output: Path | None) -> None:
 @click.command("log")
 @options.common("log")
 @click.option(
-    "--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may be given several times."
+    "--kind",
+    multiple=True,
+    help="Only events of this kind: normal_load, friction, …; may be given several times.",
 )
-@options.quantity_option("--from", "s", help='Only from this time on, as "12.5 s".', default=-math.inf)
+@options.quantity_option(
+    "--from", "s", help='Only from this time on, as "12.5 s".', default=-math.inf
+)
 @options.quantity_option("--to", "s", help="Only up to this time.", default=math.inf)
-@click.option("--first", "head", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
-@click.option("--last", "tail", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
+@click.option(
+    "--first", "head", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT"
+)
+@click.option(
+    "--last", "tail", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT"
+)
 @options.common("json")
-def list_log(log: Path, kind: tuple[str, ...], head: int | None, tail: int | None, **between: float) -> None:
+def list_log(
+    log: Path, kind: tuple[str, ...], head: int | None, tail: int | None, **between: float
+) -> None:
     """List the events of LOG (NAME.history)."""
     from historysim.loads.event_sequence import time_text
     from historysim.loads.events import EVENTS
@@ -133,7 +154,9 @@ def list_log(log: Path, kind: tuple[str, ...], head: int | None, tail: int | Non
 
     for name in kind:
         if name not in EVENTS:
-            raise InputError(f"--kind {name}: expected one of {', '.join(dict.fromkeys((*EVENTS.own(), *EVENTS)))}")
+            raise InputError(
+                f"--kind {name}: expected one of {', '.join(dict.fromkeys((*EVENTS.own(), *EVENTS)))}"
+            )
     with EventLog(log) as events:
         chosen = [
             (number, event)

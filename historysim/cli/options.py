@@ -1,6 +1,7 @@
 """Arguments and options of the commands: files, quantities with units, common options, arguments of functions.
 
-`from_function` builds options from the signature and the docstring of the function that a command calls.
+`from_function` builds options from the signature and the docstring of the function that a command
+calls.
 """
 
 import ast
@@ -38,16 +39,24 @@ class PathType(click.Path):
         try:
             str(path).encode(encoding)
         except UnicodeEncodeError:
-            self.fail(f"{str(path)!r} is not a name in {encoding}, the encoding of file names; rename it", param, ctx)
+            self.fail(
+                f"{str(path)!r} is not a name in {encoding}, the encoding of file names; rename it",
+                param,
+                ctx,
+            )
         return path
 
 
-def _read_size(_ctx: click.Context, _param: click.Parameter, text: str | None) -> tuple[float, float] | None:
+def _read_size(
+    _ctx: click.Context, _param: click.Parameter, text: str | None
+) -> tuple[float, float] | None:
     """Parse width and height of a picture [mm]."""
     try:
         width, height = map(float, text.lower().split("x")) if text else (0.0, 0.0)
     except ValueError as error:
-        raise InputError(f"--size {text}: expected width and height in millimetres, as 90x70") from error
+        raise InputError(
+            f"--size {text}: expected width and height in millimetres, as 90x70"
+        ) from error
     return (width, height) if text else None
 
 
@@ -69,7 +78,9 @@ def flag(*names: str, help: str) -> "Decorator":  # noqa: A002 - click's word
     return click.option(*names, is_flag=True, help=help)
 
 
-def _read_settings(_ctx: click.Context, _param: click.Parameter, settings: tuple[str, ...]) -> dict[str, Any]:
+def _read_settings(
+    _ctx: click.Context, _param: click.Parameter, settings: tuple[str, ...]
+) -> dict[str, Any]:
     return dict(map(_read_setting, settings))
 
 
@@ -122,16 +133,22 @@ def quantity_option(name: str, unit: str, help: str, **options: Any) -> "Decorat
 def from_function(function: str, *names: str, **settings: dict[str, Any]) -> "Decorator":
     """Return a decorator that adds arguments of a function of this package, as ``"scenario.run:run"``, as options.
 
-    Type, default and help come from its signature and its docstring (the first sentence). ``settings`` by name
-    replace those of click, or add ``short`` names. The function is read from its source, because its import takes as
-    long as a small run.
+    Type, default and help come from its signature and its docstring (the first sentence).
+    ``settings`` by name replace those of click, or add ``short`` names. The function is read from
+    its source, because its import takes as long as a small run.
     """
     module, _, name = function.partition(":")
     path = Path(__file__).parents[1].joinpath(*module.split("."))
-    source = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
-    definition: Any = next(node for node in ast.parse(source).body if getattr(node, "name", "") == name)
+    source = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(
+        encoding="utf-8"
+    )
+    definition: Any = next(
+        node for node in ast.parse(source).body if getattr(node, "name", "") == name
+    )
     defaults = zip(definition.args.kwonlyargs, definition.args.kw_defaults, strict=True)
-    values = {argument.arg: value.value for argument, value in defaults if isinstance(value, ast.Constant)}
+    values = {
+        argument.arg: value.value for argument, value in defaults if isinstance(value, ast.Constant)
+    }
     docstring = f"{ast.get_docstring(definition)}\n"
     entries = {
         argument: (type_text, " ".join(text.split()))
@@ -141,13 +158,17 @@ def from_function(function: str, *names: str, **settings: dict[str, Any]) -> "De
 
     def add(command: Any) -> Any:
         for name in reversed(names):
-            command = _option(name, *entries[name], values.get(name), settings.get(name, {}))(command)
+            command = _option(name, *entries[name], values.get(name), settings.get(name, {}))(
+                command
+            )
         return command
 
     return add
 
 
-def _option(name: str, type_text: str, text: str, default: object, settings: dict[str, Any]) -> "Decorator":
+def _option(
+    name: str, type_text: str, text: str, default: object, settings: dict[str, Any]
+) -> "Decorator":
     """Return the option of an argument, from the type and the description in a docstring."""
     description = re.split(r"\.(?: |$)|; by default ", text.replace("``", ""), maxsplit=1)[0]
     default_text = re.search(r"[;.] [Bb]y default ([^.;]*)", text)
@@ -166,7 +187,9 @@ def _option(name: str, type_text: str, text: str, default: object, settings: dic
         options["help"] = options["help"].replace(unit[0], f', as "{_EXAMPLES[unit[1]]}"', 1)
         return quantity_option(flags[-1], unit[1], **options | settings)
     if words or numbers:
-        options["type"] = click.Choice(words) if words else click.IntRange(min(numbers), max(numbers))
+        options["type"] = (
+            click.Choice(words) if words else click.IntRange(min(numbers), max(numbers))
+        )
     else:
         options["type"] = str if "str" in type_text else int
     return click.option(*flags, **options | settings)
@@ -193,7 +216,8 @@ COMMON = {
     "quiet": _common_flag("-q", "--quiet", help="Print nothing."),
     "json": _common_flag("--json", help="Print one object of JSON, with numbers in SI."),
     "force": _common_flag(
-        "--force", help="Also replace files that are not earlier outputs of this kind; never a file that is read."
+        "--force",
+        help="Also replace files that are not earlier outputs of this kind; never a file that is read.",
     ),
     "set": click.option(
         "--set",
@@ -203,11 +227,19 @@ COMMON = {
         metavar="KEY=VALUE",
         help="Override a scenario key, such as friction.coefficient=0.3; may be given several times.",
     ),
-    "sheet": click.option("--sheet", help="Sheet of an Excel file, by name or number. [default: the only one]"),
+    "sheet": click.option(
+        "--sheet", help="Sheet of an Excel file, by name or number. [default: the only one]"
+    ),
     "encoding": click.option("--encoding", help="Encoding of a text file. [default: detected]"),
-    "header": click.option("--header", type=int, help="Line of a text file with the column names. [default: detected]"),
-    "decimal": click.option("--decimal", default=".", show_default=True, help="Decimal sign of a text file."),
-    "delimiter": click.option("--delimiter", help="Separator of values in a text file. [default: detected]"),
+    "header": click.option(
+        "--header", type=int, help="Line of a text file with the column names. [default: detected]"
+    ),
+    "decimal": click.option(
+        "--decimal", default=".", show_default=True, help="Decimal sign of a text file."
+    ),
+    "delimiter": click.option(
+        "--delimiter", help="Separator of values in a text file. [default: detected]"
+    ),
 }
 TEXT_FORMAT = "delimiter", "decimal", "header", "encoding", "sheet"
 
@@ -223,7 +255,9 @@ def common(*names: str) -> Callable[[Callable[..., Any]], Any]:
     return add
 
 
-def _read_choices(_ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+def _read_choices(
+    _ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]
+) -> dict[str, str]:
     choices = {}
     for text in texts:
         name, _, value = (word.strip() for word in text.partition("="))
@@ -235,7 +269,9 @@ def _read_choices(_ctx: click.Context, param: click.Parameter, texts: tuple[str,
 
 def with_option(metavar: str, help: str) -> "Decorator":  # noqa: A002 - click's word
     """Return the option ``--with`` for further options by name, passed as ``choices``."""
-    return click.option("--with", "choices", multiple=True, callback=_read_choices, metavar=metavar, help=help)
+    return click.option(
+        "--with", "choices", multiple=True, callback=_read_choices, metavar=metavar, help=help
+    )
 
 
 def text_format(sheet: str | None, **text: Any) -> "Format":
@@ -253,7 +289,9 @@ def check_size(size: object, outputs: Iterable[Path | None]) -> None:
     if size is not None and not any(
         path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in outputs
     ):
-        raise InputError("--size: no picture is written; expected the file of a picture, as -o loops.pdf")
+        raise InputError(
+            "--size: no picture is written; expected the file of a picture, as -o loops.pdf"
+        )
 
 
 def list_inputs(source: "Scenario | Path") -> tuple[Path, ...]:
@@ -270,7 +308,9 @@ def load_if_changed(file: Path, values: dict[str, Any]) -> "Scenario | Path":
     if not values:
         return file
     if file.suffix != ".toml":
-        raise InputError(f"{file}: is not a scenario (.toml), so --set does not apply; leave it out")
+        raise InputError(
+            f"{file}: is not a scenario (.toml), so --set does not apply; leave it out"
+        )
     from historysim.scenario.scenario import load
 
     return load(file, values)

@@ -40,10 +40,13 @@ TABLES_OF_SLIDING = (
 )
 
 
-def check_outputs(reads: Iterable[Path], *outputs: tuple[Path | None, *tuple[OutputFormat, ...]]) -> list[Path]:
+def check_outputs(
+    reads: Iterable[Path], *outputs: tuple[Path | None, *tuple[OutputFormat, ...]]
+) -> list[Path]:
     """Return the requested output files; InputError if one must not be written.
 
-    Each output is a path, or None if it is not requested, with its formats; no output is a file that the command reads.
+    Each output is a path, or None if it is not requested, with its formats; no output is a file
+    that the command reads.
     """
     requested = [Output(path, tuple(forms)) for path, *forms in outputs if path is not None]
     targets.check_outputs(requested, reads, force=has_flag("force"))
@@ -62,10 +65,11 @@ def write_answer(
 ) -> None:
     """Print the results of a command, with --json as one object, with --quiet nothing; then write its outputs.
 
-    The first row of each table has its headings; ``files`` were written, ``data`` returns all numbers as a Dataset with
-    units, and the lines ``below`` follow the tables. Each of the ``outputs``, a path and a function that writes it, is
-    written whether the others can be or not; the first error is raised at the end. Tables are laid out for lines of
-    ``width`` characters if given.
+    The first row of each table has its headings; ``files`` were written, ``data`` returns all
+    numbers as a Dataset with units, and the lines ``below`` follow the tables. Each of the
+    ``outputs``, a path and a function that writes it, is written whether the others can be or not;
+    the first error is raised at the end. Tables are laid out for lines of ``width`` characters if
+    given.
     """
     written = [str(path) for path in files if path is not None]
     _print_answer(lines, tables, written, data, below, outputs, width)
@@ -110,7 +114,12 @@ def _print_answer(
         }
         click.echo(_json(document))
         return
-    for text in (columns(lines), *(columns(table, width) for table in tables), columns(below), *written):
+    for text in (
+        columns(lines),
+        *(columns(table, width) for table in tables),
+        columns(below),
+        *written,
+    ):
         if text:
             click.echo(text)
 
@@ -122,7 +131,9 @@ def _line(label: str, text: str) -> dict[str, Any]:
 
 def _json(document: dict[str, Any]) -> str:
     """Format a document as JSON, with null for NaN and infinite numbers."""
-    text = json.dumps(document, default=lambda value: value.tolist() if hasattr(value, "tolist") else str(value))
+    text = json.dumps(
+        document, default=lambda value: value.tolist() if hasattr(value, "tolist") else str(value)
+    )
     return json.dumps(json.loads(text, parse_constant=lambda _: None), ensure_ascii=False, indent=1)
 
 

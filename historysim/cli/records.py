@@ -43,7 +43,9 @@ if TYPE_CHECKING:
 
 FEWEST_OF_A_MAP = 16  # least number of unnamed columns that suggests a height map
 
-skip_option = click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
+skip_option = click.option(
+    "--skip", default=0, show_default=True, help="Loops at the start to leave out."
+)
 
 
 @click.command()
@@ -53,8 +55,9 @@ skip_option = click.option("--skip", default=0, show_default=True, help="Loops a
 def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: Any) -> None:
     """Show the columns of FILE (numbers) and suggest a [loading].
 
-    Lists its blocks, its columns as in a scenario, and a [loading] section, in which "?" marks unknown values. Of a
-    folder, a pattern or several files, each a run, the columns of the first one.
+    Lists its blocks, its columns as in a scenario, and a [loading] section, in which "?" marks
+    unknown values. Of a folder, a pattern or several files, each a run, the columns of the first
+    one.
     """
     from historysim.tables.readers import list_files
 
@@ -71,12 +74,21 @@ def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: An
     try:
         notes, blocks = summarise_text(file, layout)
         if runs:
-            notes = [f"{count_text(len(paths), 'file', 'files')}, each a run; columns of {file.name}", *notes]
+            notes = [
+                f"{count_text(len(paths), 'file', 'files')}, each a run; columns of {file.name}",
+                *notes,
+            ]
         listings = describe(file, layout)
     except InputError as error:
-        raise InputError(f"{error}; a height map is read by historysim show {shell_word(file)}") from error
-    if len(listings) >= FEWEST_OF_A_MAP and all(listing.column.startswith("{") for listing in listings):
-        notice(f"{len(listings)} columns without names; if this is a height map: historysim show {shell_word(file)}")
+        raise InputError(
+            f"{error}; a height map is read by historysim show {shell_word(file)}"
+        ) from error
+    if len(listings) >= FEWEST_OF_A_MAP and all(
+        listing.column.startswith("{") for listing in listings
+    ):
+        notice(
+            f"{len(listings)} columns without names; if this is a height map: historysim show {shell_word(file)}"
+        )
 
     def write(output: Path) -> None:
         with replacing(output) as unfinished:
@@ -84,10 +96,15 @@ def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: An
             unfinished.write_text(text, encoding="utf-8")
 
     outputs = [(path, functools.partial(write, path)) for path in files]
-    rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first_value) for c in listings)]
+    rows = [
+        ("column", "unit", "values", "first"),
+        *((c.column, c.unit, c.values, c.first_value) for c in listings),
+    ]
     suggested = suggest_loading(file, listings, layout, blocks, files=runs)
     if options.has_flag("json"):
-        write_answer([*(("note", line) for line in notes), ("scenario", suggested)], [rows], outputs=outputs)
+        write_answer(
+            [*(("note", line) for line in notes), ("scenario", suggested)], [rows], outputs=outputs
+        )
         return
     click.echo("\n".join(notes), nl=bool(notes))
     write_answer(tables=[rows])
@@ -105,7 +122,9 @@ def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: An
     "[default: 0.1]",
 )
 @click.option(
-    "--amplitude-share", type=float, help="Least amplitude of loops in means, over the largest one. [default: 0.5]"
+    "--amplitude-share",
+    type=float,
+    help="Least amplitude of loops in means, over the largest one. [default: 0.5]",
 )
 @click.option(
     "--plateau",
@@ -120,8 +139,12 @@ def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: An
     help="Report slip amplitude, energy friction, regime and compliances instead, also over runs.",
 )
 @options.output_option("Also write all loops to this file (.nc, .csv), or draw them there.")
-@options.path_option("--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there.")
-@options.flag("--plot", "with_picture", help="Also draw the loops: FILE's name with _loops.png, here.")
+@options.path_option(
+    "--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there."
+)
+@options.flag(
+    "--plot", "with_picture", help="Also draw the loops: FILE's name with _loops.png, here."
+)
 @options.path_option("--picture", help="Also draw the loops to this file (PNG, PDF, SVG).")
 @options.common("size")
 @options.flag("--model", "with_model", help="Also draw the loops of the scenario's model, dashed.")
@@ -144,9 +167,12 @@ def loops(
 ) -> None:
     """Evaluate the friction loops of FILE.
 
-    FILE is a result, or a scenario with a measured record. With several normal loads a table has a row for each.
+    FILE is a result, or a scenario with a measured record. With several normal loads a table has a
+    row for each.
     """
-    pictures = [path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path]
+    pictures = [
+        path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path
+    ]
     options.check_size(size, [*pictures, output, levels])
     import attrs
 
@@ -157,7 +183,9 @@ def loops(
 
     shares = {"load_share": load_share, "amplitude_share": amplitude_share}
     shares |= {} if plateau is None else {"sliding_part": 1 - plateau[0], "sliding_end": plateau[1]}
-    definitions = attrs.evolve(DEFAULT, **{name: share for name, share in shares.items() if share is not None})
+    definitions = attrs.evolve(
+        DEFAULT, **{name: share for name, share in shares.items() if share is not None}
+    )
     record = _record(file, values)
     files = check_outputs(
         options.list_inputs(record),
@@ -170,7 +198,9 @@ def loops(
         return find_loops(source, dead_band=dead_band, definitions=definitions, **skipped)
 
     if with_fretting:
-        _report_fretting(record, find, output, size, {levels, *pictures, "--model" if with_model else None})
+        _report_fretting(
+            record, find, output, size, {levels, *pictures, "--model" if with_model else None}
+        )
         return
     if _write_each(record, find, loop_rows, files):
         return
@@ -185,16 +215,25 @@ def loops(
     def write(path: Path) -> None:
         if path == levels:
             table, by_level = by_load.to_dataset(), LoopLevelsPicture(title=title)
-            save_table(table, path, lambda _: by_level.figure(table, {"size": size}), measured=measured)
+            save_table(
+                table, path, lambda _: by_level.figure(table, {"size": size}), measured=measured
+            )
         elif path == output:
             all_loops = evaluation.to_dataset()
-            save_table(all_loops, path, lambda _: loops_picture.figure(evaluation, {"size": size}), measured=measured)
+            save_table(
+                all_loops,
+                path,
+                lambda _: loops_picture.figure(evaluation, {"size": size}),
+                measured=measured,
+            )
         else:
             save(loops_picture.figure(evaluation, {"size": size}), path)
 
     tables, below = _loop_tables(evaluation)
     outputs = [(path, functools.partial(write, path)) for path in files]
-    write_answer(evaluation.summary(), tables, data=evaluation.to_dataset, below=below, outputs=outputs)
+    write_answer(
+        evaluation.summary(), tables, data=evaluation.to_dataset, below=below, outputs=outputs
+    )
 
 
 def _report_fretting(
@@ -210,7 +249,9 @@ def _report_fretting(
     from historysim.scenario.record_search import fretting_of_runs, fretting_rows
 
     if requested := sorted(str(option) for option in unsupported if option is not None):
-        raise InputError(f"{requested[0]}: does not apply to --fretting; expected -o FILE for its table or picture")
+        raise InputError(
+            f"{requested[0]}: does not apply to --fretting; expected -o FILE for its table or picture"
+        )
     fretting_picture, measured = FrettingPicture(title=_title(record)), not isinstance(record, Path)
 
     def write(report: "Fretting") -> "Outputs":
@@ -220,14 +261,24 @@ def _report_fretting(
         def picture(data: "xr.Dataset") -> Any:
             return fretting_picture.figure(data, {"size": size})
 
-        return [(output, lambda: save_table(report.to_dataset(), output, picture, measured=measured))]
+        return [
+            (output, lambda: save_table(report.to_dataset(), output, picture, measured=measured))
+        ]
 
-    if _write_each(record, find, fretting_rows, write=lambda runs: write(fretting_of_runs(runs)), width=TERMINAL):
+    if _write_each(
+        record,
+        find,
+        fretting_rows,
+        write=lambda runs: write(fretting_of_runs(runs)),
+        width=TERMINAL,
+    ):
         return
     evaluation = find(record)
     report, levels = evaluation.fretting, by_load(evaluation)
     tables: list[Rows] = [report.rows(), *([levels.rows()] if len(levels) > 1 else [])]
-    write_answer(evaluation.summary(), tables, data=report.to_dataset, outputs=write(report), width=TERMINAL)
+    write_answer(
+        evaluation.summary(), tables, data=report.to_dataset, outputs=write(report), width=TERMINAL
+    )
 
 
 def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]]]":
@@ -238,7 +289,10 @@ def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]
     below = [(label, both) for label, *_, both in means if label.startswith(("largest", "loops"))]
     if not evaluation.large.all():
         (heading, *directions), *rows = evaluation.by_amplitude().rows()
-        tables.insert(several_loads, [(f"{heading}, all loads" if several_loads else heading, *directions), *rows])
+        tables.insert(
+            several_loads,
+            [(f"{heading}, all loads" if several_loads else heading, *directions), *rows],
+        )
     return tables, below if several_loads else []
 
 
@@ -247,10 +301,13 @@ def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]
 @options.from_function("scenario.record_search:sliding", "over", "windows")
 @options.output_option("Also write the windows to this file (.nc, .csv), or draw them there.")
 @options.common("size", "json", "force", "set")
-def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any], **choices: Any) -> None:
+def sliding(
+    file: Path, output: Path | None, size: "Size", values: dict[str, Any], **choices: Any
+) -> None:
     """Evaluate friction in a unidirectional sliding record.
 
-    Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
+    Static peak, running-in and steady value. FILE is a result, or a scenario with a measured
+    record.
     """
     from historysim.results.plots.record_pictures import SlidingPicture
     from historysim.scenario.record_search import sliding as find_sliding
@@ -269,7 +326,12 @@ def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any
     picture, measured = SlidingPicture(title=_title(record)), file.suffix == ".toml"
 
     def write(path: Path) -> None:
-        save_table(friction.to_dataset(), path, lambda _: picture.figure(friction, {"size": size}), measured=measured)
+        save_table(
+            friction.to_dataset(),
+            path,
+            lambda _: picture.figure(friction, {"size": size}),
+            measured=measured,
+        )
 
     outputs = [(path, functools.partial(write, path)) for path in files]
     write_answer(friction.summary(), data=friction.to_dataset, outputs=outputs)
@@ -280,7 +342,9 @@ def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any
 @skip_option
 @options.output_option("The picture. [default: SCENARIO's name with _comparison.png]")
 @options.common("size", "json", "force", "set")
-def compare(scenario: Path, skip: int, output: Path | None, size: "Size", values: dict[str, Any]) -> None:
+def compare(
+    scenario: Path, skip: int, output: Path | None, size: "Size", values: dict[str, Any]
+) -> None:
     """Compare the model of SCENARIO with its measured record.
 
     Time series, loops, and energy per loop.
@@ -300,7 +364,9 @@ def compare(scenario: Path, skip: int, output: Path | None, size: "Size", values
     def find(run: "Scenario") -> "Comparison":
         return compare_scenario(run, skip=skip)
 
-    if not _write_each(loaded, find, comparison_rows, write=lambda runs: _draw_each(loaded, runs, picture, draw)):
+    if not _write_each(
+        loaded, find, comparison_rows, write=lambda runs: _draw_each(loaded, runs, picture, draw)
+    ):
         comparison = find(loaded)
         outputs = [(picture, functools.partial(draw, comparison, picture))]
         write_answer(comparison.summary(), [comparison.rows()], outputs=outputs)
@@ -327,7 +393,12 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     def draw(evaluation: "Creep", path: Path) -> None:
         save(CreepPicture(title=loaded.title).figure(evaluation), path)
 
-    if not _write_each(loaded, separate_creep, creep_rows, write=lambda runs: _draw_each(loaded, runs, picture, draw)):
+    if not _write_each(
+        loaded,
+        separate_creep,
+        creep_rows,
+        write=lambda runs: _draw_each(loaded, runs, picture, draw),
+    ):
         evaluation = separate_creep(loaded)
         outputs = [(picture, functools.partial(draw, evaluation, picture))]
         write_answer(evaluation.summary(), [evaluation.rows()], outputs=outputs)
@@ -336,9 +407,13 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
 @click.command()
 @options.common("scenario")
 @options.output_option("The fitted scenario. [default: SCENARIO's name with _fitted.toml]")
-@options.path_option("--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]")
+@options.path_option(
+    "--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]"
+)
 @options.common("size", "quiet", "json", "force", "set")
-def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size", values: dict[str, Any]) -> None:
+def fit(
+    scenario: Path, output: Path | None, picture: Path | None, size: "Size", values: dict[str, Any]
+) -> None:
     """Fit parameters of SCENARIO to its measured record.
 
     [fit] names the parameters. Writes the fitted scenario and a picture.
@@ -357,22 +432,35 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
 
     def list_outputs(fitted: "Fit", output: Path, picture: Path) -> "Outputs":
         def draw() -> None:
-            save(ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}), picture)
+            save(
+                ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}),
+                picture,
+            )
 
         # the scenario, which is small and holds the result, comes first
         return [(output, lambda: fitted.write(output)), (picture, draw)]
 
     def write_each(runs: "Runs[Fit]") -> "Outputs":
-        results = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
+        results = [
+            (run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names])
+            for run in runs
+        ]
         for _, paths in results:
             check(*paths)
-        return [each for fitted, paths in results if fitted is not None for each in list_outputs(fitted, *paths)]
+        return [
+            each
+            for fitted, paths in results
+            if fitted is not None
+            for each in list_outputs(fitted, *paths)
+        ]
 
     check(*names)
     find = functools.partial(fit_scenario, progress=not options.has_flag("quiet"))
     if not _write_each(loaded, find, fit_rows, write=write_each):
         fitted = find(loaded)
-        write_answer(fitted.summary(), [fitted.comparison.rows()], outputs=list_outputs(fitted, *names))
+        write_answer(
+            fitted.summary(), [fitted.comparison.rows()], outputs=list_outputs(fitted, *names)
+        )
 
 
 def _record(file: Path, values: dict[str, Any]) -> "Scenario | Path":
@@ -399,7 +487,9 @@ def _write_each(
     if isinstance(record, Path) or record.run != "each":
         return False
     if files:
-        raise InputError(f"{files[0]}: can only be written for one run; expected its number, as --set loading.run=1")
+        raise InputError(
+            f"{files[0]}: can only be written for one run; expected its number, as --set loading.run=1"
+        )
     from historysim.scenario.runs import each_run
 
     runs = each_run(record, find)
@@ -414,7 +504,10 @@ def _draw_each(
     """Return the picture of each run, with the number of the run in its name."""
     paths = {number: picture.with_stem(f"{picture.stem}_{number}") for number in runs.results}
     check_outputs(scenario.files, *((path, PICTURE) for path in paths.values()))
-    return [(path, functools.partial(draw, runs.results[number], path)) for number, path in paths.items()]
+    return [
+        (path, functools.partial(draw, runs.results[number], path))
+        for number, path in paths.items()
+    ]
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
@@ -422,5 +515,7 @@ def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
     from historysim.scenario.fit import compare as compare_scenario
 
     if isinstance(record, Path):
-        raise InputError(f"{record}: is not a scenario (.toml) with a measured record; expected one for --model")
+        raise InputError(
+            f"{record}: is not a scenario (.toml) with a measured record; expected one for --model"
+        )
     return compare_scenario(record, skip=skip).model

@@ -23,11 +23,15 @@ if TYPE_CHECKING:
 
 @click.command()
 @options.common("scenario")
-@options.output_option("The result (netCDF, or a zarr store: .zarr). [default: SCENARIO's name with .nc, here]")
+@options.output_option(
+    "The result (netCDF, or a zarr store: .zarr). [default: SCENARIO's name with .nc, here]"
+)
 @options.flag("--plot", "with_picture", help="Also draw the result, next to it, with .png.")
 @options.path_option("--picture", help="Also draw the result to this file (PNG, PDF, SVG).")
 @options.common("quiet")
-@options.from_function("scenario.run:run", "resume", "snapshot_every", "record", "cluster", "compression", "threads")
+@options.from_function(
+    "scenario.run:run", "resume", "snapshot_every", "record", "cluster", "compression", "threads"
+)
 @options.common("json", "force", "set")
 def run(
     scenario: Path,
@@ -44,15 +48,23 @@ def run(
     The log, NAME.history, is written next to the result.
     """
     output = output or Path(f"{scenario.stem}.nc")
-    pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
+    pictures = [
+        path
+        for path in (output.with_suffix(".png") if with_picture else None, picture)
+        if path is not None
+    ]
     from historysim.log.result import RunOptions
     from historysim.scenario.run import open_source, run_each, write
 
     source, quiet = open_source(scenario, values), options.has_flag("quiet")
-    run_options = RunOptions(progress=not quiet, notify=notice, force=options.has_flag("force"), **choices)
+    run_options = RunOptions(
+        progress=not quiet, notify=notice, force=options.has_flag("force"), **choices
+    )
     from historysim.results.result_files import open_file_history, open_result
 
-    def replay(source: "Source", target: Path | None, pictures: "Sequence[Path]") -> "tuple[Path, Outputs]":
+    def replay(
+        source: "Source", target: Path | None, pictures: "Sequence[Path]"
+    ) -> "tuple[Path, Outputs]":
         target = target or output
         write(source, target, run_options, *(Output(path, (PICTURE,)) for path in pictures))
         return target, [(path, functools.partial(draw, source, target, path)) for path in pictures]
@@ -63,7 +75,9 @@ def run(
 
     def replay_run(source: "Source", target: Path | None) -> "tuple[Path, Outputs]":
         number = (target or output).stem.rpartition("_")[2]
-        return replay(source, target, [path.with_stem(f"{path.stem}_{number}") for path in pictures])
+        return replay(
+            source, target, [path.with_stem(f"{path.stem}_{number}") for path in pictures]
+        )
 
     if source.each_run is not None:
         runs = run_each(source, output, replay_run)
@@ -106,9 +120,13 @@ def validate(scenario: Path, values: dict[str, Any]) -> None:
 @click.command()
 @options.common("scenario")
 @options.output_option("The table (.nc or .csv). [default: SCENARIO's name with .nc, here]")
-@options.path_option("--store", help="Folder that keeps completed cells. [default: NAME.cells next to the table]")
+@options.path_option(
+    "--store", help="Folder that keeps completed cells. [default: NAME.cells next to the table]"
+)
 @options.common("workers", "quiet", "json", "force", "set")
-def sweep(scenario: Path, output: Path | None, store: Path | None, workers: int, values: dict[str, Any]) -> None:
+def sweep(
+    scenario: Path, output: Path | None, store: Path | None, workers: int, values: dict[str, Any]
+) -> None:
     """Replay SCENARIO (TOML) at all points of its [sweep].
 
     The outputs are written to one file.
@@ -118,7 +136,9 @@ def sweep(scenario: Path, output: Path | None, store: Path | None, workers: int,
     output = output or Path(f"{scenario.stem}.nc")
     store = store or output.with_suffix(".cells")
     if store.exists() and not store.is_dir():
-        raise InputError(f"{store}: is a file; expected a folder for the cells, or the name of a new one")
+        raise InputError(
+            f"{store}: is a file; expected a folder for the cells, or the name of a new one"
+        )
     from historysim.results.tables import sweep_summary, write_sweep
     from historysim.scenario.scenario import load
     from historysim.studies import sweep as verb
@@ -126,7 +146,9 @@ def sweep(scenario: Path, output: Path | None, store: Path | None, workers: int,
     loaded = load(scenario, values)
     grid, _ = verb.read_sweep(loaded)
     check_outputs(loaded.files, (output, *_tables_over(grid.axes)))
-    table = verb.sweep(loaded, store=store, workers=workers, progress=not options.has_flag("quiet"), notify=notice)
+    table = verb.sweep(
+        loaded, store=store, workers=workers, progress=not options.has_flag("quiet"), notify=notice
+    )
     files = [("cells kept in", str(store)), ("result", str(output))]
     write_answer([*sweep_summary(table), *files], data=lambda: table)
     write_sweep(table, output)
@@ -148,8 +170,12 @@ def design(scenario: Path, output: Path | None, workers: int, values: dict[str, 
     loaded = load(scenario, values)
     problem, grid = verb.read_problem(loaded)
     written = check_outputs(loaded.files, (output, *_tables_over(grid.axes, problem.key)))
-    table = verb.design(loaded, workers=workers, progress=not options.has_flag("quiet"), notify=notice)
-    write_answer([*verb.summary(table), *(("result", str(path)) for path in written)], data=lambda: table)
+    table = verb.design(
+        loaded, workers=workers, progress=not options.has_flag("quiet"), notify=notice
+    )
+    write_answer(
+        [*verb.summary(table), *(("result", str(path)) for path in written)], data=lambda: table
+    )
     for path in written:
         write_sweep(table, path)
 
@@ -158,7 +184,9 @@ def _tables_over(axes: "Iterable[Axis]", *further_keys: str) -> tuple[OutputForm
     """Return the formats of a table with a row for each point of some axes, and columns of further keys."""
     from historysim.scenario.grid import variable_name
 
-    keys = [variable_name(key) for key in (*(key for axis in axes for key in axis.keys), *further_keys)]
+    keys = [
+        variable_name(key) for key in (*(key for axis in axes for key in axis.keys), *further_keys)
+    ]
     return netcdf("a sweep", "sweep"), csv_table("a sweep over the same keys", *keys)
 
 
@@ -172,10 +200,20 @@ def _tables_over(axes: "Iterable[Axis]", *further_keys: str) -> tuple[OutputForm
     help="Hold a tangential load at the friction limit, or refuse the step. [default: as in SCENARIO]",
 )
 @options.from_function(
-    "exchange.fmu.unit_file:write_fmu", "directions", "fmi", "platforms", platforms={"metavar": "NAME,NAME"}
+    "exchange.fmu.unit_file:write_fmu",
+    "directions",
+    "fmi",
+    "platforms",
+    platforms={"metavar": "NAME,NAME"},
 )
 @options.common("quiet", "json", "force", "set")
-def fmu(scenario: Path, output: Path | None, platforms: str | None, values: dict[str, Any], **choices: Any) -> None:
+def fmu(
+    scenario: Path,
+    output: Path | None,
+    platforms: str | None,
+    values: dict[str, Any],
+    **choices: Any,
+) -> None:
     """Write the contact of a scenario as a unit for co-simulation (FMU).
 
     SCENARIO (TOML) may also be a log or a result.
@@ -186,7 +224,10 @@ def fmu(scenario: Path, output: Path | None, platforms: str | None, values: dict
     source = open_source(scenario, values)
     from historysim.exchange.fmu.unit_file import write_fmu
 
-    choices |= {"platforms": platforms and [name.strip() for name in platforms.split(",")], "notify": notice}
+    choices |= {
+        "platforms": platforms and [name.strip() for name in platforms.split(",")],
+        "notify": notice,
+    }
     choices |= {"force": options.has_flag("force"), "progress": not options.has_flag("quiet")}
     write_fmu(source, output, **choices)
     write_answer(files=[output])
@@ -194,7 +235,9 @@ def fmu(scenario: Path, output: Path | None, platforms: str | None, values: dict
 
 @click.command()
 @options.common("scenario")
-@options.from_function("exchange.reduced.reducing:reduce", "elements", "normal_load", elements={"short": ["-e"]})
+@options.from_function(
+    "exchange.reduced.reducing:reduce", "elements", "normal_load", elements={"short": ["-e"]}
+)
 @options.path_option(
     "-o",
     "--output",
@@ -214,7 +257,8 @@ def reduce(
 ) -> None:
     """Reduce the contact of a scenario to a few sliding springs.
 
-    SCENARIO (TOML) may also be a log or a result. The answer bounds the error of the tangential load.
+    SCENARIO (TOML) may also be a log or a result. The answer bounds the error of the tangential
+    load.
     """
     from historysim.scenario.run import open_source
 
@@ -227,7 +271,11 @@ def reduce(
     check_outputs(source.files, *written, (picture, PICTURE))
     model = reduce_contact(source, notify=notice, **choices)
     force = options.has_flag("force")
-    to_write: list[Any] = [(path, functools.partial(model.write, path, force=force)) for path in outputs]
+    to_write: list[Any] = [
+        (path, functools.partial(model.write, path, force=force)) for path in outputs
+    ]
     if picture is not None:
-        to_write.append((picture, lambda: save(ReducedPicture().figure(model, {"size": size}), picture)))
+        to_write.append(
+            (picture, lambda: save(ReducedPicture().figure(model, {"size": size}), picture))
+        )
     write_answer(model.summary(), data=model.dataset, outputs=to_write)

@@ -57,7 +57,11 @@ def _picture_options(command: Any) -> Any:
 
 def _height_map_options(command: Any) -> Any:
     """Add the arguments of `read_surface`, and the form that is removed."""
-    missing = {"multiple": True, "type": str, "help": "Number that marks missing points in the file; may be repeated."}
+    missing = {
+        "multiple": True,
+        "type": str,
+        "help": "Number that marks missing points in the file; may be repeated.",
+    }
     pixel_size = {
         "multiple": True,
         "help": 'Spacing of the points, as "0.5 µm", if the file has none; twice for x and y.',
@@ -71,7 +75,9 @@ def _height_map_options(command: Any) -> Any:
     )(command)
 
 
-several_files = click.argument("files", type=options.path_type, nargs=-1, required=True, metavar="FILE…")
+several_files = click.argument(
+    "files", type=options.path_type, nargs=-1, required=True, metavar="FILE…"
+)
 
 
 @click.command()
@@ -79,11 +85,13 @@ several_files = click.argument("files", type=options.path_type, nargs=-1, requir
 @options.flag("-v", "--verbose", help="Also print attributes, digests and versions of a result.")
 @options.common("json", "set")
 @_height_map_options
-def show(files: tuple[Path, ...], verbose: bool, values: dict[str, Any], **height_map: object) -> None:
+def show(
+    files: tuple[Path, ...], verbose: bool, values: dict[str, Any], **height_map: object
+) -> None:
     """Summarise FILE: a scenario, result, log, sweep or height map.
 
-    Also tables written by `loops -o` and `sliding -o`. Of two height maps of one area, before and after, the lost
-    material.
+    Also tables written by `loops -o` and `sliding -o`. Of two height maps of one area, before and
+    after, the lost material.
     """
     from historysim.verbs import show as summarise
 
@@ -112,17 +120,24 @@ def plot(
 ) -> None:
     """Draw FILE, or several results in one picture.
 
-    A result: [picture] of its scenario, or the friction loop, the loads, and the slip states of the asperities; with
-    --step the surface, its summits in contact coloured by their slip state; other pictures by name. Several results:
-    their friction loops in one diagram. A scenario or a height map: the surface with its summits; with the name of a
-    picture of results the result of a run. Two height maps of one area: the lost material. Friction loops: their
-    changes from loop to loop. Friction over time or distance: this curve. A sweep: a summary value over the swept keys.
+    A result: [picture] of its scenario, or the friction loop, the loads, and the slip states of the
+    asperities; with --step the surface, its summits in contact coloured by their slip state; other
+    pictures by name. Several results: their friction loops in one diagram. A scenario or a height
+    map: the surface with its summits; with the name of a picture of results the result of a run.
+    Two height maps of one area: the lost material. Friction loops: their changes from loop to loop.
+    Friction over time or distance: this curve. A sweep: a summary value over the swept keys.
     """
     file = files[0]
     if wrong := NO_OPTIONS & choices.keys():
-        raise InputError(f"--with: {min(wrong)} is not an option of a picture; see `historysim kinds plots`")
+        raise InputError(
+            f"--with: {min(wrong)} is not an option of a picture; see `historysim kinds plots`"
+        )
     choices = {name.replace("-", "_"): value for name, value in choices.items()}
-    choices = {name: further.pop(name) for name in PICTURE_OPTIONS} | choices | {"adhesion": adhesion or None}
+    choices = (
+        {name: further.pop(name) for name in PICTURE_OPTIONS}
+        | choices
+        | {"adhesion": adhesion or None}
+    )
     choices = {name: value for name, value in choices.items() if value is not None}
     from historysim.results.result_files import file_type
 
@@ -135,7 +150,9 @@ def plot(
         name = picture or ("adhesion" if "adhesion" in choices else map_name if surface else "")
         output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
-        raise InputError(f"{file}: is a log; expected its result; historysim run {shell_word(file)} recomputes it")
+        raise InputError(
+            f"{file}: is a log; expected its result; historysim run {shell_word(file)} recomputes it"
+        )
     source = _load_first(files, values)
     check_outputs([*options.list_inputs(source), *files], (output, PICTURE))
     from historysim.verbs import plot as draw
@@ -152,9 +169,9 @@ def plot(
 def report(file: Path, output: Path | None) -> None:
     """Write a report of FILE, one HTML page that opens anywhere.
 
-    A result: summary, validity, pictures, provenance, and an interactive time slider for the loop and the contact
-    map. A sweep; a table of `loops -o`, `loops --levels` or `sliding -o`; a scenario with measured loading,
-    which is fitted or compared.
+    A result: summary, validity, pictures, provenance, and an interactive time slider for the loop
+    and the contact map. A sweep; a table of `loops -o`, `loops --levels` or `sliding -o`; a
+    scenario with measured loading, which is fitted or compared.
     """
     output = output or file.with_name(f"{file.stem}_report.html")
     check_outputs(options.list_inputs(file), (output, PAGE))
@@ -169,14 +186,16 @@ def report(file: Path, output: Path | None) -> None:
 @options.output_option("The page (HTML).", default="gallery.html", show_default=True)
 @options.common("workers", "quiet")
 @options.flag(
-    "--scripts", help="Also run the Python scripts in FOLDER that are marked as examples. Only run code that you trust."
+    "--scripts",
+    help="Also run the Python scripts in FOLDER that are marked as examples. Only run code that you trust.",
 )
 @options.common("force")
 def gallery(folder: Path, output: Path, workers: int, scripts: bool) -> None:
     """Run all scenarios in FOLDER and draw them on one HTML page.
 
-    Scenarios with [sweep] are swept; hidden files and folders are skipped. FOLDER is "scenarios" by default.
-    Scripts are run only with --scripts, and only if they contain the line "# historysim gallery: example".
+    Scenarios with [sweep] are swept; hidden files and folders are skipped. FOLDER is "scenarios" by
+    default. Scripts are run only with --scripts, and only if they contain the line "# historysim
+    gallery: example".
     """
     from historysim.studies import gallery as verb
 
@@ -195,11 +214,15 @@ def _load_first(files: tuple[Path, ...], values: dict[str, Any]) -> "Scenario | 
 
 def _reading(height_map: dict[str, object]) -> dict[str, Any]:
     """Return the options of a height map that are set, as arguments of `read_surface`."""
-    reading: dict[str, Any] = {name: value for name, value in height_map.items() if value not in {None, ()}}
+    reading: dict[str, Any] = {
+        name: value for name, value in height_map.items() if value not in {None, ()}
+    }
     if "pixel_size" in reading:
         sizes = reading["pixel_size"]
         if len(sizes) > 2:
-            raise InputError(f"--pixel-size given {len(sizes)} times; expected it once, or twice for x and y")
+            raise InputError(
+                f"--pixel-size given {len(sizes)} times; expected it once, or twice for x and y"
+            )
         reading["pixel_size"] = sizes[0], sizes[-1]
     if reading.get("channel", "").isdecimal():
         reading["channel"] = int(reading["channel"])
@@ -211,18 +234,27 @@ class QueryName(click.ParamType):  # type: ignore[type-arg]
 
     name = "query"
 
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str:
         """Return the name of the query in Python."""
         from historysim.results.queries import earlier_names
 
         tables, name = _tables(), str(value).replace("-", "_")
         name = earlier_names().get(name, name)
         if name not in tables:
-            hint = nearest(name.replace("_", "-"), [table_name.replace("_", "-") for table_name in tables])
+            hint = nearest(
+                name.replace("_", "-"), [table_name.replace("_", "-") for table_name in tables]
+            )
             self.fail(f"{value!r} is not a query; {hint}", param, ctx)
         return name
 
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:  # noqa: ARG002 - as click calls it
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002 - as click calls it
+        param: click.Parameter,  # noqa: ARG002 - as click calls it
+        incomplete: str,
+    ) -> list[Any]:
         """Return the queries with this beginning, for shell completion."""
         from click.shell_completion import CompletionItem
 
@@ -236,7 +268,9 @@ class TableCommand(click.Command):
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - as click calls it
         """Write each query with the first line of its documentation."""
         with formatter.section("Queries"):
-            formatter.write_dl([(name.replace("_", "-"), query.text) for name, query in _tables().items()])
+            formatter.write_dl(
+                [(name.replace("_", "-"), query.text) for name, query in _tables().items()]
+            )
 
 
 def _tables() -> "dict[str, Query]":
@@ -252,7 +286,9 @@ def _tables() -> "dict[str, Query]":
 @options.output_option("The table (CSV, netCDF). [default: RESULT_QUERY.csv]")
 @click.option("--asperity", type=int, help="Label of the asperity, for a query of one asperity.")
 @click.option("--step", help="Step by number or name, for a query of one step. [default: the last]")
-@options.with_option("NAME=VALUE", "Another parameter of the query, such as first=0; may be given several times.")
+@options.with_option(
+    "NAME=VALUE", "Another parameter of the query, such as first=0; may be given several times."
+)
 @options.common("json", "force")
 def table(
     result: Path,
@@ -296,14 +332,16 @@ def table(
 
 @click.command()
 @options.common("file")
-@click.option("--asperity", type=int, help="Label of the asperity. [default: the contact as a whole]")
+@click.option(
+    "--asperity", type=int, help="Label of the asperity. [default: the contact as a whole]"
+)
 @options.output_option("Also write the table to this file (.nc, .csv).")
 @options.common("json", "force")
 def cycles(file: Path, asperity: int | None, output: Path | None) -> None:
     """List the closed loops and the residue of FILE, a result or a log.
 
-    Each row is an excursion of the tangential load, also at a varying normal load, with the time at which it is
-    forgotten and the energy that it has dissipated.
+    Each row is an excursion of the tangential load, also at a varying normal load, with the time at
+    which it is forgotten and the energy that it has dissipated.
     """
     files = check_outputs([file], (output, *_outputs()))
     from historysim.basics.units import duration_text, quantity_text
@@ -320,8 +358,14 @@ def cycles(file: Path, asperity: int | None, output: Path | None) -> None:
             counted = evaluate_query(history, "cycles", {"asperity": asperity})
     if output is not None:
         save_table(counted, output)
-    units = {"tangential_displacement_range": "m", "tangential_load_range": "N", "dissipated_energy": "J"}
-    rows: list[tuple[str, ...]] = [("start", "reversal", "end", "range of U", "range of T", "energy", "")]
+    units = {
+        "tangential_displacement_range": "m",
+        "tangential_load_range": "N",
+        "dissipated_energy": "J",
+    }
+    rows: list[tuple[str, ...]] = [
+        ("start", "reversal", "end", "range of U", "range of T", "energy", "")
+    ]
     for _, row in counted.to_dataframe().iterrows():
         start, reversal, end = (
             "remembered" if row[name] != row[name] else duration_text(float(row[name]))
@@ -363,8 +407,8 @@ def _number(value: str) -> Any:
 def kinds(group: str | None, name: str | None) -> None:
     """List laws, surfaces and other kinds, and their keys.
 
-    Without arguments the groups of kinds, with GROUP the kinds of one group, with NAME the keys of one kind. Kinds
-    from plug-ins are listed with package and version.
+    Without arguments the groups of kinds, with GROUP the kinds of one group, with NAME the keys of
+    one kind. Kinds from plug-ins are listed with package and version.
     """
     from historysim.scenario.kinds import kinds as list_kinds
 

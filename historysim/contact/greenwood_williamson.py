@@ -1,11 +1,12 @@
 """Many Hertzian summits under one rigid flat, after Greenwood and Williamson, as integrals or as sums.
 
-Summits of one radius R, with heights of deviation σ around their mean and D of them per nominal area A0, meet a flat at
-the separation d over the datum of the heights [m]. They do not influence one another. A scalar separation gives
-scalars, an array one value each; loads press when they are positive. A number that is not finite or out of its range
-raises `InputError`.
+Summits of one radius R, with heights of deviation σ around their mean and D of them per nominal
+area A0, meet a flat at the separation d over the datum of the heights [m]. They do not influence
+one another. A scalar separation gives scalars, an array one value each; loads press when they are
+positive. A number that is not finite or out of its range raises `InputError`.
 
-Greenwood and Williamson, *Proc. R. Soc. Lond. A* 295 (1966) 300-319; Johnson, *Contact Mechanics* (1985), section 13.4.
+Greenwood and Williamson, *Proc. R. Soc. Lond. A* 295 (1966) 300-319; Johnson, *Contact Mechanics*
+(1985), section 13.4.
 """
 
 import math
@@ -19,7 +20,8 @@ from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 
-# Separation below which a height integral leaves out less of the normal curve than a rounding: F_n(h) = (-h)^n.
+# Separation below which a height integral leaves out less of the normal curve than a rounding:
+# F_n(h) = (-h)^n.
 WHOLE_CURVE = -1e8
 
 
@@ -38,7 +40,8 @@ class GreenwoodWilliamson:
 
     contact_modulus: float = _number()  #: E* [Pa], > 0
     summit_radius: float = _number()  #: R [m], > 0
-    #: Standard deviation σ of the summit heights [m], > 0; not that of the surface, which is larger.
+    #: Standard deviation σ of the summit heights [m], > 0; not that of the surface, which is
+    #: larger.
     height_deviation: float = _number()
     summit_density: float = _number()  #: D [1/m²], > 0
     nominal_area: float = _number()  #: A0 [m²], > 0
@@ -53,9 +56,13 @@ class GreenwoodWilliamson:
         """
         count = np.size(summits.height)
         if count < 2 or np.ptp(summits.height) == 0:
-            raise InputError(f"{count} summits do not differ in height; expected 2 or more that do, as Gaussian ones")
+            raise InputError(
+                f"{count} summits do not differ in height; expected 2 or more that do, as Gaussian ones"
+            )
         if summits.nominal_area is None:
-            raise InputError("the summits have no nominal_area; expected the area [m²] of the surface they stand on")
+            raise InputError(
+                "the summits have no nominal_area; expected the area [m²] of the surface they stand on"
+            )
         return cls(
             contact_modulus,
             summit_radius=float(np.mean(summits.radius)),
@@ -71,7 +78,13 @@ class GreenwoodWilliamson:
 
     def contact_area(self, separation: ArrayLike) -> Floats:
         """Return the real contact area [m²]: A0 π σ R D F_1(h)."""
-        return math.pi * self.height_deviation * self.summit_radius * self._summits * self._integral(1, separation)
+        return (
+            math.pi
+            * self.height_deviation
+            * self.summit_radius
+            * self._summits
+            * self._integral(1, separation)
+        )
 
     def normal_load(self, separation: ArrayLike) -> Floats:
         """Return the normal load N [N]: A0 (4/3) E* √R σ^(3/2) D F_(3/2)(h)."""
@@ -86,8 +99,9 @@ class GreenwoodWilliamson:
         target = np.log(as_floats("normal_load", normal_load, above=0)) - math.log(self._load)
         h = np.zeros_like(target)
         step = np.full_like(target, np.inf)
-        # ln F is concave and falls, so that Newton's method comes down to the root from any start, and from the second
-        # step on without passing it; a step of 1e-9 leaves an error of its square
+        # ln F is concave and falls, so that Newton's method comes down to the root from any start,
+        # and from the second step on without passing it; a step of 1e-9 leaves an error of its
+        # square
         while np.any(np.abs(step) > 1e-9 * (1 + np.abs(h))):
             log_load = _log_height_integral(1.5, h)
             slope = 1.5 * np.exp(_log_height_integral(0.5, h) - log_load)
@@ -103,7 +117,9 @@ class GreenwoodWilliamson:
     def _load(self) -> float:
         """Load [N] at F_(3/2) = 1, i.e. of all summits at an approach of σ."""
         summit_load = hertz.normal_load(
-            self.height_deviation, summit_radius=self.summit_radius, contact_modulus=self.contact_modulus
+            self.height_deviation,
+            summit_radius=self.summit_radius,
+            contact_modulus=self.contact_modulus,
         )
         return self._summits * float(summit_load)
 
@@ -122,12 +138,16 @@ class SummitContact(NamedTuple):
 
 
 def summit_contact(
-    summit_height: ArrayLike, summit_radius: ArrayLike, separation: ArrayLike, *, contact_modulus: float
+    summit_height: ArrayLike,
+    summit_radius: ArrayLike,
+    separation: ArrayLike,
+    *,
+    contact_modulus: float,
 ) -> SummitContact:
     """Return the sums over given summits under a rigid flat that `GreenwoodWilliamson` has as integrals.
 
-    Heights (summit) and separations [m] are over one datum, radii [m] one for all or one per summit, E* [Pa]. A summit
-    touches where z > d, with the approach δ = z - d.
+    Heights (summit) and separations [m] are over one datum, radii [m] one for all or one per
+    summit, E* [Pa]. A summit touches where z > d, with the approach δ = z - d.
     """
     height = np.atleast_1d(as_floats("summit_height", summit_height))
     radius = as_floats("summit_radius", summit_radius, above=0)
@@ -155,19 +175,22 @@ def summit_contact(
 def height_integral(order: float, separation: ArrayLike) -> Floats:
     """Return the height integral F_n(h) = ∫_h^∞ (x - h)^n φ(x) dx [1], with φ the standard normal density.
 
-    The order n is from 0 to 10: 0 counts contacts, 1 is proportional to their area, 3/2 to their load and 1/2 to their
-    stiffness; h = d/σ [1]. Accurate to 1e-13 relative, 1e-14 up to order 5/2 and h = 10; 0 where the integral is less
-    than the smallest float (h > 38).
+    The order n is from 0 to 10: 0 counts contacts, 1 is proportional to their area, 3/2 to their
+    load and 1/2 to their stiffness; h = d/σ [1]. Accurate to 1e-13 relative, 1e-14 up to order 5/2
+    and h = 10; 0 where the integral is less than the smallest float (h > 38).
     """
     with np.errstate(over="ignore"):
-        return np.exp(_log_height_integral(order, as_floats("separation over deviation", separation)))
+        return np.exp(
+            _log_height_integral(order, as_floats("separation over deviation", separation))
+        )
 
 
 def _nodes() -> tuple[Floats, Floats]:
     """Return nodes x and weights of ∫_0^∞ f(x) dx for f that decays as exp(-x): the double exponential rule.
 
-    Takahasi and Mori, *Publ. RIMS Kyoto Univ.* 9 (1974) 721-741, with x = exp(y - exp(-y)) and a step of 0.1 in y.
-    What the ends leave out is below 1e-20 of the whole for f with powers of x up to 10.
+    Takahasi and Mori, *Publ. RIMS Kyoto Univ.* 9 (1974) 721-741, with x = exp(y - exp(-y)) and a
+    step of 0.1 in y. What the ends leave out is below 1e-20 of the whole for f with powers of x up
+    to 10.
     """
     step = 0.1
     y = np.arange(-40, 46) * step
@@ -180,7 +203,9 @@ _NODES, _WEIGHTS = _nodes()
 
 def _log_height_integral(order: float, h: Floats) -> Floats:
     """Return ln F_n(h), which stays finite where F_n itself is smaller than any float."""
-    return np.where(h > 0, _log_above_mean(order, np.maximum(h, 0)), _log_below_mean(order, np.minimum(h, 0)))
+    return np.where(
+        h > 0, _log_above_mean(order, np.maximum(h, 0)), _log_below_mean(order, np.minimum(h, 0))
+    )
 
 
 def _log_above_mean(order: float, h: Floats) -> Floats:
@@ -197,11 +222,12 @@ def _log_above_mean(order: float, h: Floats) -> Floats:
 def _log_below_mean(order: float, h: Floats) -> Floats:
     """Return ln F_n(h) for h ≤ 0, by Kummer's functions, all terms positive.
 
-    F_n(h) = Γ(n+1) exp(-h²/4)/√(2π) · D_(-n-1)(h), with Abramowitz and Stegun, *Handbook*, 19.3 and 19.12 for the
-    parabolic cylinder function D and 13.1.27 for the exponential.
+    F_n(h) = Γ(n+1) exp(-h²/4)/√(2π) · D_(-n-1)(h), with Abramowitz and Stegun, *Handbook*, 19.3 and
+    19.12 for the parabolic cylinder function D and 13.1.27 for the exponential.
     """
     near = np.maximum(h, WHOLE_CURVE)
-    # scipy's hyp1f1 is infinite for some arguments below 1e-200, where the functions are 1 to rounding long since
+    # scipy's hyp1f1 is infinite for some arguments below 1e-200, where the functions are 1 to
+    # rounding long since
     argument = -np.maximum(near**2 / 2, 1e-30)
     even = gamma((order + 1) / 2) * hyp1f1(-order / 2, 0.5, argument)
     odd = math.sqrt(2) * -near * gamma(order / 2 + 1) * hyp1f1((1 - order) / 2, 1.5, argument)

@@ -1,9 +1,10 @@
 """Stresses below a Hertz contact under normal and tangential load, in closed form, for any Poisson's ratio.
 
-The half-space is z ≥ 0, with the load on its surface. By Boussinesq and Cerruti the stress of a surface load q is a sum
-of derivatives of the harmonic potentials ∬ q pₙ dξ dη, with p₀ = 1/ρ and ∂pₙ₊₁/∂z = pₙ (Johnson 1985, section 3.2). The
-load √(a² - r²) is a line of point loads at the complex depths w = z + it, |t| ≤ a, so that two integrations by parts
-leave the potentials at w = z + ia (Hamilton 1983, *Proc. Inst. Mech. Eng. C* 197, 53-59; Sackfield and Hills 1983).
+The half-space is z ≥ 0, with the load on its surface. By Boussinesq and Cerruti the stress of a
+surface load q is a sum of derivatives of the harmonic potentials ∬ q pₙ dξ dη, with p₀ = 1/ρ and
+∂pₙ₊₁/∂z = pₙ (Johnson 1985, section 3.2). The load √(a² - r²) is a line of point loads at the
+complex depths w = z + it, |t| ≤ a, so that two integrations by parts leave the potentials at w = z
++ ia (Hamilton 1983, *Proc. Inst. Mech. Eng. C* 197, 53-59; Sackfield and Hills 1983).
 """
 
 import numpy as np
@@ -18,8 +19,8 @@ TINY_ROOT = 1e-100  # of R over the radius, in place of 0: its inverse is finite
 class _Potentials:
     """Derivatives of the potentials of the load (peak/a) √(a² - r²), over 4π.
 
-    The horizontal derivatives follow from those by s = r², of which R = √(s + w²) and e = 1/(R + w) are the parts:
-    ∂e/∂w = -e/R and ∂e/∂s = -e²/(2R).
+    The horizontal derivatives follow from those by s = r², of which R = √(s + w²) and e = 1/(R + w)
+    are the parts: ∂e/∂w = -e/R and ∂e/∂s = -e²/(2R).
     """
 
     def __init__(self, x: Floats, y: Floats, z: Floats, radius: float) -> None:
@@ -173,7 +174,9 @@ def _points(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, F
 def _checked_ratio(poissons_ratio: float) -> float:
     ratio = scalar("poissons_ratio", poissons_ratio)
     if not MIN_POISSONS_RATIO < ratio <= MAX_POISSONS_RATIO:
-        raise InputError(f"poissons_ratio is {ratio:g}; expected a number greater than -1 and at most 0.5")
+        raise InputError(
+            f"poissons_ratio is {ratio:g}; expected a number greater than -1 and at most 0.5"
+        )
     return ratio
 
 

@@ -13,7 +13,8 @@ from historysim.scenario.scenario import Scenario
 EVOLVES = "friction or summits change (a law of friction, wear, summits that yield, or events)"
 CONSTANT = "expected constant coefficients and summits"
 
-Exportable = Scenario | Source | Replay | str | Path  # A scenario or its file, a log, a result, or a replay
+# A scenario or its file, a log, a result, or a replay
+Exportable = Scenario | Source | Replay | str | Path
 
 
 class Exported(NamedTuple):
@@ -29,7 +30,9 @@ class Exported(NamedTuple):
         """The ensemble, which has one traction memory; InputError for inclined asperities, which have several."""
         body = self.replay.ensemble
         if not isinstance(body, IntegratedBody):
-            raise InputError("the asperities are inclined, which exports do not support; expected level asperities")
+            raise InputError(
+                "the asperities are inclined, which exports do not support; expected level asperities"
+            )
         return body
 
 

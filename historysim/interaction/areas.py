@@ -2,8 +2,9 @@
 
 The surface of the laws is isotropic and Gaussian, and a rigid flat presses it.
 
-Bush, Gibson and Thomas, *Wear* 35 (1975) 87-111; Persson, *J. Chem. Phys.* 115 (2001) 3840-3861; Bowden and Tabor, *The
-Friction and Lubrication of Solids* (1950); elliptic contacts: Johnson, *Contact Mechanics* (1985), section 4.2.
+Bush, Gibson and Thomas, *Wear* 35 (1975) 87-111; Persson, *J. Chem. Phys.* 115 (2001) 3840-3861;
+Bowden and Tabor, *The Friction and Lubrication of Solids* (1950); elliptic contacts: Johnson,
+*Contact Mechanics* (1985), section 4.2.
 """
 
 import functools
@@ -16,7 +17,11 @@ from scipy import special
 from historysim.basics.arguments import ArrayLike, Floats, as_floats, scalar
 from historysim.basics.units import pascals
 from historysim.basics.wording import Notify, silent
-from historysim.contact.greenwood_williamson import GreenwoodWilliamson, height_integral, summit_contact
+from historysim.contact.greenwood_williamson import (
+    GreenwoodWilliamson,
+    height_integral,
+    summit_contact,
+)
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.interaction.solutions import NormalSolutions
@@ -24,10 +29,14 @@ from historysim.surfaces.heights import Surface
 from historysim.surfaces.surface_statistics import SpectralMoments
 
 HOLDS = 0.2  # relative difference from the whole map up to which a law counts as holding
-# Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of its curvatures.
+# Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of
+# its curvatures.
 CURVATURES, RATIOS = 48, 32
-DEVIATIONS = 9.0  # limit of the rule for the mean curvature, over the average curvature of summits of one height
-HIGHEST = 12.0  # separation over the rms height at which the linear law is reached within 3 %, and no contact is left
+# limit of the rule for the mean curvature, over the average curvature of summits of one height
+DEVIATIONS = 9.0
+# separation over the rms height at which the linear law is reached within 3 %, and no contact is
+# left
+HIGHEST = 12.0
 
 
 def area_laws(
@@ -42,9 +51,10 @@ def area_laws(
 ) -> xr.Dataset:
     """Return the real contact area of a map over the normal load by the laws in use.
 
-    These are "Bowden–Tabor" N/H, with a hardness; "Greenwood–Williamson" with mean radius and deviation of the summits;
-    "Bush–Gibson–Thomas" and "Persson" with the spectral moments of the map; "summits", the sum over the summits of this
-    map, which is what an ensemble has; "whole map", its fully interacting solution.
+    These are "Bowden–Tabor" N/H, with a hardness; "Greenwood–Williamson" with mean radius and
+    deviation of the summits; "Bush–Gibson–Thomas" and "Persson" with the spectral moments of the
+    map; "summits", the sum over the summits of this map, which is what an ensemble has; "whole
+    map", its fully interacting solution.
 
     Parameters
     ----------
@@ -63,8 +73,9 @@ def area_laws(
     Returns
     -------
     Dataset
-        `real_contact_area` (law, normal_load) [m²], NaN where a law has no value; `holds` (law, normal_load), whether
-        it is within 20 % of the whole map, and for Bowden–Tabor whether the mean pressure of the whole map exceeds H.
+        `real_contact_area` (law, normal_load) [m²], NaN where a law has no value; `holds` (law,
+        normal_load), whether it is within 20 % of the whole map, and for Bowden–Tabor whether the
+        mean pressure of the whole map exceeds H.
 
     Raises
     ------
@@ -75,12 +86,18 @@ def area_laws(
         raise InputError("a profile has no contact area; expected a height map")
     loads = np.sort(np.atleast_1d(as_floats("normal_load", normal_load, above=0)))
     summits, moments = surface.summits(rule), surface.statistics().moments
-    pressure, modulus, nominal = loads / surface.nominal_area, pair.contact_modulus, surface.nominal_area
+    pressure, modulus, nominal = (
+        loads / surface.nominal_area,
+        pair.contact_modulus,
+        surface.nominal_area,
+    )
     greenwood = GreenwoodWilliamson.from_summits(summits, modulus)
     areas: dict[str, Floats] = {}
     if hardness is not None:
         areas["Bowden–Tabor"] = bowden_tabor_area(pressure, pascals(hardness)) * nominal
-    areas["Greenwood–Williamson"] = np.asarray(greenwood.contact_area(greenwood.separation_at(loads)))
+    areas["Greenwood–Williamson"] = np.asarray(
+        greenwood.contact_area(greenwood.separation_at(loads))
+    )
     areas["Bush–Gibson–Thomas"] = bush_gibson_thomas_area(pressure, moments, modulus) * nominal
     areas["Persson"] = persson_area(pressure, moments, modulus) * nominal
     # every first touch, and steps between them; the area varies linearly from one to the next
@@ -89,13 +106,20 @@ def area_laws(
     sums = summit_contact(summits.height, summits.radius, separations, contact_modulus=modulus)
     areas["summits"] = np.interp(loads, sums.normal_load, sums.contact_area, right=np.nan)
     if whole_map:
-        solved = NormalSolutions.solve(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
+        solved = NormalSolutions.solve(
+            surface, largest_load=float(loads[-1]) / modulus, notify=notify
+        )
         # a row for each load that was solved; between two of them the area is straight
-        areas["whole map"] = np.interp(loads, solved.load.sum(axis=1) * modulus, solved.area.sum(axis=1))
+        areas["whole map"] = np.interp(
+            loads, solved.load.sum(axis=1) * modulus, solved.area.sum(axis=1)
+        )
     table, over = np.array(list(areas.values())), ("law", "normal_load")
     laws = xr.Dataset(
         {"real_contact_area": (over, table, {"units": "m2", "long_name": "real contact area"})},
-        {"law": list(areas), "normal_load": ("normal_load", loads, {"units": "N", "long_name": "normal load"})},
+        {
+            "law": list(areas),
+            "normal_load": ("normal_load", loads, {"units": "N", "long_name": "normal load"}),
+        },
         {"nominal_area": nominal, "rms_slope": float(np.sqrt(2 * moments.m2))},
     )
     if whole_map:
@@ -111,17 +135,23 @@ def area_laws(
 
 def bowden_tabor_area(pressure: ArrayLike, hardness: float) -> Floats:
     """Return A/A0 = p/H, at most 1: every contact flows at its hardness [Pa]."""
-    return np.minimum(as_floats("pressure", pressure, least=0) / scalar("hardness", hardness, above=0), 1.0)
+    return np.minimum(
+        as_floats("pressure", pressure, least=0) / scalar("hardness", hardness, above=0), 1.0
+    )
 
 
 def persson_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
     """Return A/A0 = erf(√2 p / (E* h')) by Persson, with the rms slope h' = √(2 m2).
 
-    Exact where the contact is complete; at low pressure A/A0 = √(8/π) p/(E* h'), where solutions of whole maps lie
-    between this and √(2π) p/(E* h') of Bush, Gibson and Thomas.
+    Exact where the contact is complete; at low pressure A/A0 = √(8/π) p/(E* h'), where solutions of
+    whole maps lie between this and √(2π) p/(E* h') of Bush, Gibson and Thomas.
     """
     slope = math.sqrt(2 * scalar("m2", moments.m2, above=0))
-    return np.asarray(special.erf(math.sqrt(2) * as_floats("pressure", pressure, least=0) / (contact_modulus * slope)))
+    return np.asarray(
+        special.erf(
+            math.sqrt(2) * as_floats("pressure", pressure, least=0) / (contact_modulus * slope)
+        )
+    )
 
 
 def bush_gibson_thomas(
@@ -129,13 +159,16 @@ def bush_gibson_thomas(
 ) -> tuple[Floats, Floats]:
     """Return nominal pressure [Pa] and A/A0 at separations from the mean plane: independent elliptic summits.
 
-    Heights and both curvatures of the summits are distributed as on a Gaussian surface with α > 3/2 (Nayak 1971).
-    Far from the mean plane A/A0 approaches √(2π) p/(E* h'), which is reached only where next to nothing touches.
+    Heights and both curvatures of the summits are distributed as on a Gaussian surface with α > 3/2
+    (Nayak 1971). Far from the mean plane A/A0 approaches √(2π) p/(E* h'), which is reached only
+    where next to nothing touches.
     """
     m0, m2, m4 = (scalar(name, value, above=0) for name, value in moments._asdict().items())
     alpha = m0 * m4 / m2**2
     if not alpha > 1.5:
-        raise InputError(f"the moments have m0 m4/m2² = {alpha:.4g}; expected more than 1.5, as every surface has")
+        raise InputError(
+            f"the moments have m0 m4/m2² = {alpha:.4g}; expected more than 1.5, as every surface has"
+        )
     heights = np.atleast_1d(as_floats("separation", separation)) / math.sqrt(m0)
     sums = np.array([_summits_above(height, alpha) for height in heights]).T
     # lengths in √m0 and curvatures in √m4; summits per area from 1/(2π m2)
@@ -146,22 +179,29 @@ def bush_gibson_thomas(
     return pressure.reshape(shape), np.minimum(area, 1.0).reshape(shape)
 
 
-def bush_gibson_thomas_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
+def bush_gibson_thomas_area(
+    pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float
+) -> Floats:
     """Return A/A0 by Bush, Gibson and Thomas at nominal pressures [Pa]; NaN beyond contact at the mean plane."""
     nominal_pressure = as_floats("pressure", pressure, least=0)
     separations = np.linspace(HIGHEST, 0.0, 241) * math.sqrt(scalar("m0", moments.m0, above=0))
     pressures, areas = bush_gibson_thomas(separations, moments, contact_modulus)
     # between the separations both go nearly as exponentials, and their ratio is nearly constant
     with np.errstate(divide="ignore"):
-        area_per_pressure = np.interp(np.log(nominal_pressure), np.log(pressures), areas / pressures)
-    return np.where(nominal_pressure > pressures[-1], math.nan, area_per_pressure * nominal_pressure)
+        area_per_pressure = np.interp(
+            np.log(nominal_pressure), np.log(pressures), areas / pressures
+        )
+    return np.where(
+        nominal_pressure > pressures[-1], math.nan, area_per_pressure * nominal_pressure
+    )
 
 
 def _summits_above(height: float, alpha: float) -> tuple[float, float]:
     """Return load and area of all summits above a height, per 1/(2π m2) and in √m0, √m4 and E* as units.
 
-    The mean curvature κ and the half difference r of the two are Gaussian and Rayleigh numbers of variances 2/3 and
-    1/3; summits have r < κ, and their density carries the determinant κ² - r². Height and κ correlate by √(3/(2α)).
+    The mean curvature κ and the half difference r of the two are Gaussian and Rayleigh numbers of
+    variances 2/3 and 1/3; summits have r < κ, and their density carries the determinant κ² - r².
+    Height and κ correlate by √(3/(2α)).
     """
     correlation = math.sqrt(1.5 / alpha)
     residual_deviation = math.sqrt(1 - correlation**2)
@@ -170,7 +210,13 @@ def _summits_above(height: float, alpha: float) -> tuple[float, float]:
     middle = correlation * deviation * max(height, 0.0)
     low, high = max(0.0, middle - DEVIATIONS * deviation), middle + DEVIATIONS * deviation
     mean = low + (high - low) * (nodes + 1) / 2
-    of_mean = weights * (high - low) / 2 * np.exp(-((mean / deviation) ** 2) / 2) / (deviation * math.sqrt(2 * math.pi))
+    of_mean = (
+        weights
+        * (high - low)
+        / 2
+        * np.exp(-((mean / deviation) ** 2) / 2)
+        / (deviation * math.sqrt(2 * math.pi))
+    )
     nodes, weights = np.polynomial.legendre.leggauss(RATIOS)
     share = (nodes + 1) / 2
     half = mean[:, np.newaxis] * share
@@ -207,5 +253,8 @@ def _ellipses() -> tuple[Floats, Floats, Floats]:
     mean = np.sqrt(small * large)
     load = 2 / 3 * math.pi * k * np.sqrt(mean) / approach**1.5
     area = math.pi * k * mean / approach
-    ends = [np.append(values, limit) for values, limit in ((small / large, 1.0), (load, 4 / 3), (area, math.pi))]
+    ends = [
+        np.append(values, limit)
+        for values, limit in ((small / large, 1.0), (load, 4 / 3), (area, math.pi))
+    ]
     return ends[0], ends[1], ends[2]

@@ -11,16 +11,18 @@ from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 
-# Mean gap over rms height, weighted by pressure, at which a solution is used: values between two rows are known to
-# some 1e-4.
+# Mean gap over rms height, weighted by pressure, at which a solution is used: values between two
+# rows are known to some 1e-4.
 ACCURACY = 1e-7
 MOST_ITERATIONS = 2000  # iterations after which a load counts as one that is not solved
-# Pressure that a point which the flat overlaps gets at first, over that which would close its overlap alone.
+# Pressure that a point which the flat overlaps gets at first, over that which would close its
+# overlap alone.
 TOUCH_STEP = 0.3
 
 MOST_POINTS = 200  # points in contact beyond which there are too many for active sets
 MOST_CANDIDATES = 1600  # highest points that may touch
-# Points in contact up to which there is a row at each touch; beyond, at each approach larger by `APPROACH_STEP`.
+# Points in contact up to which there is a row at each touch; beyond, at each approach larger by
+# `APPROACH_STEP`.
 EACH_TOUCH = 16
 APPROACH_STEP = 1.06
 MOST_TURNS = 100
@@ -30,14 +32,17 @@ ROUNDING = 1e-11  # gap over the approach that is taken for rounding
 class HalfSpace:
     """A height map on an elastic half-space, dimensionless: lengths over the rms height, pressures over E*.
 
-    A surface that repeats is solved as repeating: approaches then are measured against the mean displacement of the
-    half-space. Any other is solved as alone, approaches against what is far away. By constrained conjugate gradients
-    (Polonsky and Keer, *Wear* 231 (1999) 206-219), preconditioned by the wave number.
+    A surface that repeats is solved as repeating: approaches then are measured against the mean
+    displacement of the half-space. Any other is solved as alone, approaches against what is far
+    away. By constrained conjugate gradients (Polonsky and Keer, *Wear* 231 (1999) 206-219),
+    preconditioned by the wave number.
     """
 
     def __init__(self, surface: Surface) -> None:
         if 1 in surface.shape:
-            raise InputError("the surface is a profile; expected a height map for asperities that press on one another")
+            raise InputError(
+                "the surface is a profile; expected a height map for asperities that press on one another"
+            )
         if missing := int(surface.missing.sum()):
             raise InputError(
                 f"{missing:,} heights are missing; expected none where asperities press on one another: cut them off, "
@@ -50,7 +55,9 @@ class HalfSpace:
         self._periodic = surface.periodic
         self._pixel = [side / self.unit for side in surface.pixel_size]
         self._wave_number = _wave_number(surface.shape, self._pixel)
-        self._padded = surface.shape if surface.periodic else tuple(2 * points for points in surface.shape)
+        self._padded = (
+            surface.shape if surface.periodic else tuple(2 * points for points in surface.shape)
+        )
         self._response = self._responses()
         self._pressure = self._displacement = np.zeros_like(self.heights)
         self._touch_step = TOUCH_STEP / float(self.influence[0, 0])
@@ -64,7 +71,10 @@ class HalfSpace:
             rest = np.where(self._wave_number > 0, self._wave_number, np.inf)
             return np.where(self._wave_number > 0, 2.0 / rest, 0.0)
         points = (np.arange(count) for count in self._padded)
-        offsets = [np.minimum(at, at.size - at) * side for at, side in zip(points, self._pixel, strict=True)]
+        offsets = [
+            np.minimum(at, at.size - at) * side
+            for at, side in zip(points, self._pixel, strict=True)
+        ]
         return np.asarray(fft.rfft2(_love(offsets[0][:, None], offsets[1], *self._pixel)))
 
     @property
@@ -126,13 +136,16 @@ class HalfSpace:
                 return float(self.heights.max()) - separation, pressure
             residual = np.where(touching, gap, 0.0)
             gradient = self._precondition(residual, touching)
-            # of a contact that has not changed the directions are conjugate, and their responses are known by sums
+            # of a contact that has not changed the directions are conjugate, and their responses
+            # are known by sums
             size = float((residual * gradient).sum())
             share = size / previous_size if previous_size > 0 else 0.0
             direction = gradient + share * direction
             response = self._displacement_under(gradient) + share * response
             previous_size = size
-            step = float((residual * direction).sum()) / float((response * direction)[touching].sum())
+            step = float((residual * direction).sum()) / float(
+                (response * direction)[touching].sum()
+            )
             changed = pressure - step * direction
             leaving = changed < 0
             if leaving.any() or overlapping.any():
@@ -173,7 +186,14 @@ def _love(x: Floats, y: Floats, width: float, depth: float) -> Floats:
     for i in (-1, 1):
         for j in (-1, 1):
             across, along = x + i * width / 2, y + j * depth / 2
-            total += i * j * (across * np.arcsinh(along / np.abs(across)) + along * np.arcsinh(across / np.abs(along)))
+            total += (
+                i
+                * j
+                * (
+                    across * np.arcsinh(along / np.abs(across))
+                    + along * np.arcsinh(across / np.abs(along))
+                )
+            )
     total /= np.pi
     return total
 
@@ -193,9 +213,10 @@ class Row(NamedTuple):
 class FewPoints:
     """Contact of the highest points of a map (nx, ny), with the displacement at each offset under a unit pressure.
 
-    It is exact. With p the pressures of the points that touch, G the displacement of one point under the pressure of
-    another, and z the depth of a point below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all
-    others. So p is straight in the approach a from one touch to the next; the first point is a flat punch of one pixel.
+    It is exact. With p the pressures of the points that touch, G the displacement of one point
+    under the pressure of another, and z the depth of a point below the highest, p = G⁻¹ (a - z) on
+    those points, and z + G p > a on all others. So p is straight in the approach a from one touch
+    to the next; the first point is a flat punch of one pixel.
     """
 
     def __init__(self, heights: Floats, influence: Floats, *, periodic: bool) -> None:
@@ -204,8 +225,11 @@ class FewPoints:
         self.candidate = np.argsort(depth, kind="stable")[:MOST_CANDIDATES]
         self._depth = depth[self.candidate]
         self._matrix = _matrix(self.candidate, influence, periodic=periodic)
-        # beyond the candidates others may touch; where displacements have a mean of 0 they may even do so before
-        self._reach = np.inf if self.candidate.size == depth.size else 0.5 * float(depth[self.candidate[-1]])
+        # beyond the candidates others may touch; where displacements have a mean of 0 they may even
+        # do so before
+        self._reach = (
+            np.inf if self.candidate.size == depth.size else 0.5 * float(depth[self.candidate[-1]])
+        )
 
     def rows(self) -> Iterator[Row]:
         """Yield solutions at rising approaches, as long as few points touch."""
@@ -227,12 +251,16 @@ class FewPoints:
                 yield row
             approach = target
 
-    def _solve_active_set(self, approach: float, touching: Booleans) -> tuple[Floats, Floats, float]:
+    def _solve_active_set(
+        self, approach: float, touching: Booleans
+    ) -> tuple[Floats, Floats, float]:
         """Return the pressures at an approach if these points touch, how they grow, and where the next one touches."""
         from scipy.linalg import cho_factor, cho_solve
 
         matrix = self._matrix[np.ix_(touching, touching)]
-        right_sides = np.stack([approach - self._depth[touching], np.ones(int(touching.sum()))], axis=1)
+        right_sides = np.stack(
+            [approach - self._depth[touching], np.ones(int(touching.sum()))], axis=1
+        )
         pressure, growth = cho_solve(cho_factor(matrix), right_sides).T
         across = self._matrix[np.ix_(~touching, touching)]
         gap, closing = self._depth[~touching] - approach + across @ pressure, 1.0 - across @ growth
@@ -240,7 +268,9 @@ class FewPoints:
             ahead = np.where(closing > 0, gap / closing, np.inf)
         return pressure, growth, approach + max(float(ahead.min(initial=np.inf)), 0.0)
 
-    def _find_active_set(self, approach: float, touching: Booleans) -> tuple[Row, Booleans, float] | None:
+    def _find_active_set(
+        self, approach: float, touching: Booleans
+    ) -> tuple[Row, Booleans, float] | None:
         """Return the solution at an approach, the points that touch just beyond it, and where the next one touches.
 
         None where points come and leave in turn, which conjugate gradients do not mind.

@@ -23,14 +23,24 @@ from historysim.interaction.half_space import EACH_TOUCH, FewPoints, HalfSpace
 from historysim.surfaces.heights import Surface
 
 FORM = b"5"  # changes whenever the same arguments are to be computed anew
-DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
+DAMAGE = (
+    OSError,
+    ValueError,
+    KeyError,
+    EOFError,
+    zipfile.BadZipFile,
+    zlib.error,
+    tokenize.TokenError,
+)
 
 
 def cache_folder() -> Path | None:
     """Folder of the cache: historysim in the system's cache folder, which may be emptied; None without a home."""
     if folder := os.environ.get("HISTORYSIM_CACHE"):
         return Path(folder)
-    variable, in_home = ("LOCALAPPDATA", "") if sys.platform == "win32" else ("XDG_CACHE_HOME", ".cache")
+    variable, in_home = (
+        ("LOCALAPPDATA", "") if sys.platform == "win32" else ("XDG_CACHE_HOME", ".cache")
+    )
     try:
         return Path(os.environ.get(variable) or Path.home() / in_home) / "historysim"
     except RuntimeError:
@@ -43,14 +53,17 @@ def load_or_compute(
 ) -> dict[str, Floats]:
     """Return the cached arrays of a computation, identified by its arguments; compute and store them if there are none.
 
-    A damaged file is computed again. If there is no folder, or it cannot be written to, nothing is cached.
+    A damaged file is computed again. If there is no folder, or it cannot be written to, nothing is
+    cached.
     """
     folder = cache_folder()
     if folder is None:
         return compute()
     digest = hashlib.sha256(FORM)
     for item in enumerate(arguments):
-        digest.update(repr((item[0], item[1].shape, item[1].dtype.str)).encode() + item[1].tobytes())
+        digest.update(
+            repr((item[0], item[1].shape, item[1].dtype.str)).encode() + item[1].tobytes()
+        )
     path = folder / f"{name}_{digest.hexdigest()[:32]}.npz"
     try:
         check_archive(path)
@@ -71,17 +84,21 @@ def load_or_compute(
 
 LIGHTEST = 1e-3  # lightest load over the largest if more than a few points touch simultaneously
 STEP = 1.12  # loads that are solved by conjugate gradients, one over the one before
-FIRST_PRESSURE = 1e-4  # mean pressure, over E* and the rms slope, to begin from where an approach is to be reached
+# mean pressure, over E* and the rms slope, to begin from where an approach is to be reached
+FIRST_PRESSURE = 1e-4
 ABOVE = 1.001  # largest solved load over the requested load
 MOST_DOUBLINGS = 40
 ITERATIONS = 20  # iterations of the conjugate gradients that a load takes, after the one before it
 LONG = 30.0  # time that is announced before it begins [s]
 MUCH = 2**30  # memory that is announced before it is taken [bytes]
 BYTES = 118 * 2**20  # memory of the program, and of a contact of few points
-POINT_BYTES = {True: 96, False: 216}  # what is held of each point of a map that repeats, and of any other
+# what is held of each point of a map that repeats, and of any other
+POINT_BYTES = {True: 96, False: 216}
 PRESSURE_BYTES = 24  # what is held of the pressure of a point in contact under a load
-AREA_PER_PRESSURE = 2.2  # A/A0 over p/(E* h'), with the rms slope h' of the map: about that while little of it touches
-# Change of the contact area without every second point, from which areas and patches are those of the grid.
+# A/A0 over p/(E* h'), with the rms slope h' of the map: about that while little of it touches
+AREA_PER_PRESSURE = 2.2
+# Change of the contact area without every second point, from which areas and patches are those of
+# the grid.
 MOST_CHANGE = 0.1
 
 
@@ -89,22 +106,25 @@ MOST_CHANGE = 0.1
 class NormalSolutions:
     """Frictionless solutions of one height map under a flat, from the first point that touches to the heaviest load.
 
-    Up to the first row one point carries all, a flat punch. Between the rows pressures are taken to grow together.
+    Up to the first row one point carries all, a flat punch. Between the rows pressures are taken to
+    grow together.
     """
 
     approach: Floats  #: (row) Of the flat, from first touch [m]
     #: (point) Flat indices of the points of the map that touch under the largest load.
     point: Integers = attrs.field(repr=False)
     pressure: Floats = attrs.field(repr=False)  #: (row, point) Pressures there, over E*
-    #: (row) dP/da of the whole contact over E*, just before the row [m]; NaN where it was not solved.
+    #: (row) dP/da of the whole contact over E*, just before the row [m]; NaN where it was not
+    #: solved.
     stiffness: Floats = attrs.field(repr=False)
-    #: (point) The patch of each point: connected parts of the contact under the largest load, the largest first.
+    #: (point) The patch of each point: connected parts of the contact under the largest load, the
+    #: largest first.
     patch: Integers = attrs.field(repr=False)
     shape: tuple[int, int]  #: of the map
     pixel_size: tuple[float, float]  #: [m]
     highest_summit: float  #: height of the flat at first touch [m]
-    #: Relative change of the approach and of the contact area under the largest load without every second point of the
-    #: map: how much the map's resolution matters.
+    #: Relative change of the approach and of the contact area under the largest load without every
+    #: second point of the map: how much the map's resolution matters.
     coarse: tuple[float, float]
 
     @classmethod
@@ -119,17 +139,26 @@ class NormalSolutions:
     ) -> Self:
         """Solve a map up to a load and an approach, or take the solutions from the cache of an earlier run.
 
-        A surface that repeats is solved as repeating, any other as alone on its half-space. The load is over E* [m²],
-        the approach from first touch [m]; `notify` takes the notice of how long it will take, where that is long. A map
-        that cannot be solved, or not in the machine's memory, and neither a load nor an approach, are an InputError.
+        A surface that repeats is solved as repeating, any other as alone on its half-space. The
+        load is over E* [m²], the approach from first touch [m]; `notify` takes the notice of how
+        long it will take, where that is long. A map that cannot be solved, or not in the machine's
+        memory, and neither a load nor an approach, are an InputError.
         """
-        load, approach = scalar("largest_load", largest_load, least=0), scalar("largest_approach", largest_approach)
+        load, approach = (
+            scalar("largest_load", largest_load, least=0),
+            scalar("largest_approach", largest_approach),
+        )
         if load <= 0 and approach <= 0:
-            raise InputError("nothing touches; expected a normal load or an approach of more than 0")
+            raise InputError(
+                "nothing touches; expected a normal load or an approach of more than 0"
+            )
         _check_memory(_held(surface), surface.shape)
         space = HalfSpace(surface)
         target = (load / (surface.nominal_area), approach / space.unit)
-        key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target]))
+        key = (
+            np.ascontiguousarray(surface.heights),
+            np.array([*surface.pixel_size, surface.periodic, *target]),
+        )
 
         def compute() -> dict[str, Floats]:
             return _solve(space, surface, target, progress=progress, notify=notify)
@@ -163,7 +192,9 @@ class NormalSolutions:
     @property
     def area(self) -> Floats:
         """Contact area of each patch (row, patch) [m²]."""
-        return self._sum_by_patch((self.pressure > 0).astype(np.float64)) * math.prod(self.pixel_size)
+        return self._sum_by_patch((self.pressure > 0).astype(np.float64)) * math.prod(
+            self.pixel_size
+        )
 
     @property
     def notices(self) -> tuple[str, ...]:
@@ -185,14 +216,18 @@ class NormalSolutions:
         """Position of the most loaded point of each patch [m]: x and y (patch)."""
         order = np.lexsort((-self.pressure[-1], self.patch))
         peak_point = order[np.searchsorted(self.patch[order], np.arange(self.count))]
-        x, y = (np.asarray(index, dtype=np.float64) for index in np.unravel_index(self.point[peak_point], self.shape))
+        x, y = (
+            np.asarray(index, dtype=np.float64)
+            for index in np.unravel_index(self.point[peak_point], self.shape)
+        )
         return x * self.pixel_size[0], y * self.pixel_size[1]
 
     @property
     def first_touch(self) -> Floats:
         """Approach at which each point first touches (point) [m].
 
-        Points that come in between two rows are taken in the order of their pressures, so that the area grows evenly.
+        Points that come in between two rows are taken in the order of their pressures, so that the
+        area grows evenly.
         """
         row = (self.pressure > 0).argmax(axis=0)
         edges = np.append(0.0, self.approach)
@@ -211,7 +246,12 @@ class NormalSolutions:
 
 
 def _solve(
-    space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool, notify: Notify
+    space: HalfSpace,
+    surface: Surface,
+    target: tuple[float, float],
+    *,
+    progress: bool,
+    notify: Notify,
 ) -> dict[str, Floats]:
     """Solve all loads, from the first touch, and the heaviest on the map with every second point left out."""
     _check_flattening(space, *target)
@@ -224,7 +264,9 @@ def _solve(
         if mean >= target[0] * ABOVE and row.approach >= target[1] * ABOVE:
             break
     else:
-        for approach, pressure in _solve_heavier_loads(space, surface, mean, target, progress=progress, notify=notify):
+        for approach, pressure in _solve_heavier_loads(
+            space, surface, mean, target, progress=progress, notify=notify
+        ):
             # a light load may come out before the last row of few points
             if not rows or approach > rows[-1][0]:
                 touching = np.flatnonzero(pressure)
@@ -262,12 +304,20 @@ def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> Non
 
 
 def _solve_heavier_loads(
-    space: HalfSpace, surface: Surface, lowest: float, target: tuple[float, float], *, progress: bool, notify: Notify
+    space: HalfSpace,
+    surface: Surface,
+    lowest: float,
+    target: tuple[float, float],
+    *,
+    progress: bool,
+    notify: Notify,
 ) -> Iterator[tuple[float, Floats]]:
     """Yield approach and pressures for increasing loads, from a mean pressure up to the requested one."""
     top = _top(space, *target)
     lowest = lowest or top * LIGHTEST
-    loads = np.geomspace(lowest, top, max(math.ceil(math.log(top / lowest) / math.log(STEP)), 1) + 1)[1:]
+    loads = np.geomspace(
+        lowest, top, max(math.ceil(math.log(top / lowest) / math.log(STEP)), 1) + 1
+    )[1:]
     seconds = loads.size * ITERATIONS * space.measure_iteration_time()
     touching = space.heights.size * min(AREA_PER_PRESSURE * top / space.slope, 1.0)
     memory = _held(surface) + PRESSURE_BYTES * (loads.size + EACH_TOUCH) * touching
@@ -307,7 +357,9 @@ def _sides(shape: tuple[int, int]) -> str:
     return " × ".join(f"{side:,}" for side in shape)
 
 
-def _change_at_half_resolution(space: HalfSpace, surface: Surface, top: float, approach: float, area: float) -> Floats:
+def _change_at_half_resolution(
+    space: HalfSpace, surface: Surface, top: float, approach: float, area: float
+) -> Floats:
     """Relative change of approach and area under the largest load if every second point is left out."""
     heights = surface.heights[::2, ::2]
     x, y = surface.pixel_size
@@ -338,14 +390,21 @@ def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:
                 break
         else:
             low = trial
-        trial = math.sqrt(low * high) if low > 0 and high < math.inf else 2 * trial if high == math.inf else trial / 2
+        trial = (
+            math.sqrt(low * high)
+            if low > 0 and high < math.inf
+            else 2 * trial
+            if high == math.inf
+            else trial / 2
+        )
     return max(top, high)
 
 
 def label_patches(touching: Booleans, *, periodic: bool = False) -> Integers:
     """Label each point (nx, ny) with the number of its patch: -1 out of contact, 0 in the largest patch.
 
-    Points that share a side or a corner belong to one patch, also across the border of a periodic map.
+    Points that share a side or a corner belong to one patch, also across the border of a periodic
+    map.
     """
     from scipy import ndimage
     from scipy.sparse import coo_array
@@ -361,7 +420,9 @@ def label_patches(touching: Booleans, *, periodic: bool = False) -> Integers:
                 both = np.stack([edge, np.roll(opposite, shift)])
                 meeting.append(both[:, (both > 0).all(axis=0)])
         pairs = np.concatenate(meeting, axis=1)
-        graph = coo_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(count + 1, count + 1))
+        graph = coo_array(
+            (np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(count + 1, count + 1)
+        )
         labels = connected_components(graph, directed=False)[1][labels]
     _, label_rank = np.unique(np.where(touching, labels, -1), return_inverse=True)
     numbers = label_rank.reshape(touching.shape) - (0 if touching.all() else 1)

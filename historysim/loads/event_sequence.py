@@ -61,7 +61,9 @@ class Events(Sequence[Event]):
     def loads(self) -> Loads | None:
         """All events as arrays; None if one is not a load, or has two tangential components."""
         try:
-            kind = np.fromiter(map(_CODE.__getitem__, map(type, self._objects)), dtype=np.int8, count=len(self))
+            kind = np.fromiter(
+                map(_CODE.__getitem__, map(type, self._objects)), dtype=np.int8, count=len(self)
+            )
             time, value = (
                 np.fromiter(map(attrgetter(name), self._objects), dtype=float, count=len(self))
                 for name in ("time", "value")
@@ -97,7 +99,9 @@ class Events(Sequence[Event]):
         # objects are not converted for a few of them
         loads = vars(self).get("loads") if "_objects" in vars(self) else self.loads
         if isinstance(index, slice):
-            return Events(self._objects[index]) if loads is None else Events(loads=loads.part(index))
+            return (
+                Events(self._objects[index]) if loads is None else Events(loads=loads.part(index))
+            )
         if "_objects" in vars(self) or loads is None:
             return self._objects[index]
         index = range(len(self))[index]
@@ -126,15 +130,24 @@ class SampledLoads(Events):
     """Events of a record: at each sample a normal load and a tangential displacement, in this order.
 
     They are replayed like single events, but each sample is a separate step, even if times repeat.
-    Arrays are (sample): times, which do not decrease [s], normal loads of 0 or more [N], and displacements [m], those
-    of the drive where there is an instrument. A number beyond the sizes that are computed with is an InputError.
+    Arrays are (sample): times, which do not decrease [s], normal loads of 0 or more [N], and
+    displacements [m], those of the drive where there is an instrument. A number beyond the sizes
+    that are computed with is an InputError.
     """
 
     def __init__(self, time: Floats, normal_load: Floats, tangential_displacement: Floats) -> None:
-        columns = {"time": time, "normal_load": normal_load, "tangential_displacement": tangential_displacement}
+        columns = {
+            "time": time,
+            "normal_load": normal_load,
+            "tangential_displacement": tangential_displacement,
+        }
         for name, values in columns.items():
             workable(name, values)
-        self.time, self.normal_load, self.tangential_displacement = time, normal_load, tangential_displacement
+        self.time, self.normal_load, self.tangential_displacement = (
+            time,
+            normal_load,
+            tangential_displacement,
+        )
 
     @cached_property
     def loads(self) -> Loads:
@@ -209,7 +222,9 @@ def _make_events(loads: Loads) -> list[Event]:
         events_of_kind = [events[index] for index in where]
         for name in ("time", "value"):
             setter: Any = getattr(KINDS[code], name)
-            deque(map(setter.__set__, events_of_kind, getattr(loads, name)[where].tolist()), maxlen=0)
+            deque(
+                map(setter.__set__, events_of_kind, getattr(loads, name)[where].tolist()), maxlen=0
+            )
     return list(events)
 
 
@@ -282,7 +297,9 @@ def digest(events: Iterable[Event]) -> str:
     loads = to_loads(events) if isinstance(events, Sequence) else None
     if loads is None:
         for event in events:
-            line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, event.contents())])
+            line = json.dumps(
+                [type(event).__name__, event.time.hex(), *map(_hex, event.contents())]
+            )
             total.update(line.encode() + b"\n")
         return total.hexdigest()
     names = _characters(f'["{kind.__name__}", "' for kind in KINDS)
@@ -292,7 +309,13 @@ def digest(events: Iterable[Event]) -> str:
         block = loads.part(slice(start, start + LINES_AT_ONCE))
         zeros = np.zeros(block.time.size, dtype=np.intp)
         lines = np.hstack(
-            [names[block.kind], *_hexes(block.time), between[zeros], *_hexes(block.value), line_end[zeros]]
+            [
+                names[block.kind],
+                *_hexes(block.time),
+                between[zeros],
+                *_hexes(block.value),
+                line_end[zeros],
+            ]
         )
         total.update(lines[lines != 0].tobytes())
     return total.hexdigest()
@@ -307,12 +330,18 @@ def _characters(texts: Iterable[str]) -> Array:
 def _hexes(values: Floats) -> tuple[Array, Array, Array]:
     """Return `float.hex` of finite numbers as characters: in front of 13 digits, the digits, and the exponent."""
     bits = np.ascontiguousarray(values, dtype=">f8").view(">u8").astype(np.uint64)
-    digits = np.frombuffer(bits.astype(">u8").tobytes().hex().encode(), np.uint8).reshape(-1, 16)[:, 3:].copy()
+    digits = (
+        np.frombuffer(bits.astype(">u8").tobytes().hex().encode(), np.uint8)
+        .reshape(-1, 16)[:, 3:]
+        .copy()
+    )
     zero = values == 0
     digits[zero, 1:] = 0
     # sign and biased exponent, and a flag of zeros, which have one digit and the exponent 0
     powers, where = np.unique((bits >> np.uint64(52)) + zero * np.uint64(4096), return_inverse=True)
     exponents = [(power >> 11 & 1, power & 2047, power >> 12) for power in powers.tolist()]
     front = _characters(f"{'-' * sign}0x{int(biased > 0)}." for sign, biased, _ in exponents)
-    back = _characters(f"p{0 if is_zero else max(biased, 1) - 1023:+d}" for _, biased, is_zero in exponents)
+    back = _characters(
+        f"p{0 if is_zero else max(biased, 1) - 1023:+d}" for _, biased, is_zero in exponents
+    )
     return front[where], digits, back[where]

@@ -9,7 +9,15 @@ import attrs
 from historysim.basics.fields import Force, Length, Numbers, Quantity, QuantityFields
 from historysim.basics.limits import MOST_FRICTION, SIZE, is_workable
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, convert_each, is_number, metres, newtons, seconds, to_si
+from historysim.basics.units import (
+    as_float,
+    convert_each,
+    is_number,
+    metres,
+    newtons,
+    seconds,
+    to_si,
+)
 from historysim.basics.wording import count_text
 from historysim.errors import InputError
 
@@ -30,14 +38,17 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-# -- fields of events: conversion and checks ------------------------------------------------------------
+# -- fields of events: conversion and checks
+# ------------------------------------------------------------
 
 
 def _fits(value: Any) -> bool:
     return is_number(value) and is_workable(value)
 
 
-def _field_error(event: Any, name: str, value: Any, expected: str, *, is_limited: bool = False) -> InputError:
+def _field_error(
+    event: Any, name: str, value: Any, expected: str, *, is_limited: bool = False
+) -> InputError:
     """Error of a field; `expected` names the largest value itself if it `is_limited`."""
     when = f" at t = {event.time:g} s" if name != "time" and _fits(event.time) else ""
     if not is_limited and is_number(value) and math.isfinite(value) and not is_workable(value):
@@ -66,7 +77,11 @@ def as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
     """Convert one number or several to floats; other values are returned unchanged, for the validator to refuse."""
     argument: Any = value
     single = isinstance(argument, str | bytes | Mapping) or getattr(argument, "ndim", 1) == 0
-    return tuple(map(as_float, argument)) if isinstance(argument, Iterable) and not single else as_float(argument)
+    return (
+        tuple(map(as_float, argument))
+        if isinstance(argument, Iterable) and not single
+        else as_float(argument)
+    )
 
 
 def _as_lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
@@ -80,7 +95,10 @@ def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
     if value is None or isinstance(value, str | bytes | Mapping):
         return value  # type: ignore[return-value] # refused by the check
     indices = tuple(value) if isinstance(value, Iterable) else (value,)
-    are_integers = (is_number(index) and not isinstance(index, bool) and index == int(index) for index in indices)
+    are_integers = (
+        is_number(index) and not isinstance(index, bool) and index == int(index)
+        for index in indices
+    )
     return tuple(map(int, indices)) if all(are_integers) else indices
 
 
@@ -91,19 +109,27 @@ def each_at_least(
 
     def check(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         if value == ():
-            raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one {noun}, or one each")
+            raise InputError(
+                f"{type(event).__name__}: {attribute.name} is empty; expected one {noun}, or one each"
+            )
         for number in value if isinstance(value, tuple) else (value,):
             if not (_fits(number) and minimum <= number <= maximum):
-                raise _field_error(event, attribute.name, number, expected, is_limited=maximum < math.inf)
+                raise _field_error(
+                    event, attribute.name, number, expected, is_limited=maximum < math.inf
+                )
 
     return check
 
 
 def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    are_indices = isinstance(value, tuple) and all(type(index) is int and index >= 0 for index in value)
+    are_indices = isinstance(value, tuple) and all(
+        type(index) is int and index >= 0 for index in value
+    )
     if value is not None and not (are_indices and value and len(set(value)) == len(value)):
         expected = "indices of asperities, 0 or more, each once"
-        raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected {expected}")
+        raise InputError(
+            f"{type(event).__name__}: {attribute.name} is {value!r}; expected {expected}"
+        )
 
 
 _COEFFICIENT = f"a finite number of 0 or more, {MOST_FRICTION:g} at most (the contact sticks as with any larger one)"
@@ -111,14 +137,15 @@ coefficients_within = each_at_least("coefficient", 0.0, _COEFFICIENT, maximum=MO
 _lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finite number, in m"))
 
 
-# -- the base class ---------------------------------------------------------------------------------------
+# -- the base class
+# ---------------------------------------------------------------------------------------
 
 
 class Event(QuantityFields):
     """Base class of events: a waypoint of a channel, or an instantaneous change, at a time.
 
-    A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of them, or None, as a log
-    stores them.
+    A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of
+    them, or None, as a log stores them.
     """
 
     __slots__ = ()
@@ -130,7 +157,8 @@ class Event(QuantityFields):
     order: ClassVar[tuple[str, ...]] = ()
     noun: ClassVar[str] = "number"  #: what a message calls one of its numbers
     changes_friction: ClassVar[bool] = False
-    changes_geometry: ClassVar[bool] = False  #: what it changes, so that it is recorded at each step
+    #: what it changes, so that it is recorded at each step
+    changes_geometry: ClassVar[bool] = False
 
     time: float
 
@@ -142,7 +170,9 @@ class Event(QuantityFields):
     @property
     def needs(self) -> tuple[str, ...]:
         """Features of a body that it requires, such as "friction change"; see `historysim.asperities.body`."""
-        return ("friction change",) * self.changes_friction + ("geometry change",) * self.changes_geometry
+        return ("friction change",) * self.changes_friction + (
+            "geometry change",
+        ) * self.changes_geometry
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -164,7 +194,9 @@ class Event(QuantityFields):
         """Make an event at a time from `contents`; missing trailing values are left open."""
         event_class: Any = cls
         if len(contents) > len(cls.fields()):
-            raise InputError(f"{cls.name} has {len(contents)} lists of numbers; expected {len(cls.fields())} at most")
+            raise InputError(
+                f"{cls.name} has {len(contents)} lists of numbers; expected {len(cls.fields())} at most"
+            )
         event: Self = event_class(time, **dict(zip(cls.fields(), contents, strict=False)))
         return event
 
@@ -187,7 +219,11 @@ class Event(QuantityFields):
         expected = count if chosen is None else len(chosen)
         for name in self._lists():
             values = getattr(self, name)
-            if self.noun != "number" and isinstance(values, tuple) and len(values) not in {1, expected}:
+            if (
+                self.noun != "number"
+                and isinstance(values, tuple)
+                and len(values) not in {1, expected}
+            ):
                 return (
                     f"{name} has shape ({len(values)},); expected one {self.noun}, or one for each of "
                     f"{count_text(expected, 'asperity', 'asperities')}"
@@ -197,7 +233,8 @@ class Event(QuantityFields):
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the `State` after an instantaneous change; not called for waypoints.
 
-        Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
+        Facts do not import what they act on, so that whoever reads a log or a result needs no
+        engine.
         """
         raise NotImplementedError(
             f"{type(self).__name__} has no act; expected a method that returns the state after it"
@@ -285,7 +322,8 @@ class NormalDisplacement(LoadEvent):
 Components = tuple[float | None, float | None]  # in x and y
 ForceOrPair = Annotated[float | Components, Quantity("N", components=("x", "y"))]
 LengthOrPair = Annotated[float | Components, Quantity("m", components=("x", "y"))]
-ACROSS = "_y"  # ends the name of a channel, or of its column, that is the second tangential component
+# ends the name of a channel, or of its column, that is the second tangential component
+ACROSS = "_y"
 
 
 def _newtons(value: float | Sequence[float | None]) -> Any:
@@ -302,7 +340,9 @@ def tangential_channels(value: Any) -> tuple[str, ...]:
     if not isinstance(value, tuple):
         return (channel,)
     return tuple(
-        name for name, component in zip((channel, channel + ACROSS), value, strict=False) if component is not None
+        name
+        for name, component in zip((channel, channel + ACROSS), value, strict=False)
+        if component is not None
     )
 
 
@@ -310,7 +350,8 @@ def tangential_channels(value: Any) -> tuple[str, ...]:
 class TangentialEvent(LoadEvent):
     """Waypoint of the tangential channel: one number, or two, in x and y.
 
-    Each component is a channel by itself: None in a pair leaves one to other waypoints, of a load or a displacement.
+    Each component is a channel by itself: None in a pair leaves one to other waypoints, of a load
+    or a displacement.
     """
 
     value: Any
@@ -330,7 +371,8 @@ class TangentialEvent(LoadEvent):
         if not self.planar:
             return self
         x, y = (
-            component if name in channels else None for name, component in zip(_COMPONENTS, self.value, strict=True)
+            component if name in channels else None
+            for name, component in zip(_COMPONENTS, self.value, strict=True)
         )
         return attrs.evolve(self, value=(x, y))
 
@@ -343,7 +385,9 @@ class TangentialEvent(LoadEvent):
         """Make an event at a time from `contents`."""
         event_class: Any = cls
         event: Self = (
-            event_class(time, tuple(contents)) if len(contents) == 2 else super().from_contents(time, contents)
+            event_class(time, tuple(contents))
+            if len(contents) == 2
+            else super().from_contents(time, contents)
         )
         return event
 
@@ -386,7 +430,8 @@ class TangentialLoad(TangentialEvent):
 class TangentialDisplacement(TangentialEvent):
     """Rigid tangential displacement U [m] at a time; with an `Instrument` the displacement of its drive.
 
-    It is one number, or a pair, in x and y; None in a pair leaves that component to other waypoints.
+    It is one number, or a pair, in x and y; None in a pair leaves that component to other
+    waypoints.
 
     Examples
     --------
@@ -398,7 +443,8 @@ class TangentialDisplacement(TangentialEvent):
     A stage that is driven in x under a dead weight in y:
 
     >>> [hs.TangentialLoad(1.0, (None, 5e-3)), hs.TangentialDisplacement(2.0, (10e-9, None))]
-    [TangentialLoad(time=1.0, value=(None, 0.005)), TangentialDisplacement(time=2.0, value=(1e-08, None))]
+    [TangentialLoad(time=1.0, value=(None, 0.005)), TangentialDisplacement(time=2.0, value=(1e-08,
+    None))]
     """
 
     value: LengthOrPair = attrs.field(converter=_metres, validator=_check_one_or_two)
@@ -411,9 +457,10 @@ class TangentialDisplacement(TangentialEvent):
 class FrictionChange(Event):
     """A new friction coefficient from a time on.
 
-    It acts immediately, after the load channels have arrived at that time. Springs that the new, lower
-    limit cannot hold slip; under load control the tangential displacement then jumps to restore the
-    load. A rise changes nothing until the next load. A negative coefficient is an InputError.
+    It acts immediately, after the load channels have arrived at that time. Springs that the new,
+    lower limit cannot hold slip; under load control the tangential displacement then jumps to
+    restore the load. A rise changes nothing until the next load. A negative coefficient is an
+    InputError.
 
     Parameters
     ----------
@@ -432,7 +479,9 @@ class FrictionChange(Event):
 
     time: float = attrs.field(converter=seconds, validator=_finite)
     friction: Numbers = attrs.field(converter=as_numbers, validator=coefficients_within)
-    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
+    asperities: tuple[int, ...] | None = attrs.field(
+        default=None, converter=_as_indices, validator=_indices
+    )
 
     name = "friction"
     noun = "coefficient"
@@ -465,8 +514,9 @@ class FrictionChange(Event):
 class FrictionRamp(Event):
     """Waypoint of the friction coefficient, which is linear in time between its waypoints.
 
-    Friction ramps from its value at the previous waypoint, or for the first waypoint at the previous event time.
-    Rows of a table μ(t) are such events. A negative coefficient is an InputError.
+    Friction ramps from its value at the previous waypoint, or for the first waypoint at the
+    previous event time. Rows of a table μ(t) are such events. A negative coefficient is an
+    InputError.
 
     Parameters
     ----------
@@ -503,18 +553,25 @@ OneOrMore = Annotated[tuple[float, ...], Quantity("m", alone=True)]
 class GeometryChange(Event):
     """New summit heights or radii from a time on; each changed summit is a new contact without traction memory.
 
-    It acts immediately, after the load channels have arrived at that time. Then each channel returns to its value:
-    controlled loads are restored. Asperities whose height and radius do not change keep their traction memory.
-    InputError if neither heights nor radii are given.
+    It acts immediately, after the load channels have arrived at that time. Then each channel
+    returns to its value: controlled loads are restored. Asperities whose height and radius do not
+    change keep their traction memory. InputError if neither heights nor radii are given.
     """
 
     time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
-    #: New heights over the datum of the ensemble [m], one for all asperities or one each; by default they stay.
-    summit_height: OneOrMore | None = attrs.field(default=None, converter=_as_lengths, validator=_lengths)
+    #: New heights over the datum of the ensemble [m], one for all asperities or one each; by
+    #: default they stay.
+    summit_height: OneOrMore | None = attrs.field(
+        default=None, converter=_as_lengths, validator=_lengths
+    )
     #: New radii [m], likewise.
-    summit_radius: OneOrMore | None = attrs.field(default=None, converter=_as_lengths, validator=_lengths)
+    summit_radius: OneOrMore | None = attrs.field(
+        default=None, converter=_as_lengths, validator=_lengths
+    )
     #: Indices of those that they are for; all by default, as when the whole surface is replaced.
-    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
+    asperities: tuple[int, ...] | None = attrs.field(
+        default=None, converter=_as_indices, validator=_indices
+    )
 
     name = "geometry"
     unit = "m"
@@ -525,9 +582,13 @@ class GeometryChange(Event):
     def __attrs_post_init__(self) -> None:
         """Check that heights or radii are given, and radii are positive."""
         if self.summit_height is None and self.summit_radius is None:
-            raise InputError("GeometryChange: neither summit_height nor summit_radius; expected one of them, or both")
+            raise InputError(
+                "GeometryChange: neither summit_height nor summit_radius; expected one of them, or both"
+            )
         if self.summit_radius is not None and min(self.summit_radius) <= 0:
-            raise InputError(f"GeometryChange: summit_radius is {min(self.summit_radius):g}; expected more than 0 m")
+            raise InputError(
+                f"GeometryChange: summit_radius is {min(self.summit_radius):g}; expected more than 0 m"
+            )
 
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after the change; errors as for `Ensemble.with_geometry`."""

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 _OPTIONAL: dict[str, Any] = {
     "default": None,
     "converter": attrs.converters.optional(as_numbers),
-    "validator": attrs.validators.optional(each_at_least("place", -math.inf, "a finite number, in SI")),
+    "validator": attrs.validators.optional(
+        each_at_least("place", -math.inf, "a finite number, in SI")
+    ),
 }
 
 
@@ -47,10 +49,11 @@ class FrictionCourse:
 
     #: Times of the coefficients, rising; or ``distance``.
     time: Annotated[tuple[float, ...], Quantity("s")] | None = attrs.field(**_OPTIONAL)
-    #: Way of the tangential displacement, rising, both directions counting; it must be controlled throughout.
+    #: Way of the tangential displacement, rising, both directions counting; it must be controlled
+    #: throughout.
     distance: Annotated[tuple[float, ...], Quantity("m")] | None = attrs.field(**_OPTIONAL)
-    #: Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
-    #: its time or distance, and acts on what comes behind it.
+    #: Coefficients, as many as times or distances; straight in between. At each event the
+    #: coefficient becomes that of its time or distance, and acts on what comes behind it.
     coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(
         converter=as_numbers, validator=coefficients_within
     )
@@ -60,13 +63,18 @@ class FrictionCourse:
         check_one(time=self.time, distance=self.distance)
         over = "time" if self.distance is None else "distance"
         n_points, n_coefficients = (
-            len(values) if isinstance(values, tuple) else 1 for values in (self.points, self.coefficient)
+            len(values) if isinstance(values, tuple) else 1
+            for values in (self.points, self.coefficient)
         )
         if n_points != n_coefficients:
-            raise InputError(f"{n_points} of {over} and {n_coefficients} of coefficient; expected as many of each")
+            raise InputError(
+                f"{n_points} of {over} and {n_coefficients} of coefficient; expected as many of each"
+            )
         for previous, following in pairwise(self.points):
             if following <= previous:
-                raise InputError(f"{over} {following:g} does not come after {previous:g}; expected rising values")
+                raise InputError(
+                    f"{over} {following:g} does not come after {previous:g}; expected rising values"
+                )
 
     @property
     def points(self) -> tuple[float, ...]:
@@ -77,13 +85,15 @@ class FrictionCourse:
         """Return μ at times [s] or distances [m]."""
         import numpy as np
 
-        return np.asarray(np.interp(np.asarray(points, dtype=np.float64), self.points, self.coefficient))
+        return np.asarray(
+            np.interp(np.asarray(points, dtype=np.float64), self.points, self.coefficient)
+        )
 
     def along(self, events: Sequence[Event]) -> list[Event]:
         """Return the events in time order, with friction changes after event times at which the coefficient changes.
 
-        Raises InputError: events that change friction themselves, or friction over distance without a controlled
-        tangential displacement.
+        Raises InputError: events that change friction themselves, or friction over distance without
+        a controlled tangential displacement.
         """
         import numpy as np
 
@@ -115,13 +125,16 @@ def _distance(events: Sequence[Event], time: "Floats") -> "Floats":
     import numpy as np
 
     moves = [event for event in events if isinstance(event, TangentialDisplacement)]
-    load = next((e for e in events if isinstance(e, LoadEvent) and e.name == "tangential_load"), None)
+    load = next(
+        (e for e in events if isinstance(e, LoadEvent) and e.name == "tangential_load"), None
+    )
     if not moves or load is not None:
         raise InputError(
             "friction over distance needs a controlled tangential displacement; control it, or give friction over time"
         )
     displacement = np.array([event.value for event in moves])
-    # what was moved before is not known where the record begins with it; else the contact comes from 0
+    # what was moved before is not known where the record begins with it; else the contact comes
+    # from 0
     start = displacement[0] if moves[0].time <= time[0] else 0.0
     total = np.cumsum(np.abs(np.diff(displacement, prepend=start)))
     clock = np.array([event.time for event in moves])

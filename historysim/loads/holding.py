@@ -48,7 +48,11 @@ class LoadRamp:
 
     def notice(self, location: str, hold: str, ramp: str) -> str:
         """Format a notice about the event in between; `hold` and `ramp` are the settings to choose from."""
-        more = f", and so in {count_text(self.others, 'other place', 'other places')}" if self.others else ""
+        more = (
+            f", and so in {count_text(self.others, 'other place', 'other places')}"
+            if self.others
+            else ""
+        )
         return (
             f"{location}: {self.start.name} is not set here and ramps from {_text(self.start)} to {_text(self.end)}"
             f"{more}; set {hold} to hold it, or {ramp} if the ramp is intended"
@@ -63,7 +67,8 @@ def _text(event: LoadEvent) -> str:
 def find_ramp(events: Sequence[Event]) -> LoadRamp | None:
     """Find the first load channel that changes between two waypoints while events in between do not set it.
 
-    ``events`` are in the order of their times. The first ramp is the one that ends first; None if there is no ramp.
+    ``events`` are in the order of their times. The first ramp is the one that ends first; None if
+    there is no ramp.
     """
     if isinstance(events, SampledLoads) or not events:
         # each sample sets both channels
@@ -74,7 +79,9 @@ def find_ramp(events: Sequence[Event]) -> LoadRamp | None:
         passed = np.searchsorted(times, channel.time[:-1], side="right")
         changes = (np.diff(channel.value) != 0) | (np.diff(channel.control) != 0)
         at = np.flatnonzero(changes & (times[passed] < channel.time[1:]))
-        found += [(channel.numbers[at + 1], channel.numbers[at], passed[at], name)] if at.size else []
+        found += (
+            [(channel.numbers[at + 1], channel.numbers[at], passed[at], name)] if at.size else []
+        )
     if not found:
         return None
     ends, starts, passed, name = min(found, key=lambda ramps: int(ramps[0][0]))
@@ -88,8 +95,9 @@ def find_ramp(events: Sequence[Event]) -> LoadRamp | None:
 def apply_hold(events: Sequence[Event], hold: bool | None, *, stacklevel: int) -> Sequence[Event]:
     """Return events in which, if `hold` is true, each channel keeps its value at the times of other events.
 
-    If `hold` is None, channels ramp between their waypoints, with a RampWarning if one ramps through other events; if
-    it is False, such ramps are intended. InputError for another `hold`, and for unordered events that are to be held.
+    If `hold` is None, channels ramp between their waypoints, with a RampWarning if one ramps
+    through other events; if it is False, such ramps are intended. InputError for another `hold`,
+    and for unordered events that are to be held.
     """
     if hold is not None and not isinstance(hold, bool):
         raise InputError(f"hold is {hold!r}; expected True, False or None")

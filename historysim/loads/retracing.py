@@ -56,7 +56,10 @@ def shortest_history(state: State) -> list[Event]:
         events.append(TangentialDisplacement(0.0, start))
     for index in range(1, vertices.size - 1):
         time = float(index)
-        events += [NormalDisplacement(time, float(label[index])), TangentialDisplacement(time, float(anchor[index]))]
+        events += [
+            NormalDisplacement(time, float(label[index])),
+            TangentialDisplacement(time, float(anchor[index])),
+        ]
     return events + _last_waypoints(state, vertices, float(vertices.size - 1))
 
 

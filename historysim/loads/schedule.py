@@ -12,7 +12,14 @@ from historysim.asperities.law import FrictionGoal, coulomb
 from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
-from historysim.loads.event_sequence import KINDS, SampledLoads, are_loads, check_sequence, is_planar, to_loads
+from historysim.loads.event_sequence import (
+    KINDS,
+    SampledLoads,
+    are_loads,
+    check_sequence,
+    is_planar,
+    to_loads,
+)
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -30,7 +37,8 @@ if TYPE_CHECKING:
     from historysim.asperities.instrument import Instrument
     from historysim.asperities.state import State
 
-Ramp = tuple[FrictionRamp, float]  # where friction is on its way to, and the fraction of the way left to go
+# where friction is on its way to, and the fraction of the way left to go
+Ramp = tuple[FrictionRamp, float]
 
 CHANNELS = ("normal", "tangential", "friction")
 COMPONENTS = tangential_channels(
@@ -44,16 +52,17 @@ PARTS = 6  # column of the parts of a path, behind the goals of two channels
 class Cursor:
     """Position of a schedule at the end of one of its event times, from which it can be resumed.
 
-    A channel that is between waypoints, or held after its last one, depends on a later event, or on one that may be
-    appended: `heading` is the waypoint that it moves to. Schedules of the same events with equal cursors have replayed
-    the same paths.
+    A channel that is between waypoints, or held after its last one, depends on a later event, or on
+    one that may be appended: `heading` is the waypoint that it moves to. Schedules of the same
+    events with equal cursors have replayed the same paths.
     """
 
     events: int  #: events that are done
     rows: int  #: rows recorded so far
     time: float  #: [s]
-    #: (channel) Index of the event that each of `CHANNELS` moves to; ``AT_WAYPOINT`` if it is at a waypoint or has not
-    #: begun, ``BEYOND_LAST`` if it is held after its last waypoint. In two tangential directions y is the last channel.
+    #: (channel) Index of the event that each of `CHANNELS` moves to; ``AT_WAYPOINT`` if it is at a
+    #: waypoint or has not begun, ``BEYOND_LAST`` if it is held after its last waypoint. In two
+    #: tangential directions y is the last channel.
     heading: tuple[int, ...]
 
 
@@ -75,15 +84,18 @@ class Segment:
     """Paths between two changes of friction or geometry, and the change at their end."""
 
     paths: Paths  #: with targets in N and m
-    event: Sequence[int]  #: index of an event that each path serves, the tangential one where there is one
+    #: index of an event that each path serves, the tangential one where there is one
+    event: Sequence[int]
     row_time: Floats  #: (row) Times of the rows that the paths record [s]
     change: Event | None = None  #: acts at the end of the last path
     change_event: int = -1  #: its index
-    #: Friction ramp on the single path, which covers the fraction ``ramp_part`` of the remaining ramp.
+    #: Friction ramp on the single path, which covers the fraction ``ramp_part`` of the remaining
+    #: ramp.
     ramp: FrictionRamp | None = None
     ramp_part: float = 1.0
     cursor: Cursor | None = None  #: cursor at the end, if all events of a time are done there
-    share: float = 1.0  #: fraction of the single path to replay, if the schedule ends between two event times
+    #: fraction of the single path to replay, if the schedule ends between two event times
+    share: float = 1.0
 
     def friction_options(self, count: int) -> dict[str, FrictionGoal]:
         """Return the goal of a friction ramp for ``count`` asperities as ``friction``; empty without a ramp."""
@@ -102,10 +114,12 @@ def segments(
 ) -> Iterator[Segment]:
     """Yield the segments of events, which are in the order of their times.
 
-    At each time both channels first go where their waypoints put them, on one straight path; the other events of that
-    time follow in their order. One row is recorded at each time, and ``substeps`` - 1 more since the time before. No
-    segment records many more rows than ``most_rows``. A schedule starts where an earlier one of the same events stood,
-    and stops ``until`` a time [s], between two event times on the way to the later one, where it records a row.
+    At each time both channels first go where their waypoints put them, on one straight path; the
+    other events of that time follow in their order. One row is recorded at each time, and
+    ``substeps`` - 1 more since the time before. No segment records many more rows than
+    ``most_rows``. A schedule starts where an earlier one of the same events stood, and stops
+    ``until`` a time [s], between two event times on the way to the later one, where it records a
+    row.
 
     Raises InputError: what are no events, not in order, or none; substeps below 1.
     """
@@ -113,14 +127,16 @@ def segments(
         yield from _sampled_segments(events, substeps, most_rows)
         return
     _check(events, substeps)
-    yield from _Schedule(events, substeps, start).segments(math.inf if most_rows is None else most_rows, until)
+    yield from _Schedule(events, substeps, start).segments(
+        math.inf if most_rows is None else most_rows, until
+    )
 
 
 class _Schedule:
     """All event times as arrays, with goals of both channels and recorded rows.
 
-    Times at which only waypoints arrive are taken together. At the others, paths follow one by one: changes of friction
-    or geometry, a channel's second waypoint, and friction on its way.
+    Times at which only waypoints arrive are taken together. At the others, paths follow one by one:
+    changes of friction or geometry, a channel's second waypoint, and friction on its way.
     """
 
     def __init__(self, events: Sequence[Event], substeps: int, start: Cursor | None) -> None:
@@ -133,7 +149,9 @@ class _Schedule:
         self.time = times[first_indices]
         # events [first, end) are of each time
         self.first, self.end = done + first_indices, done + np.append(first_indices[1:], times.size)
-        self.previous = np.append(start.time if start else math.nan, self.time[:-1])[: self.time.size]
+        self.previous = np.append(start.time if start else math.nan, self.time[:-1])[
+            : self.time.size
+        ]
         self.parts = np.where(np.isnan(self.previous), 1, substeps)
         self.rows = (start.rows if start else 0) + np.cumsum(self.parts)
         self.goals = [channel.goals(self.time, self.previous) for channel in self.channels]
@@ -141,7 +159,8 @@ class _Schedule:
         self.due = self.end - self.first
         if len(self.channels) > len(CHANNELS):
             both: Any = [
-                np.column_stack(event_times) for event_times in zip(self.goals[1], self.goals.pop(), strict=True)
+                np.column_stack(event_times)
+                for event_times in zip(self.goals[1], self.goals.pop(), strict=True)
             ]
             self.goals[1] = tuple(both)
             counts = [max(len(event.channels), 1) for event in events[done:]]
@@ -156,11 +175,20 @@ class _Schedule:
         table, index, broken_at = _Table(), 0, self.start.rows if self.start else 0
         while index < count:
             full = int(np.searchsorted(self.rows, broken_at + most_rows)) + 1
-            plain = int(special[np.searchsorted(special, index)]) if special.size and special[-1] >= index else count
+            plain = (
+                int(special[np.searchsorted(special, index)])
+                if special.size and special[-1] >= index
+                else count
+            )
             ends = min(full, plain, count)
             if ends > index:
                 times = slice(index, ends)
-                table.add(self._paths(times), served[times].tolist(), self._row_times(times), recorded=True)
+                table.add(
+                    self._paths(times),
+                    served[times].tolist(),
+                    self._row_times(times),
+                    recorded=True,
+                )
             else:
                 ends = index + 1
                 yield from self._step_by_step(
@@ -179,11 +207,19 @@ class _Schedule:
         """Return the cursor after a number of event times."""
         if done == 0:
             return self.start
-        return _cursor(int(self.end[done - 1]), int(self.rows[done - 1]), float(self.time[done - 1]), self.channels)
+        return _cursor(
+            int(self.end[done - 1]),
+            int(self.rows[done - 1]),
+            float(self.time[done - 1]),
+            self.channels,
+        )
 
     def _arriving(self) -> tuple[Booleans, Integers]:
         """Return the channels that arrive at a waypoint (channel, time), and the event that each path serves."""
-        arriving, served = np.zeros((len(self.channels), self.time.size), dtype=np.bool_), self.first.copy()
+        arriving, served = (
+            np.zeros((len(self.channels), self.time.size), dtype=np.bool_),
+            self.first.copy(),
+        )
         # of several that arrive at one time the last one is named
         for number in (2, 0, *range(len(CHANNELS), len(self.channels)), 1):
             channel = self.channels[number]
@@ -202,7 +238,9 @@ class _Schedule:
     def _row_times(self, times: slice, *, inner: bool = False) -> Floats:
         """Return the times of the rows on the paths to event times, with the ends unless ``inner``."""
         ends, starts = self.time[times], self.previous[times]
-        within = starts[:, None] + (ends - starts)[:, None] * np.arange(1, self.substeps) / self.substeps
+        within = (
+            starts[:, None] + (ends - starts)[:, None] * np.arange(1, self.substeps) / self.substeps
+        )
         rows: Floats = within if inner else np.column_stack([within, ends])
         return rows[~np.isnan(rows)]
 
@@ -230,7 +268,8 @@ class _Schedule:
         # changes act after all channels have arrived
         steps = _joint_paths(remaining)
         table.add(self._paths(times), [served], self._row_times(times, inner=True), recorded=False)
-        # control, target and fraction of both channels: where nothing jumps, a controlled load is restored on the path
+        # control, target and fraction of both channels: where nothing jumps, a controlled load is
+        # restored on the path
         held = [
             (control[times].copy(), np.zeros_like(target[times]), np.zeros_like(fraction[times]))
             for control, target, fraction in self.goals[:2]
@@ -247,11 +286,17 @@ class _Schedule:
             for name, event in jumps.items():
                 goal = goals[name in COMPONENTS]
                 where = ..., int(name == COMPONENTS[1])
-                goal[0][where], goal[1][where], goal[2][where] = _control(type(event)), event.channel_value(name), 1.0
+                goal[0][where], goal[1][where], goal[2][where] = (
+                    _control(type(event)),
+                    event.channel_value(name),
+                    1.0,
+                )
                 held[name in COMPONENTS][0][where] = _control(type(event))
             path = [column for goal in goals for column in goal]
             path.append(np.ones(1, dtype=np.int64))
-            table.add([*path, self.time[times], self.time[times]], [number], np.empty(0), recorded=False)
+            table.add(
+                [*path, self.time[times], self.time[times]], [number], np.empty(0), recorded=False
+            )
         table.record(time)
 
     def _ramp(self, index: int) -> Ramp | None:
@@ -279,30 +324,46 @@ def _cursor(done: int, rows: int, time: float, channels: Sequence["_Channel"]) -
 
 def make_cursor(events: Sequence[Event], count: int, substeps: int = 1) -> Cursor | None:
     """Return the cursor of a schedule after a number of events; None if others have the time of the last one."""
-    if not 0 < count <= len(events) or (count < len(events) and events[count].time == events[count - 1].time):
+    if not 0 < count <= len(events) or (
+        count < len(events) and events[count].time == events[count - 1].time
+    ):
         return None
-    return _cursor(count, row_count(events[:count], substeps), events[count - 1].time, _channels(events))
+    return _cursor(
+        count, row_count(events[:count], substeps), events[count - 1].time, _channels(events)
+    )
 
 
 def fork_waypoints(
-    events: Sequence[Event], time: float, state_at: Callable[[float], "State"], instrument: "Instrument"
+    events: Sequence[Event],
+    time: float,
+    state_at: Callable[[float], "State"],
+    instrument: "Instrument",
 ) -> list[Event]:
     """Return waypoints that complete the events up to a time [s], so that later events do not change the path up to it.
 
-    A channel that is between two waypoints then, or held after its last, gets one at ``time``, and one at the last
-    event time, since a path that is straight in the displacements is not straight in the loads. Friction also gets one
-    at each time at which an event changes it. The waypoints are requests: a tangential load that the friction limit
-    holds has the value that is asked for, and the value of friction does not include the change at its time.
-    ``state_at`` gives the state at a time of the same events.
+    A channel that is between two waypoints then, or held after its last, gets one at ``time``, and
+    one at the last event time, since a path that is straight in the displacements is not straight
+    in the loads. Friction also gets one at each time at which an event changes it. The waypoints
+    are requests: a tangential load that the friction limit holds has the value that is asked for,
+    and the value of friction does not include the change at its time. ``state_at`` gives the state
+    at a time of the same events.
     """
     state_at = cache(state_at)
     times = np.unique(event_times(events))
     passed = int(np.searchsorted(times, time, side="right"))
-    latest, following = float(times[passed - 1]), float(times[passed]) if passed < times.size else math.inf
-    normal, along_x, friction, *along_y = (_bounds(events, channel, time, following) for channel in _channels(events))
+    latest, following = (
+        float(times[passed - 1]),
+        float(times[passed]) if passed < times.size else math.inf,
+    )
+    normal, along_x, friction, *along_y = (
+        _bounds(events, channel, time, following) for channel in _channels(events)
+    )
     names = (CHANNELS[0], *COMPONENTS)
     loads = dict(zip(names, (normal, along_x, *along_y), strict=False))
-    kinds = {normal.kind or NormalLoad, *(bounds.kind or TangentialLoad for bounds in (along_x, *along_y))}
+    kinds = {
+        normal.kind or NormalLoad,
+        *(bounds.kind or TangentialLoad for bounds in (along_x, *along_y)),
+    }
     moved = not kinds.isdisjoint({NormalDisplacement, TangentialDisplacement})
     # a load with a spring in parallel acts as a drive
     straight_in_displacements = moved or bool(instrument.parallel_stiffness)
@@ -312,14 +373,22 @@ def fork_waypoints(
     waypoints: list[Event] = []
     for name, bounds in loads.items():
         of_channel: list[Any] = [
-            _waypoint(bounds.kind, moment, state_at(moment), instrument, keeps_gap=straight_in_displacements).restrict(
-                {name}
-            )
+            _waypoint(
+                bounds.kind,
+                moment,
+                state_at(moment),
+                instrument,
+                keeps_gap=straight_in_displacements,
+            ).restrict({name})
             for moment in sorted(moments)
             if bounds.kind and moment > bounds.start(latest)
         ]
         held: Any = bounds.previous and bounds.previous.restrict({name})
-        if bounds.ahead is None and of_channel and all(_is_same_waypoint(held, waypoint) for waypoint in of_channel):
+        if (
+            bounds.ahead is None
+            and of_channel
+            and all(_is_same_waypoint(held, waypoint) for waypoint in of_channel)
+        ):
             of_channel = [attrs.evolve(held, time=time)]
         waypoints += of_channel
     waypoints = _join_pairs(waypoints)
@@ -380,17 +449,28 @@ def _is_same_waypoint(held: LoadEvent, waypoint: Event) -> bool:
 
 
 def _waypoint(
-    kind: type[Event] | None, time: float, state: "State", instrument: "Instrument", *, keeps_gap: bool
+    kind: type[Event] | None,
+    time: float,
+    state: "State",
+    instrument: "Instrument",
+    *,
+    keeps_gap: bool,
 ) -> LoadEvent:
     """Return the waypoint (of an event class) that requests a state; ``keeps_gap`` holds an open gap by its size."""
-    if kind is NormalDisplacement or (kind is NormalLoad and keeps_gap and state.normal_load == 0.0):
+    if kind is NormalDisplacement or (
+        kind is NormalLoad and keeps_gap and state.normal_load == 0.0
+    ):
         return NormalDisplacement(time, state.approach)
     if kind is NormalLoad:
         return NormalLoad(time, state.normal_load)
     if kind is TangentialLoad:
-        return TangentialLoad(time, instrument.drive_load(state.tangential_displacement, state.tangential_request))
+        return TangentialLoad(
+            time, instrument.drive_load(state.tangential_displacement, state.tangential_request)
+        )
     force: Any = state.tangential_load
-    return TangentialDisplacement(time, instrument.drive_displacement(state.tangential_displacement, force))
+    return TangentialDisplacement(
+        time, instrument.drive_displacement(state.tangential_displacement, force)
+    )
 
 
 def _end_of_saturation(state_at: Callable[[float], "State"], start: float, stop: float) -> float:
@@ -430,7 +510,9 @@ def _friction_waypoints(
         friction = state_at(previous_time).friction
         if isinstance(bounds.ahead, FrictionRamp):
             goal = coulomb(bounds.ahead.friction, friction.size)
-            friction = friction + (goal - friction) * ((moment - previous_time) / (bounds.ahead.time - previous_time))
+            friction = friction + (goal - friction) * (
+                (moment - previous_time) / (bounds.ahead.time - previous_time)
+            )
         waypoints.append(FrictionRamp(moment, tuple(friction) if np.ptp(friction) else friction[0]))
     return waypoints
 
@@ -449,12 +531,18 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
 def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
     # what is no event is refused where their order is checked
-    return [] if are_loads(events) else [event for event in events if getattr(event, "changes_friction", False)]
+    return (
+        []
+        if are_loads(events)
+        else [event for event in events if getattr(event, "changes_friction", False)]
+    )
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:
     """Return True if an event changes heights or radii of summits."""
-    return not are_loads(events) and any(getattr(event, "changes_geometry", False) for event in events)
+    return not are_loads(events) and any(
+        getattr(event, "changes_geometry", False) for event in events
+    )
 
 
 def event_times(events: Sequence[Event]) -> Floats:
@@ -465,7 +553,9 @@ def event_times(events: Sequence[Event]) -> Floats:
     return np.fromiter((event.time for event in events), dtype=float, count=len(events))
 
 
-def _sampled_segments(samples: SampledLoads, substeps: int, most_rows: int | None) -> Iterator[Segment]:
+def _sampled_segments(
+    samples: SampledLoads, substeps: int, most_rows: int | None
+) -> Iterator[Segment]:
     """Yield segments of sampled loads, each of at most ``most_rows`` samples."""
     check_substeps(substeps)
     size = samples.time.size
@@ -473,8 +563,13 @@ def _sampled_segments(samples: SampledLoads, substeps: int, most_rows: int | Non
         block = slice(start, min(start + (most_rows or size), size))
         time = samples.time[block]
         times = np.append(samples.time[max(start - 1, 0)], time[:-1]), time
-        goals = Goals(LOAD, samples.normal_load[block]), Goals(DISPLACED, samples.tangential_displacement[block])
-        yield Segment(straight_paths(*goals, times=times), range(2 * start + 1, 2 * block.stop, 2), time)
+        goals = (
+            Goals(LOAD, samples.normal_load[block]),
+            Goals(DISPLACED, samples.tangential_displacement[block]),
+        )
+        yield Segment(
+            straight_paths(*goals, times=times), range(2 * start + 1, 2 * block.stop, 2), time
+        )
 
 
 def _check(events: Sequence[Event], substeps: int) -> None:
@@ -483,7 +578,9 @@ def _check(events: Sequence[Event], substeps: int) -> None:
         raise InputError("there are no load events; expected at least one")
     check_substeps(substeps)
     if (steps := len(events) * substeps) > most("STEPS"):
-        raise InputError(f"substeps is {substeps:,}, which makes {steps:,} steps; {at_most('STEPS')}")
+        raise InputError(
+            f"substeps is {substeps:,}, which makes {steps:,} steps; {at_most('STEPS')}"
+        )
 
 
 def check_substeps(substeps: int) -> None:
@@ -492,7 +589,9 @@ def check_substeps(substeps: int) -> None:
         raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
 
 
-def _joint_paths(rest: list[tuple[int, Event, list[str]]]) -> list[tuple[int, Event | dict[str, LoadEvent]]]:
+def _joint_paths(
+    rest: list[tuple[int, Event, list[str]]],
+) -> list[tuple[int, Event | dict[str, LoadEvent]]]:
     """Group events at one time into joint paths; a second event of a channel starts another path."""
     groups: list[tuple[int, Event | dict[str, LoadEvent]]] = []
     for number, event, channels in rest:
@@ -514,14 +613,23 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
         where, control = _CHANNEL_OF[loads.kind], _CONTROL_OF[loads.kind]
         for number in range(len(CHANNELS)):
             indices = np.flatnonzero(where == number)
-            channels.append(_Channel(indices, loads.time[indices], loads.value[indices], control[indices]))
+            channels.append(
+                _Channel(indices, loads.time[indices], loads.value[indices], control[indices])
+            )
         return channels
     time, control = event_times(events), np.array([_control(type(event)) for event in events])
     for name in (*CHANNELS, *COMPONENTS[1:]) if is_planar(events) else CHANNELS:
-        of_channel = [(number, event) for number, event in enumerate(events) if name in event.channels]
+        of_channel = [
+            (number, event) for number, event in enumerate(events) if name in event.channels
+        ]
         indices = np.array([number for number, _ in of_channel], dtype=np.int64)
-        values = [event.channel_value(name) if isinstance(event, LoadEvent) else 0.0 for _, event in of_channel]
-        channels.append(_Channel(indices, time[indices], np.array(values, dtype=float), control[indices]))
+        values = [
+            event.channel_value(name) if isinstance(event, LoadEvent) else 0.0
+            for _, event in of_channel
+        ]
+        channels.append(
+            _Channel(indices, time[indices], np.array(values, dtype=float), control[indices])
+        )
     return channels
 
 
@@ -552,8 +660,8 @@ class _Channel:
     def goals(self, time: Floats, previous: Floats) -> tuple[Integers, Floats, Floats]:
         """Return control, target and remaining fraction of the channel on the paths to event times.
 
-        It arrives at its first waypoint of a time, or is on the line to a later one; it is unloaded before its first
-        one, and stays after its last.
+        It arrives at its first waypoint of a time, or is on the line to a later one; it is unloaded
+        before its first one, and stays after its last.
         """
         last_index = self.time.size - 1
         none = np.zeros(time.size)
@@ -563,7 +671,9 @@ class _Channel:
         next_index = np.minimum(at, last_index)
         target_time = self.time[next_index]
         arrives = (at > last_index) | (target_time == time)
-        remaining = np.divide(time - previous, target_time - previous, out=np.ones(time.size), where=~arrives)
+        remaining = np.divide(
+            time - previous, target_time - previous, out=np.ones(time.size), where=~arrives
+        )
         waits = (at == 0) & ~arrives
         return (
             np.where(waits, LOAD, self.control[next_index]),
@@ -604,7 +714,9 @@ class _Table:
         self.row_times: list[Floats] = []
         self.ramp: Ramp | None = None
 
-    def add(self, columns: Sequence[Array], events: Sequence[int], row_times: Floats, *, recorded: bool) -> None:
+    def add(
+        self, columns: Sequence[Array], events: Sequence[int], row_times: Floats, *, recorded: bool
+    ) -> None:
         """Add paths: goals of both channels, parts, times at their ends, their events, and the times of their rows."""
         self.columns.append(columns)
         self.events.extend(events)
@@ -616,11 +728,15 @@ class _Table:
         self.recorded[-1] = True
         self.row_times.append(np.array([time]))
 
-    def segment(self, change: Event | None = None, change_event: int = -1, cursor: Cursor | None = None) -> Segment:
+    def segment(
+        self, change: Event | None = None, change_event: int = -1, cursor: Cursor | None = None
+    ) -> Segment:
         """Return the segment of the paths so far, and start another one."""
         columns = [np.concatenate(column) for column in zip(*self.columns, strict=True)]
         goals = Goals(*columns[:3]), Goals(*columns[3:PARTS])
-        paths = straight_paths(*goals, parts=columns[PARTS], recorded=self.recorded, times=(columns[-2], columns[-1]))
+        paths = straight_paths(
+            *goals, parts=columns[PARTS], recorded=self.recorded, times=(columns[-2], columns[-1])
+        )
         ramp, ramp_part = self.ramp or (None, 1.0)
         times, events = np.concatenate(self.row_times), self.events
         self.clear()

@@ -24,7 +24,8 @@ from historysim.loads.events import (
 )
 
 ONE_COEFFICIENT, MANY_COEFFICIENTS, NAMED = 4, 5, 9
-# Kinds that stand as lists of numbers, tangential ones with two components; any other is `NAMED`, its name in front.
+# Kinds that stand as lists of numbers, tangential ones with two components; any other is `NAMED`,
+# its name in front.
 LISTED: dict[int, type[Event]] = {
     6: FrictionChange,
     7: FrictionRamp,
@@ -39,8 +40,8 @@ LINK = struct.Struct("<qqq")
 class Columns(NamedTuple):
     """Events as bytes of little-endian arrays: a kind each (int8), a time and a value (float64).
 
-    The value of an event with several numbers is how many it has in ``coefficients`` (float64). There they stand, event
-    after event, each list of them behind its length, `ABSENT` or `ALONE`.
+    The value of an event with several numbers is how many it has in ``coefficients`` (float64).
+    There they stand, event after event, each list of them behind its length, `ABSENT` or `ALONE`.
     """
 
     kind: bytes
@@ -56,7 +57,9 @@ def to_columns(events: Sequence[Event]) -> Columns:
         return Columns(loads.kind.tobytes(), _floats(loads.time), _floats(loads.value), b"")
     kinds, values, numbers = zip(*map(_row, events), strict=True) if events else ((), (), ())
     times = [event.time for event in events]
-    return Columns(bytes(kinds), _floats(times), _floats(values), _floats([*itertools.chain(*numbers)]))
+    return Columns(
+        bytes(kinds), _floats(times), _floats(values), _floats([*itertools.chain(*numbers)])
+    )
 
 
 def _row(event: Event) -> tuple[int, float, Sequence[float]]:
@@ -80,7 +83,10 @@ def _row(event: Event) -> tuple[int, float, Sequence[float]]:
 def from_columns(columns: Columns) -> Events:
     """Convert columns to events; InputError if they are not in the form of `to_columns`."""
     kinds = np.frombuffer(columns.kind, dtype=np.int8)
-    if any(len(column) != 8 * kinds.size for column in (columns.time, columns.value)) or len(columns.coefficients) % 8:
+    if (
+        any(len(column) != 8 * kinds.size for column in (columns.time, columns.value))
+        or len(columns.coefficients) % 8
+    ):
         raise InputError("holds columns of different lengths")
     times, values = (np.frombuffer(column, dtype="<f8") for column in (columns.time, columns.value))
     coefficients = np.frombuffer(columns.coefficients, dtype="<f8")
@@ -91,7 +97,9 @@ def from_columns(columns: Columns) -> Events:
     if (np.diff(times) < 0).any():
         raise InputError("holds times that fall")
     if kinds.size and not 0 <= kinds.min() <= kinds.max() <= max(LISTED):
-        raise InputError("holds a kind of event that this version does not know; a later version has written it")
+        raise InputError(
+            "holds a kind of event that this version does not know; a later version has written it"
+        )
     is_load = kinds < ONE_COEFFICIENT
     if is_load.all():
         return Events(loads=Loads(kinds, times, values))
@@ -106,7 +114,9 @@ def from_columns(columns: Columns) -> Events:
         numbers = coefficients[used : used + count].tolist()
         used += count
         if kind in {ONE_COEFFICIENT, MANY_COEFFICIENTS}:
-            events[index] = FrictionChange(time, value if kind == ONE_COEFFICIENT else tuple(numbers))
+            events[index] = FrictionChange(
+                time, value if kind == ONE_COEFFICIENT else tuple(numbers)
+            )
         else:
             events[index] = _from_lists(kind, time, numbers)
     return Events(events)
@@ -125,7 +135,9 @@ def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
     try:
         return kind.from_contents(time, lists)
     except (TypeError, ValueError) as error:
-        raise InputError(f"holds an event {kind.name!r} with other numbers than it has ({error})") from error
+        raise InputError(
+            f"holds an event {kind.name!r} with other numbers than it has ({error})"
+        ) from error
 
 
 def _name(event: Event) -> tuple[float, ...]:
@@ -162,7 +174,9 @@ def _floats(values: Sequence[float] | Floats) -> bytes:
 
 def link(previous: bytes, start: int, columns: Columns) -> bytes:
     """Return the SHA-256 of a batch after ``start`` events, chained to the previous link (first that in the head)."""
-    total = hashlib.sha256(previous + LINK.pack(start, len(columns.kind), len(columns.coefficients)))
+    total = hashlib.sha256(
+        previous + LINK.pack(start, len(columns.kind), len(columns.coefficients))
+    )
     for column in columns:
         total.update(column)
     return total.digest()
@@ -177,10 +191,13 @@ def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
     return total.digest()
 
 
-def chain(previous: bytes, events: Sequence[Event], ends: Sequence[int]) -> Iterator[tuple[int, int, Columns, bytes]]:
+def chain(
+    previous: bytes, events: Sequence[Event], ends: Sequence[int]
+) -> Iterator[tuple[int, int, Columns, bytes]]:
     """Yield batches of events: number of events before and after each, its columns and its link.
 
-    The first of the ``ends`` is the number of events before all of them, behind the link ``before``.
+    The first of the ``ends`` is the number of events before all of them, behind the link
+    ``before``.
     """
     for start, stop in itertools.pairwise(ends):
         columns = to_columns(events[start - ends[0] : stop - ends[0]])

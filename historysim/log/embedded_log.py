@@ -1,6 +1,7 @@
 """The log of a result as a group of the same file, so that the file alone is reproducible.
 
-Arrays in the group of the surface are not repeated; the digest of all of them is the ``log_digest`` of the result.
+Arrays in the group of the surface are not repeated; the digest of all of them is the ``log_digest``
+of the result.
 """
 
 import errno
@@ -29,7 +30,11 @@ COLUMNS = {
     "event_kind": ("event", "<i1", "kind of the event, as in the log"),
     "event_time": ("event", "<f8", "time of the event"),
     "event_value": ("event", "<f8", "value of the event in SI, or the number of its coefficients"),
-    "event_coefficient": ("coefficient", "<f8", "friction coefficients of events that have one for each asperity"),
+    "event_coefficient": (
+        "coefficient",
+        "<f8",
+        "friction coefficients of events that have one for each asperity",
+    ),
 }
 BATCH = "batch_end"
 
@@ -47,13 +52,25 @@ def write(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
             shared.append(name)
         elif not name.startswith(SURFACE):
             plain = f"ensemble_{name.replace('.', '_')}"
-            put_variable(group, plain, tuple(f"{plain}_{axis}" for axis in range(array.ndim)), array, {"array": name})
+            put_variable(
+                group,
+                plain,
+                tuple(f"{plain}_{axis}" for axis in range(array.ndim)),
+                array,
+                {"array": name},
+            )
     put_attributes(group, {"settings": head.text, ON_SURFACE: " ".join(shared)})
     columns = canonical.to_columns(content.events)
     for (name, (dimension, dtype, text)), column in zip(COLUMNS.items(), columns, strict=True):
         put_variable(group, name, (dimension,), np.frombuffer(column, dtype), {"long_name": text})
     ends = np.array(content.ends, dtype="<i8")
-    put_variable(group, BATCH, ("batch",), ends, {"long_name": "number of events up to each link of the chain"})
+    put_variable(
+        group,
+        BATCH,
+        ("batch",),
+        ends,
+        {"long_name": "number of events up to each link of the chain"},
+    )
 
 
 def read(path: Path) -> tuple[LogHeader, Content]:
@@ -77,7 +94,9 @@ def read(path: Path) -> tuple[LogHeader, Content]:
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, OSError) and error.errno in {errno.EACCES, errno.ENOENT}:
             raise
-        raise InputError(f"{path}: is damaged ({error}); run the scenario, or its log, again") from error
+        raise InputError(
+            f"{path}: is damaged ({error}); run the scenario, or its log, again"
+        ) from error
     if digest != f"sha256:{content.links[-1].hex()}":
         raise InputError(
             f"{path}: what it was made from does not match its digest; run the scenario, or its log, again"
@@ -92,14 +111,18 @@ def find_group(file: "netCDF4.Dataset") -> "netCDF4.Group | None":
 
 
 def _read(file: "netCDF4.Dataset", group: "netCDF4.Group") -> tuple[LogHeader, Content]:
-    surface = file.groups[surface_group.GROUP].variables if surface_group.GROUP in file.groups else {}
+    surface = (
+        file.groups[surface_group.GROUP].variables if surface_group.GROUP in file.groups else {}
+    )
     arrays = {f"{SURFACE}{name}": _floats(variable[...]) for name, variable in surface.items()}
     arrays |= {name: arrays[_twin(name)] for name in getattr(group, ON_SURFACE).split()}
     for variable in group.variables.values():
         if "array" in variable.ncattrs():
             arrays[variable.getncattr("array")] = _floats(variable[...])
     head = parse_head(group.settings, arrays)
-    columns = canonical.Columns(*(group[name][...].astype(dtype).tobytes() for name, (_, dtype, _) in COLUMNS.items()))
+    columns = canonical.Columns(
+        *(group[name][...].astype(dtype).tobytes() for name, (_, dtype, _) in COLUMNS.items())
+    )
     events, ends = canonical.from_columns(columns), [int(stop) for stop in group[BATCH][...]]
     links = [head.link, *(link for *_, link in canonical.chain(head.link, events, ends))]
     return head, Content(events, links, ends)

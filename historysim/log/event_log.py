@@ -53,8 +53,8 @@ class Verdict:
 class EventLog:
     """The log of a run: all inputs that determine its result, in one append-only file.
 
-    Any number of programs may read a log while one writes it. The first `append` takes the writer's lock, which
-    `close` gives back.
+    Any number of programs may read a log while one writes it. The first `append` takes the writer's
+    lock, which `close` gives back.
 
     Parameters
     ----------
@@ -97,14 +97,20 @@ class EventLog:
     ) -> Self:
         """Make a log with an ensemble and the first events, in place of one of that name; the rest as for `replay`.
 
-        The log has the waypoints of channels that `hold` holds. Raises InputError: what cannot be used. OSError: it
-        cannot be written, or another process is writing it.
+        The log has the waypoints of channels that `hold` holds. Raises InputError: what cannot be
+        used. OSError: it cannot be written, or another process is writing it.
         """
         schedule.check_substeps(substeps)
         chosen_asperities(ensemble, (), record)
-        job = Replay(ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument)
+        job = Replay(
+            ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument
+        )
         events = apply_hold(as_events(events), hold, stacklevel=3)
-        return cls(LogFile.create(path_to_write(path, ENDING), LogHeader.from_replay(job, title=title), events))
+        return cls(
+            LogFile.create(
+                path_to_write(path, ENDING), LogHeader.from_replay(job, title=title), events
+            )
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -188,30 +194,32 @@ class EventLog:
     def append(self, events: Event | Iterable[Event]) -> None:
         """Append events, in the order of their times, none before the last one: they are on the disk at the end.
 
-        A channel runs straight between its own waypoints, so a new waypoint of a channel that was held since
-        its last one also says how it got there.
+        A channel runs straight between its own waypoints, so a new waypoint of a channel that was
+        held since its last one also says how it got there.
 
         Raises
         ------
         InputError
             Events that cannot be used, or the log is damaged; nothing is appended.
         OSError
-            Another process is writing it, or the disk is full; of very many events (more than 65,536) the first may
-            have been appended.
+            Another process is writing it, or the disk is full; of very many events (more than
+            65,536) the first may have been appended.
         """
         self._file.append([events] if not isinstance(events, Iterable) else list(events))
 
     def fork(self, at: float, path: str | Path, *, notify: Notify = silent) -> "EventLog":
         """Copy the past up to a time [s], with events at it, to a new log, so that another future can be appended.
 
-        Channels that are on their way then, or held after their last waypoint, get a waypoint where they stand; those
-        on their way get one at the last event, too. Without them, what is appended would also change the past. Of a
-        damaged log, what is sound is copied, and `notify` gets what is wrong with it.
+        Channels that are on their way then, or held after their last waypoint, get a waypoint where
+        they stand; those on their way get one at the last event, too. Without them, what is
+        appended would also change the past. Of a damaged log, what is sound is copied, and `notify`
+        gets what is wrong with it.
 
         Raises
         ------
         InputError
-            A time before the first event, or after those of a damaged log that are sound, or the log itself as new one.
+            A time before the first event, or after those of a damaged log that are sound, or the
+            log itself as new one.
         OSError
             The file cannot be written.
         """
@@ -221,7 +229,9 @@ class EventLog:
         content = self._file.read()
         events = content.events
         if content.problem:
-            notify(f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound")
+            notify(
+                f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound"
+            )
             if events and time > (last_time := events[-1].time):
                 sound, requested = time_text(last_time), time_text(time)
                 raise InputError(
@@ -233,14 +243,20 @@ class EventLog:
                 f"{self.path}: has no event up to t = {time_text(time)}; expected a time from its first event on"
                 + (f", at t = {time_text(events[0].time)}" if events else "")
             )
-        past += schedule.fork_waypoints(events, time, partial(self._state, content), self.instrument)
+        past += schedule.fork_waypoints(
+            events, time, partial(self._state, content), self.instrument
+        )
         past.sort(key=attrgetter("time"))
         return EventLog(LogFile.create(path_to_write(path, ENDING), self._file.head, past))
 
     # -- replaying ---------------------------------------------------------------------------------
 
     def replay(
-        self, until: float = math.inf, *, record: Selection | None = None, substeps: int | None = None
+        self,
+        until: float = math.inf,
+        *,
+        record: Selection | None = None,
+        substeps: int | None = None,
     ) -> "xr.Dataset":
         """Replay the log from its beginning to a time [s], of which the last row is.
 
@@ -254,10 +270,15 @@ class EventLog:
             A load that the contact cannot carry.
         """
         time, job = _time("until", until), self.job()
-        record, substeps = job.record if record is None else record, job.substeps if substeps is None else substeps
+        record, substeps = (
+            job.record if record is None else record,
+            job.substeps if substeps is None else substeps,
+        )
         job = attrs.evolve(job, record=record, substeps=substeps)
         if job.steps(time) == 0:
-            raise InputError(f"{self.path}: has no event up to t = {time_text(time)}; expected a later time")
+            raise InputError(
+                f"{self.path}: has no event up to t = {time_text(time)}; expected a later time"
+            )
         return job.dataset(until=time, attributes=self._file.head.attributes)
 
     def state(self, at: float = math.inf, *, notify: Notify = silent) -> State:
@@ -286,9 +307,16 @@ class EventLog:
         """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""
         content, job = self._file.sound(), self.job()
         end_time = content.events[-1].time if content.events else 0.0
-        time, everyone = end_time if at == math.inf else _time("at", at), np.arange(len(self.ensemble))
-        target = DatasetRecorder(self.ensemble, everyone, 1, instrument=self.instrument, changes=job.changes)
-        self.ensemble.advance_along(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
+        time, everyone = (
+            end_time if at == math.inf else _time("at", at),
+            np.arange(len(self.ensemble)),
+        )
+        target = DatasetRecorder(
+            self.ensemble, everyone, 1, instrument=self.instrument, changes=job.changes
+        )
+        self.ensemble.advance_along(
+            self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone
+        )
         target.record(np.array([time]))
         return target.dataset(job.attributes() | self._file.head.attributes)
 

@@ -1,8 +1,9 @@
 """The file of a log: an append-only SQLite database of batches of events, each chained to the previous one.
 
-The journal is SQLite's rollback journal, not its write-ahead log: between transactions a log is one file that can be
-copied, mailed and read from a read-only folder. The price, that a reader waits while a batch is committed, is small,
-since batches are few and large. With ``synchronous=EXTRA`` a committed batch outlives a loss of power as well.
+The journal is SQLite's rollback journal, not its write-ahead log: between transactions a log is one
+file that can be copied, mailed and read from a read-only folder. The price, that a reader waits
+while a batch is committed, is small, since batches are few and large. With ``synchronous=EXTRA`` a
+committed batch outlives a loss of power as well.
 """
 
 import errno
@@ -47,17 +48,22 @@ from historysim.log.header import LogHeader, parse_head
 ENDING = ".history"
 MOST_EVENTS_OF_A_BATCH = 1 << 16
 PATIENCE = 60.0  # seconds that a reader or writer waits for the other's transaction
-_EXPECTED = f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
+_EXPECTED = (
+    f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
+)
 
 # SQLite errors that the system causes; all others mean a damaged file.
 _REFUSALS = {
     sqlite3.SQLITE_FULL: errno.ENOSPC,
     sqlite3.SQLITE_IOERR: errno.EIO,
     sqlite3.SQLITE_NOMEM: errno.ENOMEM,
-    **dict.fromkeys((sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM), errno.EACCES),
+    **dict.fromkeys(
+        (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM), errno.EACCES
+    ),
     **dict.fromkeys((sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED), errno.EAGAIN),
 }
-_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")  # signatures of an active and of a finished journal
+# signatures of an active and of a finished journal
+_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")
 
 TABLES = ("head", "array", "batch", "chain")
 SCHEMA = """
@@ -94,19 +100,26 @@ class Content:
         """Return the content up to the batch whose link has this digest; None if there is no such batch."""
         for number, (link, event_count) in enumerate(zip(self.links, self.ends, strict=True)):
             if event_count and link.hex() == digest:
-                return Content(self.events[:event_count], self.links[: number + 1], self.ends[: number + 1])
+                return Content(
+                    self.events[:event_count], self.links[: number + 1], self.ends[: number + 1]
+                )
         return None
 
 
 class LogFile:
     """A log on disk; with `write` it holds the writer's lock. A known `head` is compared, not read again.
 
-    InputError: the file does not exist, is not a log, is damaged, or has another head. OSError: it cannot be opened,
-    or is being written.
+    InputError: the file does not exist, is not a log, is damaged, or has another head. OSError: it
+    cannot be opened, or is being written.
     """
 
     def __init__(
-        self, path: Path, *, write: bool = False, lock: WriterLock | None = None, head: LogHeader | None = None
+        self,
+        path: Path,
+        *,
+        write: bool = False,
+        lock: WriterLock | None = None,
+        head: LogHeader | None = None,
     ) -> None:
         self.path = path
         if not is_log(path) and (problem := kind_text(path)):
@@ -122,7 +135,11 @@ class LogFile:
                 self._connection = connect(path, mode)
             with self._reading() as connection:
                 _check_schema(connection, path)
-                self.head = _read_head(connection, path) if head is None else _same_head(connection, path, head)
+                self.head = (
+                    _read_head(connection, path)
+                    if head is None
+                    else _same_head(connection, path, head)
+                )
         except BaseException:
             self.close()
             raise
@@ -131,7 +148,8 @@ class LogFile:
     def create(cls, path: Path, head: LogHeader, events: Sequence[Event] = ()) -> Self:
         """Create a log and take the writer's lock; it appears under its name when all its events are written.
 
-        InputError: events that cannot be used. OSError: it cannot be written, or one of this name is being written.
+        InputError: events that cannot be used. OSError: it cannot be written, or one of this name
+        is being written.
         """
         checked_events(head, events)
         check_replaceable(path)
@@ -146,7 +164,11 @@ class LogFile:
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
             _check_journal(unfinished).unlink(missing_ok=True)
-            with write_errors(path, unfinished), sqlite_errors(path), closing(connect(unfinished, "rw")) as connection:
+            with (
+                write_errors(path, unfinished),
+                sqlite_errors(path),
+                closing(connect(unfinished, "rw")) as connection,
+            ):
                 # after a crash before the rename nothing refers to this file
                 connection.execute("PRAGMA journal_mode = MEMORY")
                 connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
@@ -172,7 +194,8 @@ class LogFile:
 
     def close(self) -> None:
         """Close the file and release the writer's lock."""
-        # closing any handle of a file drops the record locks that SQLite has on it, so SQLite closes first
+        # closing any handle of a file drops the record locks that SQLite has on it, so SQLite
+        # closes first
         if self._connection is not None:
             with fork_lock:
                 self._connection.close()
@@ -203,7 +226,11 @@ class LogFile:
         content = self.read()
         if content.problem:
             count = len(content.events)
-            until = f"; those before, up to t = {time_text(content.events[-1].time)}, are sound" if count else ""
+            until = (
+                f"; those before, up to t = {time_text(content.events[-1].time)}, are sound"
+                if count
+                else ""
+            )
             raise InputError(
                 f"{self.path}: is damaged: {content.problem}, so event {count:,} and later ones cannot be "
                 f"trusted{until}: EventLog.fork copies the sound events to a new log"
@@ -237,7 +264,8 @@ class LogFile:
     def append(self, events: Sequence[Event]) -> None:
         """Append events in batches of one transaction each; if one fails, the batches before it remain.
 
-        InputError: unusable events, or damage. OSError: another process writes the log, or the disk is full.
+        InputError: unusable events, or damage. OSError: another process writes the log, or the disk
+        is full.
         """
         self._become_writer()
         content = self.sound()
@@ -245,7 +273,9 @@ class LogFile:
         checked_events(self.head, events, content.events)
         with sqlite_errors(self.path):
             for batch in _put_events(self._open, content.links, content.ends, events):
-                self._content = content = attrs.evolve(content, events=Events.join([content.events, batch]))
+                self._content = content = attrs.evolve(
+                    content, events=Events.join([content.events, batch])
+                )
 
     def insert(self, query: str, values: tuple[int | str | bytes, ...]) -> None:
         """Insert an auxiliary record (a snapshot) in one transaction."""
@@ -279,7 +309,10 @@ def checked_events(head: LogHeader, events: Sequence[Event], earlier: Sequence[E
 
 def chain_links(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
     """Return the links of the log that `LogFile.create` would write."""
-    return [head.link, *(link for *_, link in canonical.chain(head.link, events, _ends(0, len(events))))]
+    return [
+        head.link,
+        *(link for *_, link in canonical.chain(head.link, events, _ends(0, len(events)))),
+    ]
 
 
 def _ends(start: int, count: int) -> list[int]:
@@ -293,7 +326,9 @@ def _ends(start: int, count: int) -> list[int]:
 def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
     connection.execute("INSERT INTO head VALUES (1, ?)", (head.text,))
     for name, values in sorted(head.arrays.items()):
-        connection.execute("INSERT INTO array VALUES (?, ?, ?)", (name, json.dumps(values.shape), values.tobytes()))
+        connection.execute(
+            "INSERT INTO array VALUES (?, ?, ?)", (name, json.dumps(values.shape), values.tobytes())
+        )
     connection.execute("INSERT INTO chain VALUES (0, 0, ?)", (head.link,))
 
 
@@ -308,8 +343,17 @@ def _read_head(connection: sqlite3.Connection, path: Path) -> LogHeader:
         return parse_head(settings, arrays, link=link)
     except InputError as error:
         raise type(error)(f"{path}: {error}") from error
-    except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
-        raise InputError(f"{path}: is damaged: its head cannot be read ({error}); {_EXPECTED}") from error
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        OverflowError,
+        AttributeError,
+        RecursionError,
+    ) as error:
+        raise InputError(
+            f"{path}: is damaged: its head cannot be read ({error}); {_EXPECTED}"
+        ) from error
 
 
 def _same_head(connection: sqlite3.Connection, path: Path, head: LogHeader) -> LogHeader:
@@ -328,7 +372,9 @@ def _put_events(
     for start, stop, columns, link in canonical.chain(links[-1], events, bounds):
         number = len(links)
         with _transaction(connection):
-            connection.execute("INSERT INTO batch VALUES (?, ?, ?, ?, ?, ?)", (number, start, *columns))
+            connection.execute(
+                "INSERT INTO batch VALUES (?, ?, ?, ?, ?, ?)", (number, start, *columns)
+            )
             connection.execute("INSERT INTO chain VALUES (?, ?, ?)", (number, stop, link))
         links.append(link)
         ends.append(stop)
@@ -344,12 +390,18 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
     number = 0
     try:
         # both tables are read: each shows where the other has lost its end
-        chain = connection.execute("SELECT number, events, link FROM chain ORDER BY number").fetchall()
-        rows = connection.execute("SELECT number, first, kind, time, value, coefficients FROM batch ORDER BY number")
+        chain = connection.execute(
+            "SELECT number, events, link FROM chain ORDER BY number"
+        ).fetchall()
+        rows = connection.execute(
+            "SELECT number, first, kind, time, value, coefficients FROM batch ORDER BY number"
+        )
         for number, (*position, kind, time, value, coefficients) in enumerate(rows, start=1):
             columns = canonical.Columns(kind, time, value, coefficients)
             stop, link = ends[-1] + len(kind), canonical.link(links[-1], ends[-1], columns)
-            if position != [number, ends[-1]] or chain[number : number + 1] != [(number, stop, link)]:
+            if position != [number, ends[-1]] or chain[number : number + 1] != [
+                (number, stop, link)
+            ]:
                 return content(f"batch {number} does not match its digest")
             events = canonical.from_columns(columns)
             if len(batches[-1]) and len(events) and events[0].time < batches[-1][-1].time:
@@ -364,7 +416,9 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
             raise
         return content(f"batch {number + 1} cannot be read ({error})")
     if len(chain) > len(links):
-        return content(f"{len(chain) - len(links)} of {len(chain) - 1} batches are missing at the end")
+        return content(
+            f"{len(chain) - len(links)} of {len(chain) - 1} batches are missing at the end"
+        )
     return content()
 
 
@@ -400,7 +454,12 @@ def connect(path: Path, mode: str) -> sqlite3.Connection:
         if hasattr(connection, "setconfig"):
             # Python 3.12 and later
             connection.setconfig(getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE"), True)  # noqa: B009 - not in 3.11
-        for setting in ("synchronous = EXTRA", "cell_size_check = ON", "trusted_schema = OFF", "mmap_size = 0"):
+        for setting in (
+            "synchronous = EXTRA",
+            "cell_size_check = ON",
+            "trusted_schema = OFF",
+            "mmap_size = 0",
+        ):
             connection.execute(f"PRAGMA {setting}")
     except BaseException:
         connection.close()
@@ -448,13 +507,16 @@ def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
     # a log that has lost a trigger is still a log
     missing = [f"has no table {name}" for name in TABLES if f"table {name}" not in dict(objects)]
     if problems := [*strange[:3], *missing]:
-        raise InputError(f"{path}: is not a log, or is damaged: it {' and '.join(problems)}; {_EXPECTED}")
+        raise InputError(
+            f"{path}: is not a log, or is damaged: it {' and '.join(problems)}; {_EXPECTED}"
+        )
 
 
 def settle(path: Path) -> None:
     """Roll back the incomplete transaction of a dead writer in a log that will be replaced.
 
-    Otherwise SQLite would take its journal for one of the new file, and the old file would be damaged without it.
+    Otherwise SQLite would take its journal for one of the new file, and the old file would be
+    damaged without it.
     """
     journal = _check_journal(path)
     if not journal.exists():

@@ -32,9 +32,12 @@ from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
-# Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
-# A spring in parallel, a line contact and attraction, which earlier versions do not support, have separate formats.
-PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES, OF_ATTRACTION = FORMATS = (
+# Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield,
+# or slopes. A spring in parallel, a line contact and attraction, which earlier versions do not
+# support, have separate formats.
+PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES, OF_ATTRACTION = (
+    FORMATS
+) = (
     1,
     3,
     4,
@@ -46,7 +49,14 @@ PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES, OF_ATT
 )
 _OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
-_OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
+_OF_THE_PAIR = (
+    "contact_modulus",
+    "shear_modulus",
+    "hardness",
+    "yield_stress",
+    "work_of_adhesion",
+    "cracking_load",
+)
 # What each setting has to be.
 _OF_SETTINGS: Mapping[str, Any] = {
     **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
@@ -74,11 +84,13 @@ LAWS: Mapping[str, tuple[str, type[Any]]] = {
 class LogHeader:
     """Head of a log: settings and arrays."""
 
-    #: What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the moduli [Pa], tolerance,
-    #: the lateral stiffness of the instrument [N/m], substeps, saturate, what is recorded, and what makes asperities
-    #: evolve; as far as they are known, limits of the pair, nominal area [m²], resolutions, and metadata.
+    #: What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the
+    #: moduli [Pa], tolerance, the lateral stiffness of the instrument [N/m], substeps, saturate,
+    #: what is recorded, and what makes asperities evolve; as far as they are known, limits of the
+    #: pair, nominal area [m²], resolutions, and metadata.
     settings: Mapping[str, Any]
-    #: Of the ensemble, and of the group ``surface`` of the result, with names that begin with ``surface.``.
+    #: Of the ensemble, and of the group ``surface`` of the result, with names that begin with
+    #: ``surface.``.
     arrays: Mapping[str, Array] = attrs.field(repr=False)
 
     @classmethod
@@ -111,7 +123,8 @@ class LogHeader:
             "contact_modulus": ensemble.pair.contact_modulus,
             "shear_modulus": ensemble.pair.shear_modulus,
             "lateral_stiffness": convert_each(
-                lambda stiffness: None if stiffness == math.inf else stiffness, instrument.lateral_stiffness
+                lambda stiffness: None if stiffness == math.inf else stiffness,
+                instrument.lateral_stiffness,
             ),
             "substeps": job.substeps,
             "saturate": bool(job.saturate),
@@ -132,7 +145,10 @@ class LogHeader:
         }
         settings |= {name: value for name, value in further.items() if value is not None}
         settings["format"] = _form(arrays, settings)
-        return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in arrays.items()})
+        return cls(
+            settings,
+            {name: values.astype("<f8", order="C", copy=False) for name, values in arrays.items()},
+        )
 
     @property
     def text(self) -> str:
@@ -149,11 +165,15 @@ class LogHeader:
         for name, kinds in _OF_SETTINGS.items():
             value = self.settings.get(name, {} if name == "metadata" else ...)
             if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
-                raise InputError(f"is damaged: its setting {name} is {format_value(value)}, which is no value for it")
+                raise InputError(
+                    f"is damaged: its setting {name} is {format_value(value)}, which is no value for it"
+                )
         record, metadata = self.settings["record"], self.settings.get("metadata", {})
         indices = all(type(item) is int for item in record if not isinstance(record, str))
         if not (indices and all(isinstance(item, str) for item in metadata.values())):
-            raise InputError("is damaged: what it records are no indices, or its metadata are no strings")
+            raise InputError(
+                "is damaged: what it records are no indices, or its metadata are no strings"
+            )
         if not 1 <= self.substeps <= most("STEPS"):
             raise InputError(f"says {format_value(self.substeps)} as substeps; {at_most('STEPS')}")
         try:
@@ -168,13 +188,19 @@ class LogHeader:
     def ensemble(self) -> Body:
         """The ensemble with all asperities."""
         settings = self.settings
-        properties: dict[str, Any] = {name: self.arrays[name] for name in _OF_THE_ENSEMBLE if name in self.arrays}
-        pair = MaterialPair.from_moduli(**{name: settings[name] for name in _OF_THE_PAIR if name in settings})
+        properties: dict[str, Any] = {
+            name: self.arrays[name] for name in _OF_THE_ENSEMBLE if name in self.arrays
+        }
+        pair = MaterialPair.from_moduli(
+            **{name: settings[name] for name in _OF_THE_PAIR if name in settings}
+        )
         tolerance, rings = settings["tolerance"], Rings(**settings.get("rings", {}))
         if curves := self._group(CURVES):
             if "line" in settings:
                 friction, table = float(properties["friction"][0]), NormalCurves(**curves)
-                return LineContact(pair, friction=friction, tolerance=tolerance, curves=table, **settings["line"])
+                return LineContact(
+                    pair, friction=friction, tolerance=tolerance, curves=table, **settings["line"]
+                )
             highest = float(properties["summit_height"].max())
             return Patches(
                 pair,
@@ -184,11 +210,17 @@ class LogHeader:
                 tolerance=tolerance,
                 rings=rings,
             )
-        laws = {name: law.from_settings(settings[name]) for name, (_, law) in LAWS.items() if name in settings}
+        laws = {
+            name: law.from_settings(settings[name])
+            for name, (_, law) in LAWS.items()
+            if name in settings
+        }
         if (law := laws.pop("friction_law", None)) is not None:
             friction = properties["friction"]
             # other versions of NumPy draw other numbers, so the values in the log are used
-            drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(friction.size), friction)
+            drawn_anew = law.depends_on == "nothing" and not np.array_equal(
+                law.at_start(friction.size), friction
+            )
             properties["friction"] = friction if drawn_anew else law
         properties |= {"tolerance": tolerance, "nominal_area": settings.get("nominal_area")}
         follow_sliding = settings.get("follow_sliding", False)
@@ -205,9 +237,13 @@ class LogHeader:
     @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact."""
-        stiffness = convert_each(lambda value: math.inf if value is None else value, self.settings["lateral_stiffness"])
+        stiffness = convert_each(
+            lambda value: math.inf if value is None else value, self.settings["lateral_stiffness"]
+        )
         names = (*RESOLUTIONS, "parallel_stiffness")
-        return Instrument(stiffness, **{name: self.settings[name] for name in names if name in self.settings})
+        return Instrument(
+            stiffness, **{name: self.settings[name] for name in names if name in self.settings}
+        )
 
     @property
     def substeps(self) -> int:
@@ -240,7 +276,11 @@ class LogHeader:
     def packages(self) -> tuple[str, ...]:
         """External packages that define the laws, with their versions."""
         laws = [self.settings[name] for name in LAWS if name in self.settings]
-        return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
+        return tuple(
+            dict.fromkeys(
+                " ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law
+            )
+        )
 
     @property
     def surface(self) -> dict[str, Array]:
@@ -248,7 +288,11 @@ class LogHeader:
         return self._group(SURFACE)
 
     def _group(self, prefix: str) -> dict[str, Array]:
-        return {name.removeprefix(prefix): values for name, values in self.arrays.items() if name.startswith(prefix)}
+        return {
+            name.removeprefix(prefix): values
+            for name, values in self.arrays.items()
+            if name.startswith(prefix)
+        }
 
 
 def _form(arrays: Mapping[str, Array], settings: Mapping[str, Any]) -> int:
@@ -268,7 +312,8 @@ def _form(arrays: Mapping[str, Array], settings: Mapping[str, Any]) -> int:
 def parse_head(text: str, arrays: Mapping[str, Array], link: bytes | None = None) -> LogHeader:
     """Parse the head of a file, and check it if its link is given.
 
-    Raises InputError: a form that this version does not know, or damage. ValueError: it does not match its link.
+    Raises InputError: a form that this version does not know, or damage. ValueError: it does not
+    match its link.
     """
     settings = json.loads(text)
     form = settings.get("format") if isinstance(settings, dict) else settings

@@ -1,7 +1,8 @@
 """Histories that are computed when they are read: an xarray backend on the log and its snapshots.
 
-A block of steps and asperities is a pure function of the log: the replay starts at the last snapshot before the block
-and projects the rows and asperities of the block. Its bits are those of a run that records all variables.
+A block of steps and asperities is a pure function of the log: the replay starts at the last
+snapshot before the block and projects the rows and asperities of the block. Its bits are those of a
+run that records all variables.
 """
 
 import functools
@@ -36,21 +37,44 @@ from historysim.loads import schedule
 from historysim.log import embedded_log
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
-from historysim.log.result import SNAPSHOT_CELLS, digest_attribute, log_path_for, program, start_before
+from historysim.log.result import (
+    SNAPSHOT_CELLS,
+    digest_attribute,
+    log_path_for,
+    program,
+    start_before,
+)
 from historysim.memory.paths import Rows
 from historysim.recording.provenance import MADE_BY
-from historysim.recording.recorder import Recorder, Selection, StateOnly, asperity_coordinates, labelled_dataset
+from historysim.recording.recorder import (
+    Recorder,
+    Selection,
+    StateOnly,
+    asperity_coordinates,
+    labelled_dataset,
+)
 from historysim.recording.stored_units import is_as_recorded
-from historysim.recording.variables import COMPONENTS, COORDINATES, SLIDE_TIME, Variable, recorded_variables
+from historysim.recording.variables import (
+    COMPONENTS,
+    COORDINATES,
+    SLIDE_TIME,
+    Variable,
+    recorded_variables,
+)
 from historysim.replaying import Replay
 
 TIME = COORDINATES[0]
-BLOCK_CELLS = 1 << 21  # steps times asperities that are computed in one piece if a selection is larger
-GAP_CELLS = 1 << 20  # steps times asperities between two selected steps from which a second replay is faster
-CACHE_BYTES = 1 << 28  # of computed blocks, and of states at their ends, that are cached for the next variable or step
-STATES_CACHED, STATE_BYTES = 8, 64  # most states in the cache; approximate bytes of one asperity in a state
+# steps times asperities that are computed in one piece if a selection is larger
+BLOCK_CELLS = 1 << 21
+# steps times asperities between two selected steps from which a second replay is faster
+GAP_CELLS = 1 << 20
+# of computed blocks, and of states at their ends, that are cached for the next variable or step
+CACHE_BYTES = 1 << 28
+# most states in the cache; approximate bytes of one asperity in a state
+STATES_CACHED, STATE_BYTES = 8, 64
 LOGS_OPEN = 4  # logs that a process keeps in memory
-# Default size of a chunk: asperities (enough that the replay for it pays), and steps times asperities.
+# Default size of a chunk: asperities (enough that the replay for it pays), and steps times
+# asperities.
 CHUNK_ASPERITIES, CHUNK_CELLS = 1 << 18, 1 << 21
 
 Block = Mapping[str, Array]
@@ -80,7 +104,10 @@ class _SelectedRows(Recorder):
         if high - low < times.size:
             chosen, retained = self.selected_rows[low:high] - self._filled, self.retained[low:high]
             retained.totals[...] = self.rows.totals[chosen]
-            for target, source in ((retained.each, self.rows.each), (retained.vectors, self.rows.vectors)):
+            for target, source in (
+                (retained.each, self.rows.each),
+                (retained.vectors, self.rows.vectors),
+            ):
                 for name, values in target.items():
                     values[...] = source[name][chosen]
         self._filled += times.size
@@ -144,7 +171,9 @@ class LazyHistory:
     job: Replay
     _cache: _Cache = attrs.field(factory=_Cache, init=False, repr=False)
     #: States at the ends of the blocks computed last, by the number of rows before them.
-    _states: OrderedDict[int, schedule.Start] = attrs.field(factory=OrderedDict, init=False, repr=False)
+    _states: OrderedDict[int, schedule.Start] = attrs.field(
+        factory=OrderedDict, init=False, repr=False
+    )
     _lock: Any = attrs.field(factory=threading.Lock, init=False, repr=False)  #: of the states
 
     @functools.cached_property
@@ -179,8 +208,12 @@ class LazyHistory:
         if "asperity" in variable.dimensions:
             columns, column_order = _ascending(key[1], self.labels.size)
         pieces = _pieces(steps, 1 if columns is None else columns.size)
-        blocks = [self._cached_block(piece, columns)[variable.name] for piece in pieces if piece.size]
-        empty = np.empty((0, *(self.labels[columns].shape if columns is not None else ())), variable.dtype)
+        blocks = [
+            self._cached_block(piece, columns)[variable.name] for piece in pieces if piece.size
+        ]
+        empty = np.empty(
+            (0, *(self.labels[columns].shape if columns is not None else ())), variable.dtype
+        )
         values = np.concatenate(blocks) if blocks else empty
         # last axis first: an integer index removes its axis
         for axis, order in ((1, column_order), (0, step_order)):
@@ -194,15 +227,17 @@ class LazyHistory:
     def block(self, steps: Integers, columns: Integers | None, threads: int | None = None) -> Block:
         """Compute all variables at ascending steps and positions of asperities; totals alone without positions.
 
-        A replay stops at event times only, so it starts at the last one before the steps and ends at the first one
-        after them.
+        A replay stops at event times only, so it starts at the last one before the steps and ends
+        at the first one after them.
         """
         job, first_step, last_step = self.job, int(steps[0]), int(steps[-1])
         start_row = 1 + (first_step - 1) // job.substeps * job.substeps if first_step else 0
         end_row = 1 + -(-last_step // job.substeps) * job.substeps
         asperities = None if columns is None else np.ascontiguousarray(self.labels[columns])
         options: dict[str, Any] = {"instrument": job.instrument, "changes": job.changes}
-        target = _SelectedRows(job.ensemble, asperities, end_row - start_row, steps - start_row, **options)
+        target = _SelectedRows(
+            job.ensemble, asperities, end_row - start_row, steps - start_row, **options
+        )
         self._walk(target, self._start(start_row), end_row, threads)
         return target.block()
 
@@ -221,7 +256,9 @@ class LazyHistory:
         target = StateOnly(self.job.ensemble, None, rows - start.rows, changes=self.job.changes)
         return self._walk(target, start, rows)
 
-    def _walk(self, target: Recorder, start: schedule.Start, rows: int, threads: int | None = None) -> schedule.Start:
+    def _walk(
+        self, target: Recorder, start: schedule.Start, rows: int, threads: int | None = None
+    ) -> schedule.Start:
         """Replay up to a number of rows, and cache the state there."""
         reached = start
 
@@ -252,7 +289,10 @@ class LazyHistory:
 
     def check_snapshots(self) -> None:
         """Warn if a long history has no snapshots."""
-        if self.time.size * len(self.job.ensemble) <= SNAPSHOT_CELLS or self._snapshot(np.inf).cursor is not None:
+        if (
+            self.time.size * len(self.job.ensemble) <= SNAPSHOT_CELLS
+            or self._snapshot(np.inf).cursor is not None
+        ):
             return
         snapshot_state = "has no usable snapshot" if self.log.is_file() else "does not exist"
         warn(
@@ -267,7 +307,11 @@ def _ascending(key: Any, size: int) -> tuple[Integers, Any]:  # noqa: ANN401 - i
     positions = np.atleast_1d(np.arange(size)[key])
     if isinstance(key, int | np.integer):
         return positions, 0
-    return (positions, None) if (np.diff(positions) > 0).all() else np.unique(positions, return_inverse=True)
+    return (
+        (positions, None)
+        if (np.diff(positions) > 0).all()
+        else np.unique(positions, return_inverse=True)
+    )
 
 
 def _pieces(steps: Integers, width: int) -> Iterator[Integers]:
@@ -295,16 +339,25 @@ class LogReference:
         """Read a log, or a result that holds one; InputError if it is damaged or has no events."""
         head, content, _ = _read(path)
         if not content.events:
-            raise InputError(f"{path}: holds no events yet; expected at least one: EventLog.append adds them")
+            raise InputError(
+                f"{path}: holds no events yet; expected at least one: EventLog.append adds them"
+            )
         chosen = head.settings["record"] if record is None else record
-        chosen = tuple(chosen) if not isinstance(chosen, str) else "touching" if chosen == "totals" else chosen
+        chosen = (
+            tuple(chosen)
+            if not isinstance(chosen, str)
+            else "touching"
+            if chosen == "totals"
+            else chosen
+        )
         return cls(path, content.links[-1].hex(), chosen, program(head.ensemble.packages))
 
     @property
     def history(self) -> LazyHistory:
         """The history in this process; its log is read once.
 
-        InputError: the log is missing on this machine, was replaced, or the versions of historysim differ.
+        InputError: the log is missing on this machine, was replaced, or the versions of historysim
+        differ.
         """
         with fork_lock:
             return _open_history(self)
@@ -363,7 +416,9 @@ def _read(path: Path, digest: str = "") -> tuple[LogHeader, Content, Path]:
         log = log_path_for(path)
     else:
         problem = kind_text(path) or "is not a log"
-        raise InputError(f"{path}: {problem}; expected the log of a run (NAME.history), or its result")
+        raise InputError(
+            f"{path}: {problem}; expected the log of a run (NAME.history), or its result"
+        )
     if digest and content.links[-1].hex() != digest:
         raise InputError(
             f"{path}: is not the log that the history was opened from, with the digest {digest[:12]}…; it was "
@@ -383,13 +438,16 @@ class _LazyArray(BackendArray):
         self.reference, self.name, self.dimensions = reference, variable.name, variable.dimensions
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:  # noqa: ANN401 - as its base class
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read_key)
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER, self._read_key
+        )
 
     def _read_key(self, key: tuple[Any, ...]) -> Array:
         history = self.reference.history
         totals, per_asperity = recorded_variables(history.job.changes)
         variables = {
-            (variable.name, variable.dimensions): variable for variable in (*totals, *per_asperity, SLIDE_TIME)
+            (variable.name, variable.dimensions): variable
+            for variable in (*totals, *per_asperity, SLIDE_TIME)
         }
         return history.values(variables[self.name, self.dimensions], key)
 
@@ -403,9 +461,20 @@ class _Grid(NamedTuple):
     @classmethod
     def from_chunks(cls, chunks: Chunks, steps: int, asperities: int) -> "_Grid":
         """Return the chunks of given sizes, or of default ones; -1 is all."""
-        sizes = {} if chunks == "auto" else dict(chunks) if isinstance(chunks, Mapping) else {str(chunks): 0}
+        sizes = (
+            {}
+            if chunks == "auto"
+            else dict(chunks)
+            if isinstance(chunks, Mapping)
+            else {str(chunks): 0}
+        )
         for name, size in sizes.items():
-            if name not in {"step", "asperity"} or not isinstance(size, int | np.integer) or size < -1 or size == 0:
+            if (
+                name not in {"step", "asperity"}
+                or not isinstance(size, int | np.integer)
+                or size < -1
+                or size == 0
+            ):
                 raise InputError(
                     f"chunks is {chunks!r}; expected numbers of steps and asperities, such as "
                     '{"step": 1000, "asperity": 100_000}, or "auto"'
@@ -436,11 +505,14 @@ def open_lazily(
     ----------
     path : Path
     record : {"touching", "all"} or sequence of int, optional
-        Asperities of the history; by default those of the log, or all that touch if it records totals alone.
+        Asperities of the history; by default those of the log, or all that touch if it records
+        totals alone.
     chunks : mapping or "auto", optional
-        Sizes along ``step`` and ``asperity`` of the chunks of dask arrays; arrays without dask by default.
+        Sizes along ``step`` and ``asperity`` of the chunks of dask arrays; arrays without dask by
+        default.
     totals : path, optional
-        A result (netCDF) with the variables along ``step``; by default the one next to the log, if there is one.
+        A result (netCDF) with the variables along ``step``; by default the one next to the log, if
+        there is one.
 
     Raises
     ------
@@ -453,9 +525,14 @@ def open_lazily(
     history.check_snapshots()
     job = history.job
     sizes = {"step": history.time.size, "asperity": history.labels.size, DIRECTION: len(COMPONENTS)}
-    known_totals = _known_totals(history, totals or (path if is_netcdf(path) else path.with_suffix(".nc")))
+    known_totals = _known_totals(
+        history, totals or (path if is_netcdf(path) else path.with_suffix(".nc"))
+    )
     totals_variables, per_asperity = recorded_variables(job.changes)
-    computed = [*(variable for variable in totals_variables if variable.name not in known_totals), *per_asperity]
+    computed = [
+        *(variable for variable in totals_variables if variable.name not in known_totals),
+        *per_asperity,
+    ]
     lazy = [
         (
             variable,
@@ -466,14 +543,20 @@ def open_lazily(
         for variable in (*computed, SLIDE_TIME)
     ]
     data = [
-        *((variable, known_totals[variable.name]) for variable in totals_variables if variable.name in known_totals),
+        *(
+            (variable, known_totals[variable.name])
+            for variable in totals_variables
+            if variable.name in known_totals
+        ),
         *lazy,
     ]
     if chunks is not None:
         grid = _Grid.from_chunks(chunks, sizes["step"], sizes["asperity"])
         data = [*data, *_dask_variables(reference, computed, grid)]
     coordinates = [*asperity_coordinates(job.ensemble, history.labels), (TIME, history.time)]
-    attributes = job.attributes() | history.head.attributes | digest_attribute(history.content.links[-1])
+    attributes = (
+        job.attributes() | history.head.attributes | digest_attribute(history.content.links[-1])
+    )
     dataset = labelled_dataset(data, coordinates, attributes, planar=job.changes.planar)
     dataset.encoding |= {"source": str(path), MADE_BY: reference}
     return dataset.set_xindex("time")
@@ -483,17 +566,24 @@ def _known_totals(history: LazyHistory, path: Path) -> Mapping[str, Array]:
     """Read the variables along ``step`` of a result; empty if it is not complete, or of another log or version."""
     import netCDF4
 
-    expected = digest_attribute(history.content.links[-1]) | {"historysim_version": __version__, "complete": 1}
+    expected = digest_attribute(history.content.links[-1]) | {
+        "historysim_version": __version__,
+        "complete": 1,
+    }
     with suppress(OSError, RuntimeError, AttributeError, InputError):
         check_contained(path)
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
-            if all(name in file.ncattrs() and file.getncattr(name) == value for name, value in expected.items()):
+            if all(
+                name in file.ncattrs() and file.getncattr(name) == value
+                for name, value in expected.items()
+            ):
                 totals = recorded_variables(history.job.changes)[0]
                 return {
                     variable.name: file[variable.name][...]
                     for variable in totals
-                    if variable.name in file.variables and is_as_recorded(file[variable.name].__dict__, variable.units)
+                    if variable.name in file.variables
+                    and is_as_recorded(file[variable.name].__dict__, variable.units)
                 }
     return {}
 
@@ -528,8 +618,12 @@ def _dask_variables(
         from dask.highlevelgraph import HighLevelGraph
     token = tokenize(reference, grid.steps, grid.asperities)
     blocks = f"historysim-blocks-{token}"
-    tasks: dict[Any, Any] = {(blocks, i): (reference.block, steps, None) for i, steps in enumerate(grid.steps)}
-    for (i, steps), (j, asperities) in itertools.product(enumerate(grid.steps), enumerate(grid.asperities)):
+    tasks: dict[Any, Any] = {
+        (blocks, i): (reference.block, steps, None) for i, steps in enumerate(grid.steps)
+    }
+    for (i, steps), (j, asperities) in itertools.product(
+        enumerate(grid.steps), enumerate(grid.asperities)
+    ):
         tasks[blocks, i, j] = (reference.block, steps, asperities)
     sizes = {"step": tuple(map(len, grid.steps)), "asperity": tuple(map(len, grid.asperities))}
     sizes[DIRECTION] = (len(COMPONENTS),)
@@ -562,7 +656,9 @@ class HistoryBackend(BackendEntrypoint):
     ) -> xr.Dataset:
         """Open a history; parameters and errors as for `open_lazily`."""
         history = open_lazily(as_path(filename_or_obj), record=record)
-        dropped = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
+        dropped = (
+            [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
+        )
         return history.drop_vars(dropped, errors="ignore")
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:  # noqa: ANN401 - any object that xarray accepts

@@ -52,7 +52,9 @@ def log_path_for(output: Path) -> Path:
         raise InputError(f"{output}: is a folder; expected the name of a file to write")
     log_path = output.with_suffix(ENDING)
     if log_path == output:
-        raise InputError(f"{output}: is the name of a log; expected another ending for the result, such as .nc")
+        raise InputError(
+            f"{output}: is the name of a log; expected another ending for the result, such as .nc"
+        )
     return log_path
 
 
@@ -72,7 +74,9 @@ class RunOptions:
     threads: int | None = attrs.field(default=None, converter=resolve_threads)
     force: bool = False
     notify: Notify = silent
-    record: str | None = attrs.field(default=None, validator=attrs.validators.optional(choice("totals")))
+    record: str | None = attrs.field(
+        default=None, validator=attrs.validators.optional(choice("totals"))
+    )
     cluster: str | None = None
 
     def apply_record(self, job: Replay) -> Replay:
@@ -92,7 +96,9 @@ class _Spacing:
     def from_options(cls, options: RunOptions, job: Replay) -> "_Spacing":
         """Return the spacing at the start of a run."""
         spacing = cls(options.snapshot_every, job.steps())
-        spacing.rows = spacing.chosen or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(job.ensemble)))
+        spacing.rows = spacing.chosen or max(
+            1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(job.ensemble))
+        )
         return spacing
 
     def widen(self, size: int) -> None:
@@ -104,11 +110,14 @@ class _Spacing:
 def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     """Replay a log, open for writing, into a result, which gets its name when it is complete.
 
-    Snapshots of the state are inserted into the log. An OSError or a KeyboardInterrupt states the saved rows.
+    Snapshots of the state are inserted into the log. An OSError or a KeyboardInterrupt states the
+    saved rows.
     """
     head, content = file.head, file.sound()
     if not content.events:
-        raise InputError(f"{file.path}: holds no events yet; expected at least one: EventLog.append adds them")
+        raise InputError(
+            f"{file.path}: holds no events yet; expected at least one: EventLog.append adds them"
+        )
     job = options.apply_record(head.replay(content.events, options.threads))
     link = digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
@@ -134,7 +143,9 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         unfinished.saved_rows = start.rows
         date_created = current_time_text()
         attributes = job.attributes() | head.attributes | link | {"date_created": date_created}
-        make_recorder = partial(job.recorder, FileRecorder, attributes=attributes, write_groups=write_groups)
+        make_recorder = partial(
+            job.recorder, FileRecorder, attributes=attributes, write_groups=write_groups
+        )
         with make_recorder(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
                 options.notify(_size_notice(output, target))
@@ -143,20 +154,34 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             rows = written if start.rows else f"{unfinished.path.name} {date_created}"
 
             def save_snapshot(cursor: Cursor, state: "State") -> None:
-                if cursor.rows - unfinished.saved_rows < spacing.rows or cursor.rows == target.steps:
+                if (
+                    cursor.rows - unfinished.saved_rows < spacing.rows
+                    or cursor.rows == target.steps
+                ):
                     return
                 # rows before the snapshot, which states that they are on the disk
                 target.flush()
                 spacing.widen(add_snapshot(file, content, cursor, state, rows))
-                logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps)
+                logger.debug(
+                    "%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps
+                )
                 unfinished.saved_rows = cursor.rows
 
-            job.walk(target, start=start, most_rows=at_once, progress=options.progress, on_event=save_snapshot)
+            job.walk(
+                target,
+                start=start,
+                most_rows=at_once,
+                progress=options.progress,
+                on_event=save_snapshot,
+            )
             target.finish()
         if options.compression == "none":
             unfinished.publish()
         else:
-            with replacing(output) as smaller, make_recorder(path=smaller, compression=options.compression) as target:
+            with (
+                replacing(output) as smaller,
+                make_recorder(path=smaller, compression=options.compression) as target,
+            ):
                 target.copy_rows(unfinished.path)
                 target.finish()
         logger.info("%s: written, %d bytes", output, output.stat().st_size)
@@ -178,7 +203,9 @@ def _explain_interruption(log: Path, unfinished: Unfinished, steps: int) -> Iter
         raise
     except KeyboardInterrupt as error:
         saved = unfinished.saved_rows
-        rows = f"the first {saved:,} of {steps:,} steps" if saved else f"none of {steps:,} steps yet"
+        rows = (
+            f"the first {saved:,} of {steps:,} steps" if saved else f"none of {steps:,} steps yet"
+        )
         raise KeyboardInterrupt(
             f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) continues "
             "from there"
@@ -210,7 +237,9 @@ def _read_attribute(path: Path, link: Mapping[str, str], job: Replay, name: str)
 
     with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
         has_asperities = "asperity" in file.dimensions
-        if file.getncattr("log_digest") == link["log_digest"] and has_asperities == (job.asperities is not None):
+        if file.getncattr("log_digest") == link["log_digest"] and has_asperities == (
+            job.asperities is not None
+        ):
             return file.getncattr(name)
     return None
 
@@ -218,7 +247,11 @@ def _read_attribute(path: Path, link: Mapping[str, str], job: Replay, name: str)
 def _size_notice(output: Path, target: FileRecorder) -> str:
     """Return the notice on the size of a large result and the options that reduce it."""
     asperity_text = "" if target.asperities is None else f" and {target.columns:,} asperities"
-    fewer = "" if target.asperities is None else 'fewer asperities (record.asperities, "totals" for none), '
+    fewer = (
+        ""
+        if target.asperities is None
+        else 'fewer asperities (record.asperities, "totals" for none), '
+    )
     return (
         f"{output}: will take {target.size / 1e6:,.0f} MB, for {target.steps:,} steps{asperity_text}; {fewer}fewer "
         "substeps or --compression make it smaller"
@@ -234,18 +267,28 @@ def digest_attribute(link: bytes) -> dict[str, str]:
 # -- snapshots -------------------------------------------------------------------------------------
 
 
-def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State", written: str = "") -> int:
+def add_snapshot(
+    file: LogFile, content: Content, cursor: Cursor, state: "State", written: str = ""
+) -> int:
     """Insert the state at a place of a replay into its log, and return its size in bytes.
 
     ``written`` names the file with the rows before.
-    It depends on all batches with events that are done or in progress, so it stores the link of the last of them.
+    It depends on all batches with events that are done or in progress, so it stores the link of the
+    last of them.
     """
-    batches = bisect_left(content.ends, max(cursor.events, *(index + 1 for index in cursor.heading)))
-    about = attrs.asdict(cursor) | {"batches": batches, "program": program(file.head.ensemble.packages)}
+    batches = bisect_left(
+        content.ends, max(cursor.events, *(index + 1 for index in cursor.heading))
+    )
+    about = attrs.asdict(cursor) | {
+        "batches": batches,
+        "program": program(file.head.ensemble.packages),
+    }
     text = json.dumps(about | ({"written": written} if written else {}))
     link, retained = content.links[batches], state.to_bytes()
     row = (cursor.events, text, link, retained, _digest(text, link, retained))
-    file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
+    file.insert(
+        "INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row
+    )
     return len(retained)
 
 
@@ -259,8 +302,8 @@ def snapshots(
 ) -> Iterator[Start]:
     """Yield the starts of a replay that snapshots of a log provide, latest first.
 
-    `written` selects snapshots whose rows are in the file of that name, `events` snapshots after these numbers of
-    events. `notify` gets each reason to pass some over.
+    `written` selects snapshots whose rows are in the file of that name, `events` snapshots after
+    these numbers of events. `notify` gets each reason to pass some over.
     """
     reasons: set[str] = set()
     # one query for each, since states may be large, and any may be damaged
@@ -283,7 +326,9 @@ def snapshots(
 
 
 def _numbers(file: LogFile, notify: Notify, events: range | None) -> list[tuple[int]]:
-    first_events, end_events = (events.start, events.stop) if events is not None else (0, sys.maxsize)
+    first_events, end_events = (
+        (events.start, events.stop) if events is not None else (0, sys.maxsize)
+    )
     try:
         return file.rows(
             "SELECT number FROM snapshot WHERE events >= ? AND events < ? ORDER BY events DESC",
@@ -295,7 +340,9 @@ def _numbers(file: LogFile, notify: Notify, events: range | None) -> list[tuple[
         return []
 
 
-def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: bytes, state: bytes) -> Start | str:
+def _start(
+    file: LogFile, content: Content, about: dict[str, Any] | None, link: bytes, state: bytes
+) -> Start | str:
     """Return the start of a replay from a snapshot, or the reason why it cannot be used."""
     if about is None:
         return "is damaged (it does not match its digest)"
@@ -311,13 +358,22 @@ def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: 
 
 
 def start_before(
-    file: LogFile, content: Content, time: float, notify: Notify = silent, *, latest: Start | None = None
+    file: LogFile,
+    content: Content,
+    time: float,
+    notify: Notify = silent,
+    *,
+    latest: Start | None = None,
 ) -> Start:
     """Return the latest start of a replay up to a time [s]: a snapshot, or the known start `latest`."""
-    first_events = latest.cursor.events + 1 if latest is not None and latest.cursor is not None else 1
+    first_events = (
+        latest.cursor.events + 1 if latest is not None and latest.cursor is not None else 1
+    )
     done = bisect_right(content.events, time, key=attrgetter("time"))
     candidates = snapshots(file, content, notify, events=range(first_events, done + 1))
-    start = next((start for start in candidates if start.cursor and start.cursor.time <= time), latest)
+    start = next(
+        (start for start in candidates if start.cursor and start.cursor.time <= time), latest
+    )
     return start or Start(file.head.ensemble.initial_state())
 
 
@@ -327,7 +383,9 @@ def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify
     if start is None or start.cursor is None:
         notify(f"{file.path}: has no snapshot with its rows; the replay starts at the beginning")
         return Start(file.head.ensemble.initial_state())
-    notify(f"{file.path}: continuing from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
+    notify(
+        f"{file.path}: continuing from t = {time_text(start.cursor.time)}, after {start.rows:,} rows"
+    )
     return start
 
 

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-ROUNDING = 1e-9  # largest difference, over the largest value of a variable, that is taken for rounding
+# largest difference, over the largest value of a variable, that is taken for rounding
+ROUNDING = 1e-9
 
 
 @attrs.define
@@ -49,7 +50,9 @@ class Difference:
         """Compare values along named dimensions, of which the first begins at an index."""
         self.real = replayed.dtype.kind == "f"
         self.scale = max(self.scale, float(np.abs(replayed).max(initial=0)))
-        differs = np.ascontiguousarray(recorded).view(np.uint8) != np.ascontiguousarray(replayed).view(np.uint8)
+        differs = np.ascontiguousarray(recorded).view(np.uint8) != np.ascontiguousarray(
+            replayed
+        ).view(np.uint8)
         differs = differs.reshape(*replayed.shape, replayed.dtype.itemsize).any(axis=-1)
         if not differs.any():
             return
@@ -72,7 +75,8 @@ class Difference:
         """The difference in a line."""
         relative = f" ({self.largest / self.scale:.2g} of its largest value)" if self.scale else ""
         return (
-            f"{self.name}: {self.count:,} values differ, first at {self.first}, by {self.largest:.3g}{relative} at most"
+            f"{self.name}: {self.count:,} values differ, first at {self.first}, "
+            f"by {self.largest:.3g}{relative} at most"
         )
 
 
@@ -80,9 +84,9 @@ class Difference:
 class Verification:
     """Outcome of the replay of the ``events`` of a result or a log; true if it agrees.
 
-    ``digest`` is that of the log (SHA-256), ``snapshots`` how many of a log agree with the replay, and ``differences``
-    are the variables of a result that differ in any bit. ``made_elsewhere`` is what made the result where that is not
-    what replays here: the last bits may then differ.
+    ``digest`` is that of the log (SHA-256), ``snapshots`` how many of a log agree with the replay,
+    and ``differences`` are the variables of a result that differ in any bit. ``made_elsewhere`` is
+    what made the result where that is not what replays here: the last bits may then differ.
     """
 
     path: Path
@@ -98,7 +102,11 @@ class Verification:
 
 
 def verify(
-    path: str | Path, log: str | Path | None = None, *, progress: bool = False, notify: Notify = silent
+    path: str | Path,
+    log: str | Path | None = None,
+    *,
+    progress: bool = False,
+    notify: Notify = silent,
 ) -> Verification:
     """Replay the log of a result and compare every bit, or check a log and its snapshots.
 
@@ -125,7 +133,9 @@ def verify(
         return _verify_log(path, notify=notify)
     if not is_netcdf(path) and not is_zarr(path):
         kind = kind_text(path) or "is no result, and no log"
-        raise InputError(f"{path}: {kind}; expected a result of historysim run, or a log (NAME.history)")
+        raise InputError(
+            f"{path}: {kind}; expected a result of historysim run, or a log (NAME.history)"
+        )
     log_path = log_path_for(path) if log is None else Path(log)
     # what is no result has no log, so that it is opened in any case
     with (
@@ -141,17 +151,26 @@ def verify(
 
 
 def _compare_result(
-    output: Path, result: "netCDF4.Dataset | _StoredResult", file: LogFile, *, progress: bool, notify: Notify
+    output: Path,
+    result: "netCDF4.Dataset | _StoredResult",
+    file: LogFile,
+    *,
+    progress: bool,
+    notify: Notify,
 ) -> Verification:
     # the embedded log, from which it can be recomputed, has a separate checksum
     # a store has no groups
     if embedded_log.find_group(result) is not None:  # type: ignore[arg-type]
         embedded_log.read(output)
     events, digest = _events_of_result(file, output, result)
-    version, maker = (str(getattr(result, name, "?")) for name in ("historysim_version", "made_with"))
+    version, maker = (
+        str(getattr(result, name, "?")) for name in ("historysim_version", "made_with")
+    )
     if elsewhere := _elsewhere(file.head, version, maker):
         this_program = program(file.head.ensemble.packages)
-        notify(f"{output}: was made by {elsewhere}; this is {this_program}, so the last digits may differ")
+        notify(
+            f"{output}: was made by {elsewhere}; this is {this_program}, so the last digits may differ"
+        )
     job = file.head.replay(events)
     if "asperity" not in result.dimensions:
         job = attrs.evolve(job, record="totals")
@@ -169,16 +188,24 @@ def _compare_result(
     job.walk(target, progress=progress)
     if target.slide_time is not None:
         target.compare(SLIDE_TIME.name, target.slide_time)
-    differences = tuple(difference for difference in target.differences.values() if difference.count)
-    return Verification(output, len(events), digest, differences=differences, made_elsewhere=elsewhere)
+    differences = tuple(
+        difference for difference in target.differences.values() if difference.count
+    )
+    return Verification(
+        output, len(events), digest, differences=differences, made_elsewhere=elsewhere
+    )
 
 
 def _elsewhere(head: LogHeader, version: str, maker: str) -> str:
     """Return the software of a log if its last bits may differ here: another version, or other power functions.
 
-    Everything else that computed it, such as the processor, Python and numpy, does not matter to the bits.
+    Everything else that computed it, such as the processor, Python and numpy, does not matter to
+    the bits.
     """
-    by, law = ", ".join((f"historysim {version}", *head.packages)), head.ensemble.laws.get("friction")
+    by, law = (
+        ", ".join((f"historysim {version}", *head.packages)),
+        head.ensemble.laws.get("friction"),
+    )
     if by != program(head.ensemble.packages):
         return by
     same_bits = not isinstance(law, FrictionLaw) or law.same_bits
@@ -188,7 +215,9 @@ def _elsewhere(head: LogHeader, version: str, maker: str) -> str:
 def _verify_log(path: Path, *, notify: Notify) -> Verification:
     with LogFile(path) as file:
         head, content = file.head, file.sound()
-        elsewhere = _elsewhere(head, head.settings["historysim_version"], head.settings["made_with"])
+        elsewhere = _elsewhere(
+            head, head.settings["historysim_version"], head.settings["made_with"]
+        )
         if content.events and elsewhere:
             this_program = program(head.ensemble.packages)
             notify(
@@ -203,7 +232,9 @@ def _verify_log(path: Path, *, notify: Notify) -> Verification:
             if start.state.to_bytes() == snapshot.state.to_bytes():
                 good += 1
             else:
-                notify(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
+                notify(
+                    f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again"
+                )
         if content.events:
             job.state(start=start)
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
@@ -231,9 +262,15 @@ class _Comparer(Recorder):
             raise InputError(f"{self.file.filepath()}: has no variable {name}")
         names, recorded = [*map(str, self.file[name].dimensions)], self.file[name][where]
         if recorded.dtype != values.dtype or recorded.shape != values.shape:
-            recorded_type, replayed_type = (f"{array.dtype} of shape {array.shape}" for array in (recorded, values))
-            raise InputError(f"{self.file.filepath()}: {name} is {recorded_type}; its log makes {replayed_type}")
-        self.differences.setdefault(name, Difference(name)).add(names, where.start or 0, recorded, values)
+            recorded_type, replayed_type = (
+                f"{array.dtype} of shape {array.shape}" for array in (recorded, values)
+            )
+            raise InputError(
+                f"{self.file.filepath()}: {name} is {recorded_type}; its log makes {replayed_type}"
+            )
+        self.differences.setdefault(name, Difference(name)).add(
+            names, where.start or 0, recorded, values
+        )
 
 
 def _events_of_result(
@@ -243,7 +280,9 @@ def _events_of_result(
     content = file.sound()
     digest = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
     if getattr(result, "scenario", "") != file.head.settings["scenario"]:
-        raise InputError(f"{output}: holds another scenario than {file.path}: one of the two was changed or swapped")
+        raise InputError(
+            f"{output}: holds another scenario than {file.path}: one of the two was changed or swapped"
+        )
     if (made_of := content.content_at_digest(digest)) is not None:
         return made_of.events, digest
     raise InputError(
@@ -257,7 +296,11 @@ class _StoredVariable:
     """Variable of a zarr store, with the interface of `netCDF4.Variable`."""
 
     def __init__(self, variable: "xr.Variable") -> None:
-        self._variable, self.dimensions, self.units = variable, variable.dims, variable.attrs.get("units", "")
+        self._variable, self.dimensions, self.units = (
+            variable,
+            variable.dims,
+            variable.attrs.get("units", ""),
+        )
         self.__dict__ |= variable.attrs
 
     def __getitem__(self, key: slice) -> Array:
@@ -269,7 +312,9 @@ class _StoredResult:
     """History in a zarr store, with the interface of `netCDF4.Dataset` that a comparison uses."""
 
     def __init__(self, path: Path, history: "xr.Dataset") -> None:
-        self.variables = {str(name): _StoredVariable(variable) for name, variable in history.variables.items()}
+        self.variables = {
+            str(name): _StoredVariable(variable) for name, variable in history.variables.items()
+        }
         self.dimensions = {name: range(size) for name, size in history.sizes.items()}
         self.groups: dict[str, Any] = {}
         self.filepath = path.__str__

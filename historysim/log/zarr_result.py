@@ -1,7 +1,7 @@
 """Results in zarr stores: blocks of the history are computed in parallel, by threads or by a cluster of dask.
 
-The log is replayed once for its totals and snapshots; blocks then start at the snapshots. The store is written to a
-hidden folder, which gets its name when it is complete.
+The log is replayed once for its totals and snapshots; blocks then start at the snapshots. The store
+is written to a hidden folder, which gets its name when it is complete.
 """
 
 import shutil
@@ -35,7 +35,9 @@ def write_zarr(file: LogFile, output: Path, options: RunOptions) -> None:
 
     InputError: the cluster cannot be reached.
     """
-    hidden, totals = (output.with_name(f".{output.name}.{part}") for part in ("unfinished", "totals.nc"))
+    hidden, totals = (
+        output.with_name(f".{output.name}.{part}") for part in ("unfinished", "totals.nc")
+    )
     with _workers(options) as workers:
         write_result(file, totals, attrs.evolve(options, record="totals"))
         try:
@@ -69,17 +71,23 @@ def check_options(output: Path, options: RunOptions) -> None:
         ) from error
 
 
-def _write_store(file: LogFile, store: Path, totals: Path, options: RunOptions, workers: int) -> None:
+def _write_store(
+    file: LogFile, store: Path, totals: Path, options: RunOptions, workers: int
+) -> None:
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    history = open_lazily(file.path, chunks="auto", totals=totals).assign_attrs(date_created=current_time_text())
+    history = open_lazily(file.path, chunks="auto", totals=totals).assign_attrs(
+        date_created=current_time_text()
+    )
     if "totals" in {options.record, str(file.head.settings["record"])}:
         history = history.drop_dims("asperity")
     # one call for the metadata and all that is in memory already
     codecs = {"compressors": (ZstdCodec(), Crc32cCodec())}
     options_of_store: Any = {"consolidated": False, "write_empty_chunks": True}
     encoding = dict.fromkeys(history.variables, codecs)
-    history.to_zarr(store, mode="w", compute=False, encoding=encoding, zarr_format=3, **options_of_store)
+    history.to_zarr(
+        store, mode="w", compute=False, encoding=encoding, zarr_format=3, **options_of_store
+    )
     per_asperity = [name for name, variable in history.variables.items() if variable.chunks]
     if per_asperity:
         _write_blocks(history[per_asperity], store, options, workers, options_of_store)
@@ -87,7 +95,11 @@ def _write_store(file: LogFile, store: Path, totals: Path, options: RunOptions, 
 
 
 def _write_blocks(
-    history: xr.Dataset, store: Path, options: RunOptions, workers: int, options_of_store: dict[str, Any]
+    history: xr.Dataset,
+    store: Path,
+    options: RunOptions,
+    workers: int,
+    options_of_store: dict[str, Any],
 ) -> None:
     blocks = history.drop_vars([*history.coords])
     rows, across = blocks.chunks["step"], len(blocks.chunks["asperity"])
@@ -159,7 +171,9 @@ class _Reading:
 
     def _check_identity(self) -> None:
         if identify(self.path) != self.identity:
-            raise InputError(f"{self.path}: was replaced by another store since it was opened; open it again")
+            raise InputError(
+                f"{self.path}: was replaced by another store since it was opened; open it again"
+            )
 
 
 class _StoredArray(BackendArray):
@@ -170,7 +184,9 @@ class _StoredArray(BackendArray):
         self.shape, self.dtype = variable.shape, variable.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:  # noqa: ANN401 - as its base class
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER, self._read
+        )
 
     def _read(self, key: tuple[Any, ...]) -> Array:
         with self.reading(self.name):
@@ -181,13 +197,15 @@ class _StoredArray(BackendArray):
 def open_store(path: Path) -> xr.Dataset:
     """Open the history in a zarr store, read lazily; its labels of asperities are read now.
 
-    InputError: zarr is not installed, the store is damaged, or not a history. Damage that is met while values are read
-    is an InputError as well, and so is the replacement of the store.
+    InputError: zarr is not installed, the store is damaged, or not a history. Damage that is met
+    while values are read is an InputError as well, and so is the replacement of the store.
     """
     try:
         import zarr  # noqa: F401 - xarray reports its absence as an unknown engine
     except ImportError as error:
-        raise InputError(f'{path}: is read by zarr, which is not installed; pip install "historysim[zarr]"') from error
+        raise InputError(
+            f'{path}: is read by zarr, which is not installed; pip install "historysim[zarr]"'
+        ) from error
     path = path.absolute()
     reading = _Reading(path, identify(path))
     try:
@@ -208,11 +226,15 @@ def open_store(path: Path) -> xr.Dataset:
             for name, variable in stored.variables.items()
         }
         history = stored.assign({name: arrays[name] for name in stored.data_vars})
-        history = history.assign_coords({name: arrays[name] for name in stored.coords if name not in stored.xindexes})
+        history = history.assign_coords(
+            {name: arrays[name] for name in stored.coords if name not in stored.xindexes}
+        )
         for variable in history.variables.values():
             # JSON has no types
             if "flag_values" in variable.attrs:
-                variable.attrs["flag_values"] = np.asarray(variable.attrs["flag_values"], dtype=variable.dtype)
+                variable.attrs["flag_values"] = np.asarray(
+                    variable.attrs["flag_values"], dtype=variable.dtype
+                )
     history.encoding = stored.encoding
     history.set_close(stored.close)
     return history

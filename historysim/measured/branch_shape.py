@@ -19,17 +19,19 @@ MOST_LOOPS = 48  # loops that are looked at, evenly along the record
 FEWEST_OF_BRANCH = 10  # samples of a branch below which it has no shape
 CLEAR = 3.0  # standard errors within which slopes are alike, and beyond which they are not
 LEVEL = 0.05  # rise of the last quarter over the friction force up to which a branch is level
-# Of a spring in parallel: how much slopes of both quarters and both directions may differ; and the least slope at the
-# beginning over that behind it.
+# Of a spring in parallel: how much slopes of both quarters and both directions may differ; and the
+# least slope at the beginning over that behind it.
 ALIKE, STEEPER = 0.1, 4.0
 ELLIPSE, STRAIGHT = (
     0.04,
     0.05,
 )  # deviation of half height and middle from ellipse and line, over the largest half height
-# Exponents of energy and load over amplitude that are those of a spring with a damper, and how far apart they may be.
+# Exponents of energy and load over amplitude that are those of a spring with a damper, and how far
+# apart they may be.
 SQUARE, PROPORTIONAL, AS_POWER = 2.0, 1.0, 0.1
-# Of branches that rise again: least rise at their end over the load of the level part, and in a record with such
-# branches that of others; largest tilt of the level part over its load; and its fewest bins.
+# Of branches that rise again: least rise at their end over the load of the level part, and in a
+# record with such branches that of others; largest tilt of the level part over its load; and its
+# fewest bins.
 HOOK, OTHER_HOOK, TILT, FEWEST_LEVEL = 0.1, 0.02, 0.03, 3
 
 
@@ -56,9 +58,13 @@ class BranchShape:
         across = u - u.mean(axis=1, keepdims=True)
         slopes = (across * f).sum(axis=1) / (across**2).sum(axis=1)
         residuals = f - f.mean(axis=1, keepdims=True) - slopes[:, None] * across
-        errors = np.sqrt((residuals**2).sum(axis=1) / max(stop - start - 2, 1) / (across**2).sum(axis=1))
+        errors = np.sqrt(
+            (residuals**2).sum(axis=1) / max(stop - start - 2, 1) / (across**2).sum(axis=1)
+        )
         scatter = float(slopes.std(ddof=1)) if slopes.size > 1 else 0.0
-        return float(np.median(slopes)), max(scatter, float(np.median(errors))) / math.sqrt(slopes.size)
+        return float(np.median(slopes)), max(scatter, float(np.median(errors))) / math.sqrt(
+            slopes.size
+        )
 
     @property
     def is_level(self) -> bool:
@@ -88,7 +94,11 @@ def _branches(trace: Trace, ends: Integers) -> Iterator[tuple[bool, Floats, Floa
         if stop - start + 1 >= FEWEST_OF_BRANCH:
             load = math.copysign(1.0, stroke) * trace.tangential_load[samples]
             fraction = (trace.displacement[samples] - trace.displacement[start]) / stroke
-            yield bool(stroke < 0), (np.arange(BINS) + 0.5) / BINS * abs(stroke), _bin_means(fraction, load, BINS)
+            yield (
+                bool(stroke < 0),
+                (np.arange(BINS) + 0.5) / BINS * abs(stroke),
+                _bin_means(fraction, load, BINS),
+            )
 
 
 def _bin_means(fraction: Floats, values: Floats, size: int) -> Floats:
@@ -96,7 +106,9 @@ def _bin_means(fraction: Floats, values: Floats, size: int) -> Floats:
     bins = np.clip((fraction * size).astype(np.int64), 0, size - 1)
     count = np.bincount(bins, minlength=size)
     filled = count > 0
-    positions, means = (np.bincount(bins, channel, size)[filled] / count[filled] for channel in (fraction, values))
+    positions, means = (
+        np.bincount(bins, channel, size)[filled] / count[filled] for channel in (fraction, values)
+    )
     return np.interp((np.arange(size) + 0.5) / size, positions, means)
 
 
@@ -109,25 +121,31 @@ def are_level(trace: Trace, ends: Integers) -> bool:
 def find_parallel_stiffness(trace: Trace, ends: Integers) -> float:
     """Return the stiffness of a spring in parallel with the contact [N/m]; NaN if branches show none.
 
-    Their second half is straight and rises alike in both directions, and their beginning is much steeper: a contact
-    that comes to slide bends all the way.
+    Their second half is straight and rises alike in both directions, and their beginning is much
+    steeper: a contact that comes to slide bends all the way.
     """
     both = average_branches(trace, ends) if len(ends) else None
     if both is None:
         return math.nan
     slopes = [
-        shape.slope(start, stop) for shape in both for start, stop in ((BINS // 2, 3 * BINS // 4), (15, BINS - 1))
+        shape.slope(start, stop)
+        for shape in both
+        for start, stop in ((BINS // 2, 3 * BINS // 4), (15, BINS - 1))
     ]
     middle = float(np.mean([slope for slope, _ in slopes]))
     rises = middle * float(np.median(both[0].moved[:, -1])) / 4 > LEVEL * abs(both[0].force)
     alike = all(
-        abs(slope - middle) <= ALIKE * middle and CLEAR * error <= 2 * ALIKE * middle for slope, error in slopes
+        abs(slope - middle) <= ALIKE * middle and CLEAR * error <= 2 * ALIKE * middle
+        for slope, error in slopes
     )
     if not (rises and alike):
         return math.nan
     for shape in both:
         steepest = float(
-            np.max((shape.median[2:] - shape.median[:-2]) / np.median(shape.moved[:, 2:] - shape.moved[:, :-2]))
+            np.max(
+                (shape.median[2:] - shape.median[:-2])
+                / np.median(shape.moved[:, 2:] - shape.moved[:, :-2])
+            )
         )
         if steepest < STEEPER * middle:
             return math.nan
@@ -137,15 +155,17 @@ def find_parallel_stiffness(trace: Trace, ends: Integers) -> float:
 def find_level_parts(trace: Trace, ends: Integers) -> Floats:
     """Return where branches are level before their load rises again at a stop (loop, branch, 2).
 
-    Begin and end are fractions of the displacement; NaN for branches that do not rise again, which are all where a
-    single one of many does.
+    Begin and end are fractions of the displacement; NaN for branches that do not rise again, which
+    are all where a single one of many does.
     """
     parts = np.full((len(ends), 2, 2), math.nan)
     chosen = np.unique(np.linspace(0, len(ends) - 1, min(len(ends), MOST_LOOPS)).astype(np.int64))
     rises = np.zeros((len(ends), 2))
     for loops in (chosen, np.setdiff1d(np.arange(len(ends)), chosen)):
         for loop, branch in itertools.product(loops.tolist(), (0, 1)):
-            *part, rises[loop, branch] = _level_part(trace, *ends[loop, branch : branch + 2].tolist())
+            *part, rises[loop, branch] = _level_part(
+                trace, *ends[loop, branch : branch + 2].tolist()
+            )
             parts[loop, branch] = part
         if (rises > HOOK).sum() < min(len(ends), 2):
             return np.full_like(parts, math.nan)
@@ -186,7 +206,11 @@ def _level_part(trace: Trace, start: int, stop: int) -> tuple[float, float, floa
         distance = bins - 2 - first - (width - 1) / 2
         rise = end - mean - max(slope, 0.0) * distance
         error = scatter * math.sqrt(1 + 1 / width + distance**2 / float(position @ position))
-        return (first + 1) / bins, (first + 1 + width) / bins, rise / mean if rise > CLEAR * error else 0.0
+        return (
+            (first + 1) / bins,
+            (first + 1 + width) / bins,
+            rise / mean if rise > CLEAR * error else 0.0,
+        )
     return nothing
 
 
@@ -217,5 +241,6 @@ def has_quadratic_energy(amplitude: Floats, load: Floats, energy: Floats) -> boo
     steps = np.diff(np.log(amplitude))
     squares, proportions = (np.diff(np.log(values)) / steps for values in (energy, load))
     return bool(
-        (np.abs(squares - SQUARE) < AS_POWER).all() and (np.abs(proportions - PROPORTIONAL) < AS_POWER / 2).all()
+        (np.abs(squares - SQUARE) < AS_POWER).all()
+        and (np.abs(proportions - PROPORTIONAL) < AS_POWER / 2).all()
     )

@@ -23,20 +23,25 @@ from historysim.measured.reduction import (
     turning_points,
 )
 
-# Rises over the least one that no sliding has; share of a rise in its second half below which it bends.
+# Rises over the least one that no sliding has; share of a rise in its second half below which it
+# bends.
 STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
 CLEAR_SLOPE = 3.0  # standard errors beyond which a slope is no scatter
 FEWEST_OF_CURVE = 4  # samples of a branch from which on Mindlin's curve is fitted to it
 FEWEST_OF_SPLIT = 6  # samples of a branch from which on its compliance is split in two parts
-MOST_ERROR_OF_SPLIT = 0.05  # standard error of the contact compliance over the total, up to which it is reported
+# standard error of the contact compliance over the total, up to which it is reported
+MOST_ERROR_OF_SPLIT = 0.05
 PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
 FEWEST_OF_PERIOD = 8  # samples of the shortest record that counts as one closed period
-# Largest difference of the load between the ends of a closed period, over the mean height of its loop: half of the half
-# by which a first cycle from rest misses where it slides; and the standard errors of the difference that fit into it.
+# Largest difference of the load between the ends of a closed period, over the mean height of its
+# loop: half of the half by which a first cycle from rest misses where it slides; and the standard
+# errors of the difference that fit into it.
 CLOSED, CLOSED_ERRORS = 0.25, 2.0
 END_SAMPLES = 40  # samples of a record over those of a line through one of its ends
-USUAL_MOVES = 0.25  # quantile of the moves of the normal load on all branches that is the way of the test, and no step
-AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
+# quantile of the moves of the normal load on all branches that is the way of the test, and no step
+USUAL_MOVES = 0.25
+# share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
+AT_REST = 0.05
 
 
 def _check_fraction(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -54,19 +59,23 @@ class Definitions:
 
     #: Sliding is this last part of a branch, by displacement; the friction force is its mean.
     sliding_part: float = attrs.field(default=0.25, validator=_check_fraction)
-    #: Where that part ends, over the stroke: less than 1 leaves out what the drive does at its turn.
+    #: Where that part ends, over the stroke: less than 1 leaves out what the drive does at its
+    #: turn.
     sliding_end: float = attrs.field(default=1.0, validator=_check_fraction)
-    #: Of the way from the load at the reversal to the friction force: where the preliminary displacement ends.
+    #: Of the way from the load at the reversal to the friction force: where the preliminary
+    #: displacement ends.
     reached: float = attrs.field(default=0.95, validator=_check_fraction)
     #: Of the same way: up to where the slope of a branch is its stiffness.
     initial_part: float = attrs.field(default=0.2, validator=_check_fraction)
-    #: How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
-    #: branches; a branch on which it moves more is left out. Loads that differ by no more are one.
+    #: How much the normal load may move on a branch, over its greatest value there and beyond what
+    #: it moves on most branches; a branch on which it moves more is left out. Loads that differ by
+    #: no more are one.
     load_share: float = attrs.field(default=0.1, validator=_check_fraction)
     #: Loops of less than this share of the largest amplitude are kept out of means; 0 keeps all.
     amplitude_share: float = attrs.field(default=0.5, validator=_check_fraction)
-    #: How much the line through the sliding part may rise beyond scatter, over the friction force. Where it rises more,
-    #: less and less, the branch has not come to slide; friction that rises evenly does so up to 2.4 times this share.
+    #: How much the line through the sliding part may rise beyond scatter, over the friction force.
+    #: Where it rises more, less and less, the branch has not come to slide; friction that rises
+    #: evenly does so up to 2.4 times this share.
     still_rising: float = attrs.field(default=0.05, validator=_check_fraction)
 
     def __attrs_post_init__(self) -> None:
@@ -113,7 +122,11 @@ class Trace:
 
     @classmethod
     def from_channels(
-        cls, time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
+        cls,
+        time: ArrayLike,
+        displacement: ArrayLike,
+        tangential_load: ArrayLike,
+        normal_load: ArrayLike | None,
     ) -> Self:
         """Check the channels."""
         moved = channel("displacement", displacement)
@@ -140,7 +153,8 @@ def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[i
     # only the first and the last swing may be too small to be a branch
     turns = turning[branches[0] : branches[-1] + 2]
     triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
-    # at either end of the record a branch without a reversal belongs to a loop that closes within the dead band
+    # at either end of the record a branch without a reversal belongs to a loop that closes within
+    # the dead band
     closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
     loops = triples[0 if closed[0] else 1 :: 2]
     if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:
@@ -154,19 +168,26 @@ def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[i
 def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     """Rotate a record of one period so that it starts and ends at its maximum; None if the record does not close.
 
-    A record closes if it ends where it started: the displacement to within the dead band or two of the steps at the
-    ends, but not half of its range, and the load to within `CLOSED` of the mean height of the loop, which has to be
-    clear of noise. Both ends are extrapolated to the displacement between them. At a turn they are not, and noise and
-    two steps of the load are allowed.
+    A record closes if it ends where it started: the displacement to within the dead band or two of
+    the steps at the ends, but not half of its range, and the load to within `CLOSED` of the mean
+    height of the loop, which has to be clear of noise. Both ends are extrapolated to the
+    displacement between them. At a turn they are not, and noise and two steps of the load are
+    allowed.
     """
     moved, load = trace.displacement, trace.tangential_load
     if moved.size < FEWEST_OF_PERIOD:
         return None
-    moved_steps, load_steps = (np.abs([values[1] - values[0], values[-1] - values[-2]]) for values in (moved, load))
+    moved_steps, load_steps = (
+        np.abs([values[1] - values[0], values[-1] - values[-2]]) for values in (moved, load)
+    )
     # a jump at an end of a pull in one direction may be as large as half of the whole range
-    if abs(moved[-1] - moved[0]) > min(max(dead_band, 2 * float(moved_steps.max())), 0.5 * float(np.ptp(moved))):
+    if abs(moved[-1] - moved[0]) > min(
+        max(dead_band, 2 * float(moved_steps.max())), 0.5 * float(np.ptp(moved))
+    ):
         return None
-    height = abs(_area(moved, load) + float((moved[0] - moved[-1]) * (load[0] + load[-1])) / 2) / float(np.ptp(moved))
+    height = abs(
+        _area(moved, load) + float((moved[0] - moved[-1]) * (load[0] + load[-1])) / 2
+    ) / float(np.ptp(moved))
     gap, error = _gap_between_ends(moved, load)
     if math.isnan(gap):
         gap, height = (
@@ -190,7 +211,11 @@ def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
     position = np.arange(count) - (count - 1) / 2
     ends = [np.stack([values[:count], values[-count:]]) for values in (moved, load)]
     centres, steps = (
-        np.array(values) for values in ([samples.mean(1) for samples in ends], [samples @ position for samples in ends])
+        np.array(values)
+        for values in (
+            [samples.mean(1) for samples in ends],
+            [samples @ position for samples in ends],
+        )
     )
     moved_noise, load_noise = noise_of_curve(moved), noise_of_curve(load)
     still = np.abs(steps[0]) <= CLOSED_ERRORS * moved_noise * math.sqrt(position @ position)
@@ -205,9 +230,13 @@ def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
 
 def enclosed_energy(trace: Trace, start: int, turn: int, stop: int) -> float:
     """Return the energy of a loop, closed by a straight line."""
-    moved, sign = trace.displacement, 1 if trace.displacement[turn] >= trace.displacement[start] else -1
+    moved, sign = (
+        trace.displacement,
+        1 if trace.displacement[turn] >= trace.displacement[start] else -1,
+    )
     forth, back = np.arange(start, turn), np.arange(turn, stop + 1)
-    # hum that displacement and load have in common encloses nothing in the order of the displacements
+    # hum that displacement and load have in common encloses nothing in the order of the
+    # displacements
     legs = (forth, sign * moved[forth]), (back, -sign * moved[back])
     samples = np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in legs])
     u, f = moved[samples], trace.tangential_load[samples]
@@ -218,7 +247,13 @@ def enclosed_energy(trace: Trace, start: int, turn: int, stop: int) -> float:
 
 
 def read_branch(
-    trace: Trace, start_sample: int, end_sample: int, *, definitions: Definitions, lateral_stiffness: float, noisy: bool
+    trace: Trace,
+    start_sample: int,
+    end_sample: int,
+    *,
+    definitions: Definitions,
+    lateral_stiffness: float,
+    noisy: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Compute the values of a branch in the order of BRANCH_QUANTITIES, and whether it still rises."""
     sign, samples = (
@@ -231,17 +266,25 @@ def read_branch(
     )
     start = (1 - definitions.sliding_part) * u[-1]
     # means are over the displacement, whatever noise and hum made of the order of the samples
-    order, normal_load = np.argsort(u, kind="stable"), None if trace.normal_load is None else trace.normal_load[samples]
-    window = functools.partial(_until, definitions.sliding_end * u[-1] if definitions.sliding_end < 1 else math.inf, u)
+    order, normal_load = (
+        np.argsort(u, kind="stable"),
+        None if trace.normal_load is None else trace.normal_load[samples],
+    )
+    window = functools.partial(
+        _until, definitions.sliding_end * u[-1] if definitions.sliding_end < 1 else math.inf, u
+    )
     slides_from = _crossing(u[order], start)
     force = _tail_average(slides_from, *window(f, order))
     rises = _still_rises(slides_from, *window(f, order), definitions.still_rising * force)
-    # channels turn between samples: the outermost one may be behind the turn, and its load is none of sliding
+    # channels turn between samples: the outermost one may be behind the turn, and its load is none
+    # of sliding
     if noisy and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
         order = np.argsort(u[:-1], kind="stable")
         slides_from = _crossing(u[order], start)
         force = _tail_average(slides_from, *window(f, order))
-    load = math.nan if normal_load is None else _tail_average(slides_from, *window(normal_load, order))
+    load = (
+        math.nan if normal_load is None else _tail_average(slides_from, *window(normal_load, order))
+    )
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
     if rise > 0:
@@ -250,7 +293,9 @@ def read_branch(
         from_zero = preliminary - _interpolate(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
         reversal_load = _reversal_load(trace, start_sample, sign)
         share = (f - reversal_load) / (force - reversal_load)
-        virgin = _virgin_displacement(u - (f - reversal_load) / lateral_stiffness, share, definitions.reached)
+        virgin = _virgin_displacement(
+            u - (f - reversal_load) / lateral_stiffness, share, definitions.reached
+        )
         compliance = _slope(*_head(_crossing(f, f[0] + definitions.initial_part * rise), f, u))
         stiffness = 1 / compliance if compliance > 0 else math.nan
     friction = force / load if load > 0 else math.nan
@@ -262,9 +307,14 @@ def _reversal_load(trace: Trace, start_sample: int, sign: float) -> float:
     return float((sign * trace.tangential_load[max(start_sample - 1, 0) : start_sample + 1]).min())
 
 
-def read_aperture(trace: Trace, load: Floats, start: int, turn: int, stop: int) -> tuple[float, float]:
+def read_aperture(
+    trace: Trace, load: Floats, start: int, turn: int, stop: int
+) -> tuple[float, float]:
     """Compute half the range of the load of a loop, and half its width at mid-load; NaN without one."""
-    loads, direction = load[start : stop + 1], 1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0
+    loads, direction = (
+        load[start : stop + 1],
+        1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0,
+    )
     middle = float(loads.max() + loads.min()) / 2
     forth, back = (
         _interpolate(
@@ -288,18 +338,28 @@ def split_compliance(
         (-1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0),
         slice(start_sample, end_sample + 1),
     )
-    f, reversal_load = sign * trace.tangential_load[samples], _reversal_load(trace, start_sample, sign)
+    f, reversal_load = (
+        sign * trace.tangential_load[samples],
+        _reversal_load(trace, start_sample, sign),
+    )
     if not force > reversal_load:
         return math.nan, math.nan
     share = (f - reversal_load) / (force - reversal_load)
     curve = _curve_part(share, reached)
     if curve.size < FEWEST_OF_SPLIT:
         return math.nan, math.nan
-    along, moved = share[curve], sign * (trace.displacement[samples][curve] - trace.displacement[start_sample])
+    along, moved = (
+        share[curve],
+        sign * (trace.displacement[samples][curve] - trace.displacement[start_sample]),
+    )
     terms = np.column_stack([np.ones(along.size), path_fraction(along), along])
     _, bent, straight = estimates = np.linalg.lstsq(terms, moved, rcond=None)[0]
     residuals = moved - terms @ estimates
-    covariance = np.linalg.pinv(terms.T @ terms) * float(residuals @ residuals) / (moved.size - len(estimates))
+    covariance = (
+        np.linalg.pinv(terms.T @ terms)
+        * float(residuals @ residuals)
+        / (moved.size - len(estimates))
+    )
     # z'(0) = 2/3
     contact, error = 2 / 3 * bent, 2 / 3 * math.sqrt(covariance[1, 1])
     if error > MOST_ERROR_OF_SPLIT * (contact + straight):
@@ -313,7 +373,9 @@ def _until(limit: float, u: Floats, values: Floats, order: Integers) -> tuple[Fl
     if limit >= along[-1]:
         return along, heights
     inside = int(np.searchsorted(along, limit))
-    return np.append(along[:inside], limit), np.append(heights[:inside], np.interp(limit, along, heights))
+    return np.append(along[:inside], limit), np.append(
+        heights[:inside], np.interp(limit, along, heights)
+    )
 
 
 def _still_rises(position: float, u: Floats, f: Floats, threshold: float) -> bool:
@@ -321,7 +383,8 @@ def _still_rises(position: float, u: Floats, f: Floats, threshold: float) -> boo
     rise = _rise(position, u, f)
     if not rise > threshold > 0:
         return False
-    # friction may rise with the distance that was slid, but not less and less as where a contact comes to slide
+    # friction may rise with the distance that was slid, but not less and less as where a contact
+    # comes to slide
     middle = _crossing(u, (_interpolate(position, u) + u[-1]) / 2)
     return rise > STEEPEST_SLIDING * threshold or _rise(middle, u, f) < LEAST_BENDING * rise
 
@@ -334,7 +397,9 @@ def _rise(position: float, u: Floats, f: Floats) -> float:
     slope, across = _slope(along, loads), along - along.mean()
     residuals = loads - loads.mean() - slope * across
     error = (
-        math.sqrt(float(residuals @ residuals) / (along.size - 2) / float(across @ across)) if along.size > 2 else 0.0
+        math.sqrt(float(residuals @ residuals) / (along.size - 2) / float(across @ across))
+        if along.size > 2
+        else 0.0
     )
     return slope * float(np.ptp(along)) if slope > CLEAR_SLOPE * error else 0.0
 
@@ -425,23 +490,35 @@ class AtOneLoad:
 
     number: Integers  #: (loop) Which loop of the record each one is
     ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
-    left_out: Booleans  #: (loop, 2) Whether the first and the second branch of each loop have no values
+    #: (loop, 2) Whether the first and the second branch of each loop have no values
+    left_out: Booleans
     stepped: Booleans  #: (loop, 2) Whether they begin with a step of the load
     notes: tuple[str, ...] = ()  #: what was left out, and why
 
 
 def at_one_load(
-    trace: Trace, number: Integers, ends: Integers, lone: tuple[int, int] | None, *, dead_band: float, share: float
+    trace: Trace,
+    number: Integers,
+    ends: Integers,
+    lone: tuple[int, int] | None,
+    *,
+    dead_band: float,
+    share: float,
 ) -> AtOneLoad:
     """Select the loops with a branch at constant load; `lone` are the ends of a whole branch after the last loop.
 
-    A branch on which the load moves by more than the share, beyond what it moves on most branches, is at no one load.
+    A branch on which the load moves by more than the share, beyond what it moves on most branches,
+    is at no one load.
     """
     none = np.zeros((number.size, 2), dtype=np.bool_)
     if trace.normal_load is None:
         return AtOneLoad(number, ends, none, none)
-    branches = [loop[branch : branch + 2] for loop in ends for branch in (0, 1)] + ([lone] if lone else [])
-    moves = np.array([_load_moves(trace, int(start), int(stop), dead_band) for start, stop in branches])
+    branches = [loop[branch : branch + 2] for loop in ends for branch in (0, 1)] + (
+        [lone] if lone else []
+    )
+    moves = np.array(
+        [_load_moves(trace, int(start), int(stop), dead_band) for start, stop in branches]
+    )
     *of_loops, lone_move = np.split(moves, [2 * number.size])
     on_the_way, with_rest = np.moveaxis(of_loops[0].reshape(-1, 2, 2), -1, 0)
     usual_move = float(np.quantile(on_the_way, USUAL_MOVES))
@@ -462,7 +539,9 @@ def at_one_load(
             count_text(int(moved.sum()), "branch is", "branches are"),
             low if low == high else f"{low} to {high}",
         )
-        notes.append(f"{count} left out, on which the normal load moves by {by} of its greatest value, over {limit}")
+        notes.append(
+            f"{count} left out, on which the normal load moves by {by} of its greatest value, over {limit}"
+        )
     if begun := int((stepped & ~moved).sum()):
         notes.append(
             f"{count_text(begun, 'branch begins', 'branches begin')} with a step of the normal load of more than "
@@ -476,10 +555,14 @@ def at_one_load(
             np.vstack([stepped, [lone_move[0, 1] > limit_of_move, True]]),
         )
     selected = ~moved.all(axis=1)
-    return AtOneLoad(number[selected], ends[selected], moved[selected], stepped[selected], tuple(notes))
+    return AtOneLoad(
+        number[selected], ends[selected], moved[selected], stepped[selected], tuple(notes)
+    )
 
 
-def _load_moves(trace: Trace, start_sample: int, end_sample: int, dead_band: float) -> tuple[float, float]:
+def _load_moves(
+    trace: Trace, start_sample: int, end_sample: int, dead_band: float
+) -> tuple[float, float]:
     """Return the range of N over its largest value on the moving part of a branch, and including the rest before."""
     displacement, normal_load = trace.displacement, trace.normal_load
     assert normal_load is not None  # noqa: S101 - its caller has looked
@@ -487,9 +570,15 @@ def _load_moves(trace: Trace, start_sample: int, end_sample: int, dead_band: flo
     rest_start, move_start, move_end = start_sample, start_sample, end_sample
     while rest_start > 0 and abs(displacement[rest_start - 1] - displacement[start_sample]) <= near:
         rest_start -= 1
-    while move_start < end_sample - 1 and abs(displacement[move_start + 1] - displacement[start_sample]) <= near:
+    while (
+        move_start < end_sample - 1
+        and abs(displacement[move_start + 1] - displacement[start_sample]) <= near
+    ):
         move_start += 1
-    while move_end > move_start + 1 and abs(displacement[move_end - 1] - displacement[end_sample]) <= near:
+    while (
+        move_end > move_start + 1
+        and abs(displacement[move_end - 1] - displacement[end_sample]) <= near
+    ):
         move_end -= 1
     return _relative_range(normal_load[move_start : move_end + 1]), _relative_range(
         normal_load[rest_start : move_end + 1]

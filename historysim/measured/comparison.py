@@ -1,7 +1,8 @@
 """Comparison of a model with a measurement: its response along the measured displacement, and the load residuals.
 
-The measured displacement has noise, and a contact remembers every reversal. So a model does not follow the samples in
-time: from one turning point to the next it takes the measured displacements in ascending or descending order.
+The measured displacement has noise, and a contact remembers every reversal. So a model does not
+follow the samples in time: from one turning point to the next it takes the measured displacements
+in ascending or descending order.
 """
 
 import functools
@@ -33,21 +34,30 @@ from historysim.measured.reduction import (
     loop_dead_band,
     turning_points,
 )
-from historysim.measured.residual_diagnosis import FEWEST_OF_BRANCH, BranchSamples, diagnose_residuals
+from historysim.measured.residual_diagnosis import (
+    FEWEST_OF_BRANCH,
+    BranchSamples,
+    diagnose_residuals,
+)
 from historysim.recording.recorder import TotalsRecorder
 from historysim.replaying import Replay
 
-# Change of the normal load between successive samples, over its largest value, up to which it is not a step.
+# Change of the normal load between successive samples, over its largest value, up to which it is
+# not a step.
 LEAST_STEP = 5e-3
-MOST_BACK = 64  # preceding samples searched for the largest stiffness within the noise of the displacement
+# preceding samples searched for the largest stiffness within the noise of the displacement
+MOST_BACK = 64
 POSITION_BINS = 40  # position bins of a branch
 SLIDES = 0.95  # load of the model over its friction limit above which the contact counts as sliding
-ONE_LOAD = 0.1  # range of the normal load on a branch, over its largest value there, up to which the load is constant
+# range of the normal load on a branch, over its largest value there, up to which the load is
+# constant
+ONE_LOAD = 0.1
 FEWEST_MEANS = 16  # least number of means on a branch: they show its curvature
-# A compliance in series is reported if the measured stiffness at reversals is below this fraction of the model's, by
-# this number of standard errors.
+# A compliance in series is reported if the measured stiffness at reversals is below this fraction
+# of the model's, by this number of standard errors.
 SOFTER, CLEARLY = 0.5, 3.0
-# Rms difference with it, over that without, up to which it is advised; and the range of it that is searched.
+# Rms difference with it, over that without, up to which it is advised; and the range of it that is
+# searched.
 MOST_LEFT, SERIES_RANGE = 0.5, 10.0
 
 
@@ -59,24 +69,29 @@ class Observation:
     displacement: Floats  #: (sample) Measured tangential displacement of the drive [m]
     tangential_load: Floats  #: (sample) Measured tangential load [N]
     normal_load: Floats  #: (sample) Normal load [N], ≥ 0
-    turns: Integers  #: (turn) Indices of the turning points of the displacement, with the first and the last sample
-    #: (node) Indices of the samples at which the contact remembers the displacement: the turning points, and the
-    #: samples before and after a step of the normal load.
+    #: (turn) Indices of the turning points of the displacement, with the first and the last sample
+    turns: Integers
+    #: (node) Indices of the samples at which the contact remembers the displacement: the turning
+    #: points, and the samples before and after a step of the normal load.
     nodes: Integers
-    #: (node) Standard deviation of the true node displacements about the measured ones [m]: the noise of the
-    #: displacement, and half the distance to the next sample, since a channel may turn between two samples.
+    #: (node) Standard deviation of the true node displacements about the measured ones [m]: the
+    #: noise of the displacement, and half the distance to the next sample, since a channel may turn
+    #: between two samples.
     node_deviation: Floats
-    #: (node) Expected less measured node displacement [m]: a turn exceeds the outermost sample, on average by a quarter
-    #: of the distance to the next one if the displacement reverses evenly.
+    #: (node) Expected less measured node displacement [m]: a turn exceeds the outermost sample, on
+    #: average by a quarter of the distance to the next one if the displacement reverses evenly.
     node_offset: Floats
     displacement_noise: float
-    #: displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N].
+    #: displacement_noise and load_noise: standard deviations of displacement [m] and tangential
+    #: load [N].
     load_noise: float
-    reading_noise: float  #: standard deviation of a single reading of the displacement, as at the turning points [m]
+    #: standard deviation of a single reading of the displacement, as at the turning points [m]
+    reading_noise: float
     dead_band: float  #: the smallest swing of the displacement that is a reversal [m]
     loops: Loops | None  #: the measured loops; None where there is no whole one
     skip: int = 0  #: loops at the start that are not compared
-    #: Whether the contact is pressed at displacement 0, and then moved to the first sample, since its zero is known.
+    #: Whether the contact is pressed at displacement 0, and then moved to the first sample, since
+    #: its zero is known.
     starts_displaced: bool = False
     start_sample: int = 0  #: first sample compared: earlier ones are replayed, and not compared
     remarks: tuple[tuple[str, str], ...] = ()  #: earlier processing of the samples
@@ -86,7 +101,9 @@ class Observation:
         stride = -(-self.time.size // sample_count)
         if stride <= 1:
             return self
-        samples = np.union1d(np.arange(0, self.time.size, stride), np.append(self.nodes, self.start_sample))
+        samples = np.union1d(
+            np.arange(0, self.time.size, stride), np.append(self.nodes, self.start_sample)
+        )
         channels = "time", "displacement", "tangential_load", "normal_load"
         return attrs.evolve(
             self,
@@ -100,8 +117,8 @@ class Observation:
     def average(self, sample_count: int) -> "Observation":
         """Return an observation with all nodes and, between them, means of neighbouring samples, about `sample_count`.
 
-        Each branch has at least `FEWEST_MEANS` means. Their noise is estimated again: averaging n samples reduces white
-        noise by √n, and correlated noise by less.
+        Each branch has at least `FEWEST_MEANS` means. Their noise is estimated again: averaging n
+        samples reduces white noise by √n, and correlated noise by less.
         """
         group_size = -(-self.time.size // sample_count)
         if group_size <= 1:
@@ -114,11 +131,16 @@ class Observation:
         group_starts = np.concatenate([*starts, self.nodes[-1:]])
         sizes = np.diff(group_starts, append=self.time.size)
         names = "time", "displacement", "tangential_load", "normal_load"
-        channels: dict[str, Any] = {name: np.add.reduceat(getattr(self, name), group_starts) / sizes for name in names}
+        channels: dict[str, Any] = {
+            name: np.add.reduceat(getattr(self, name), group_starts) / sizes for name in names
+        }
         white = 1 / math.sqrt(group_size)
         displacement_noise, load_noise = (
             float(np.clip(estimate_white_noise(channels[name]), white * noise, noise))
-            for name, noise in (("displacement", self.displacement_noise), ("tangential_load", self.load_noise))
+            for name, noise in (
+                ("displacement", self.displacement_noise),
+                ("tangential_load", self.load_noise),
+            )
         )
         count = f"{self.time.size:,} samples as {group_starts.size:,}"
         text = f"{count}: turning points, and means of {group_size} between them"
@@ -144,8 +166,9 @@ def observe(
 ) -> Observation:
     """Prepare the samples of a measurement for comparison with a model: turning points, loops and noise.
 
-    `skip` loops at the start are replayed and not compared; the noise of the displacement [m] and of the load [N] is
-    estimated by default. Loops are evaluated without the load of a spring in parallel [N/m].
+    `skip` loops at the start are replayed and not compared; the noise of the displacement [m] and
+    of the load [N] is estimated by default. Loops are evaluated without the load of a spring in
+    parallel [N/m].
     """
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
@@ -168,14 +191,17 @@ def observe(
         # without a whole loop the samples can still be compared
         loops = None
     if loops is not None and loops.trace.time.size > measurement.time.size:
-        # one closed period: the cycles before it were not stored, so the model follows the record from a reversal on
+        # one closed period: the cycles before it were not stored, so the model follows the record
+        # from a reversal on
         start = max(start, 1)
     noise = estimate_white_noise(displacement) if displacement_noise is None else displacement_noise
     nodes, follows = _find_nodes(displacement, normal, turns, noise)
     # half the distance from each sample to the farther one of its neighbours
     steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
     half_step, offset = np.maximum(steps[:-1], steps[1:]) / 2, np.zeros(displacement.size)
-    offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
+    offset[turns[1:-1]] = (
+        np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
+    )
     return Observation(
         time=measurement.time,
         displacement=displacement,
@@ -202,7 +228,8 @@ def _find_nodes(
 ) -> tuple[Integers, list[tuple[str, str]]]:
     """Find the samples between which the displacement is monotone, but for noise; return a remark as well.
 
-    Reversals within the dead band are nodes if the path without them is farther from the record than the noise.
+    Reversals within the dead band are nodes if the path without them is farther from the record
+    than the noise.
     """
     nodes = np.union1d(turns, find_load_steps(normal))
     distance = displacement - _sort_between(displacement, nodes)[0]
@@ -248,12 +275,14 @@ class ModelResponse:
 
     displacement: Floats  #: (sample) Displacement of the drive, close to the measured one [m]
     tangential_load: Floats  #: (sample) [N]
-    #: (sample) Slope of the load over the displacement of the drive [N/m]: the largest one within the noise of the
-    #: displacement.
+    #: (sample) Slope of the load over the displacement of the drive [N/m]: the largest one within
+    #: the noise of the displacement.
     stiffness: Floats
-    slope: Floats  #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
+    #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
+    slope: Floats
     friction_limit: Floats  #: (sample) [N]
-    parallel_load: Floats  #: (sample) Load of a spring in parallel, which is part of the tangential load [N]
+    #: (sample) Load of a spring in parallel, which is part of the tangential load [N]
+    parallel_load: Floats
 
     @property
     def contact_load(self) -> Floats:
@@ -282,14 +311,22 @@ def compute_response(
     target = observation.displacement + offset
     target[observation.nodes[1 : 1 + node_shifts.size]] += node_shifts
     target, order = _sort_between(target, observation.nodes)
-    # A start that is not compared represents an unknown history, and one with a known zero was reached from there: the
-    # contact is pressed before it moves to the first displacement. Moved during pressing, more of it would stick.
-    preloaded = int((observation.start_sample > 0 or observation.starts_displaced) and target[0] != 0)
-    time, normal = (np.append(values[:preloaded], values) for values in (observation.time, observation.normal_load))
+    # A start that is not compared represents an unknown history, and one with a known zero was
+    # reached from there: the contact is pressed before it moves to the first displacement. Moved
+    # during pressing, more of it would stick.
+    preloaded = int(
+        (observation.start_sample > 0 or observation.starts_displaced) and target[0] != 0
+    )
+    time, normal = (
+        np.append(values[:preloaded], values)
+        for values in (observation.time, observation.normal_load)
+    )
     loads = SampledLoads(time, normal, np.append(np.zeros(preloaded), target))
     # record totals only: the cost does not grow with the number of asperities
     job = Replay(ensemble, loads, record="totals", instrument=instrument)
-    recorder = job.recorder(TotalsRecorder, names=("tangential_load", "tangential_stiffness", "friction_limit"))
+    recorder = job.recorder(
+        TotalsRecorder, names=("tangential_load", "tangential_stiffness", "friction_limit")
+    )
     job.walk(recorder)
     load, stiffness, limit = (values[preloaded:] for values in recorder.values.values())
     stiffness = stiffness / (1 + stiffness / instrument.stiffness) + instrument.parallel_stiffness
@@ -306,20 +343,29 @@ def compute_response(
         displacement=displacement,
         tangential_load=restore_order(load) + parallel_load,
         parallel_load=parallel_load,
-        stiffness=restore_order(_max_recent_stiffness(target, stiffness, 2 * observation.displacement_noise)),
+        stiffness=restore_order(
+            _max_recent_stiffness(target, stiffness, 2 * observation.displacement_noise)
+        ),
         friction_limit=restore_order(limit),
     )
 
 
-def compute_displacement(ensemble: Body, instrument: Instrument, measurement: Measurement) -> Floats | None:
+def compute_displacement(
+    ensemble: Body, instrument: Instrument, measurement: Measurement
+) -> Floats | None:
     """Replay the tangential load of a measurement; return the displacement of the drive (sample) [m].
 
     A load beyond the friction limit is held there. None if the tangential load is not replayed.
     """
-    if "tangential_load" not in measurement.channels or measurement.get("tangential_displacement") is None:
+    if (
+        "tangential_load" not in measurement.channels
+        or measurement.get("tangential_displacement") is None
+    ):
         return None
     events = attrs.evolve(measurement, reduced=False).events()
-    history = Replay(ensemble, events, record="totals", saturate=True, instrument=instrument).dataset()
+    history = Replay(
+        ensemble, events, record="totals", saturate=True, instrument=instrument
+    ).dataset()
     moved, load = history.tangential_displacement.values, history.total_tangential_load.values
     # samples of one time are one step
     step = np.searchsorted(history.time.values, measurement.time, side="right") - 1
@@ -330,7 +376,9 @@ def _max_recent_stiffness(displacement: Floats, stiffness: Floats, reach: float)
     """Return the greatest stiffness of each sample, the one before it, and earlier ones within reach."""
     greatest = stiffness.copy()
     for back in range(1, min(displacement.size, MOST_BACK)):
-        near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
+        near = np.abs(displacement[back:] - displacement[:-back]) <= (
+            math.inf if back == 1 else reach
+        )
         if not near.any():
             break
         greatest[back:] = np.maximum(greatest[back:], np.where(near, stiffness[:-back], 0.0))
@@ -340,12 +388,15 @@ def _max_recent_stiffness(displacement: Floats, stiffness: Floats, reach: float)
 def find_load_steps(normal_load: Floats) -> Integers:
     """Return the ends of each step or ramp on which the normal load changes from sample to sample by more than noise.
 
-    The samples inside a ramp are none: noise of the displacement would make each of them a reversal.
+    The samples inside a ramp are none: noise of the displacement would make each of them a
+    reversal.
     """
     change = np.abs(np.diff(normal_load))
     # the last digit is not a step, although a load that rests on it seems free of noise
     threshold = max(
-        10 * estimate_white_noise(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max())
+        10 * estimate_white_noise(normal_load),
+        1e-2 * float(np.ptp(normal_load)),
+        LEAST_STEP * float(normal_load.max()),
     )
     is_step = np.concatenate([[False], change > threshold, [False]])
     ends: Integers = np.flatnonzero(is_step[1:] != is_step[:-1])
@@ -362,12 +413,14 @@ class Residuals:
     rms: float  #: root of the mean square [N]
     largest: float  #: the largest load that was measured [N]
     at_reversals: float
-    #: at_reversals and along_sliding: fractions of the sum of squares that recur in all loops, in stick or partial slip
-    #: of the model, and in sliding.
+    #: at_reversals and along_sliding: fractions of the sum of squares that recur in all loops, in
+    #: stick or partial slip of the model, and in sliding.
     along_sliding: float
     between_branches: float  #: fraction due to a constant offset of each branch
-    position: Floats  #: (direction, bin) Fraction of the distance from one turning point to the next [1]
-    #: (direction, bin) Mean of measured less model load over all branches of a direction [N]; NaN in empty bins.
+    #: (direction, bin) Fraction of the distance from one turning point to the next [1]
+    position: Floats
+    #: (direction, bin) Mean of measured less model load over all branches of a direction [N]; NaN
+    #: in empty bins.
     mean: Floats
 
     def text(self) -> str:
@@ -379,18 +432,24 @@ class Residuals:
             "noise": 1 - self.at_reversals - self.along_sliding - self.between_branches,
         }
         ranked = sorted(shares.items(), key=lambda item: -item[1])
-        breakdown = ", ".join(f"{100 * share:.0f} % {where}" for where, share in ranked if share >= 0.01)
+        breakdown = ", ".join(
+            f"{100 * share:.0f} % {where}" for where, share in ranked if share >= 0.01
+        )
         return f"rms residual {100 * self.rms / self.largest:.2g} % of the largest load; of its square {breakdown}"
 
 
-def compute_residuals(observation: Observation, response: ModelResponse, compared: Integers | None = None) -> Residuals:
+def compute_residuals(
+    observation: Observation, response: ModelResponse, compared: Integers | None = None
+) -> Residuals:
     """Compute the residuals of a model at the samples compared, and their distribution.
 
-    The position of a sample is its fraction of the distance from one turning point to the next. Residuals are split
-    into their mean at a position over all branches of a direction, the mean of the rest over each branch, and the
-    remainder; the three sums of squares add up.
+    The position of a sample is its fraction of the distance from one turning point to the next.
+    Residuals are split into their mean at a position over all branches of a direction, the mean of
+    the rest over each branch, and the remainder; the three sums of squares add up.
     """
-    samples = np.arange(observation.start_sample, observation.time.size) if compared is None else compared
+    samples = (
+        np.arange(observation.start_sample, observation.time.size) if compared is None else compared
+    )
     turns = observation.turns
     branch, cell = _find_branches(turns, samples), assign_position_bins(observation, samples)
     residual = (observation.tangential_load - response.tangential_load)[samples]
@@ -416,10 +475,17 @@ def assign_position_bins(observation: Observation, samples: Integers) -> Integer
     """Return the position bin of samples on their branches, falling branches after rising ones."""
     turns, displacement = observation.turns, observation.displacement
     branch = _find_branches(turns, samples)
-    start, stroke = displacement[turns[branch]], displacement[turns[branch + 1]] - displacement[turns[branch]]
-    fraction = np.divide(displacement[samples] - start, stroke, out=np.zeros(samples.size), where=stroke != 0)
+    start, stroke = (
+        displacement[turns[branch]],
+        displacement[turns[branch + 1]] - displacement[turns[branch]],
+    )
+    fraction = np.divide(
+        displacement[samples] - start, stroke, out=np.zeros(samples.size), where=stroke != 0
+    )
     falls = (stroke < 0).astype(np.int64)
-    bins: Integers = falls * POSITION_BINS + np.clip((fraction * POSITION_BINS).astype(np.int64), 0, POSITION_BINS - 1)
+    bins: Integers = falls * POSITION_BINS + np.clip(
+        (fraction * POSITION_BINS).astype(np.int64), 0, POSITION_BINS - 1
+    )
     return bins
 
 
@@ -441,9 +507,11 @@ class Comparison:
     observation: Observation  #: the measurement
     response: ModelResponse  #: response of the model along the measurement
     instrument: Instrument = RIGID  #: instrument in series with the contact
-    #: (sample) Displacement of the drive of the model with the measured tangential load [m], if the load is replayed.
+    #: (sample) Displacement of the drive of the model with the measured tangential load [m], if the
+    #: load is replayed.
     model_displacement: Floats | None = None
-    respond: Callable[[Instrument], ModelResponse] | None = None  #: response of the contact behind another instrument
+    #: response of the contact behind another instrument
+    respond: Callable[[Instrument], ModelResponse] | None = None
     model: Loops | None = attrs.field(init=False)  #: loops of the model, None without a whole one
 
     @model.default
@@ -496,7 +564,9 @@ class Comparison:
         if moved is None:
             return [("rms difference", text)]
         rms = float(np.sqrt(np.mean(moved**2)))
-        stroke = float(np.ptp(self.observation.displacement[self.observation.start_sample :])) or 1.0
+        stroke = (
+            float(np.ptp(self.observation.displacement[self.observation.start_sample :])) or 1.0
+        )
         of_displacement = f"{quantity_text(rms, 'm')}, {100 * rms / stroke:.3g} % of the range of the displacement"
         return [("rms difference", of_displacement), ("of the load, displacement replayed", text)]
 
@@ -529,7 +599,9 @@ class Comparison:
             return findings
         return (
             *findings,
-            *diagnose_residuals(list(self._branches()), float(np.median(self.observation.node_deviation))),
+            *diagnose_residuals(
+                list(self._branches()), float(np.median(self.observation.node_deviation))
+            ),
         )
 
     def _branches(self) -> Iterator[BranchSamples]:
@@ -549,14 +621,18 @@ class Comparison:
                 and stop - start >= FEWEST_OF_BRANCH
                 and np.ptp(normal) <= ONE_LOAD * normal.max()
             ):
-                yield BranchSamples.from_channels(*(values[start : stop + 1] for values in channels))
+                yield BranchSamples.from_channels(
+                    *(values[start : stop + 1] for values in channels)
+                )
 
     def _compliance(self) -> list[str]:
         """Return a note on a record that is much softer than the model."""
         if self.measured is None or self.model is None or not self.measured.is_friction.all():
             return []
         # both by the same method: few samples on a steep branch make both look soft
-        of_measured, of_model = (loops.statistics("tangential_stiffness") for loops in (self.measured, self.model))
+        of_measured, of_model = (
+            loops.statistics("tangential_stiffness") for loops in (self.measured, self.model)
+        )
         measured_stiffness, model_stiffness = of_measured.mean, of_model.mean
         scatter = of_measured.standard_deviation if of_measured.count > 1 else 0.0
         error = CLEARLY * scatter / math.sqrt(of_measured.count or 1)
@@ -566,7 +642,9 @@ class Comparison:
             f"the record is softer at reversals than the model, {quantity_text(measured_stiffness, 'N/m', 3)} against "
             f"{quantity_text(model_stiffness, 'N/m', 3)}"
         )
-        stiffness = 1 / (1 / measured_stiffness - 1 / model_stiffness + 1 / self.instrument.stiffness)
+        stiffness = 1 / (
+            1 / measured_stiffness - 1 / model_stiffness + 1 / self.instrument.stiffness
+        )
         if self.respond is not None:
             stiffness, left = self._best_in_series(stiffness)
             before = self.residuals.rms
@@ -578,8 +656,14 @@ class Comparison:
                 )
                 return [note]
         series = quantity_text(stiffness, "N/m", 3)
-        start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
-        return [f"{softer}: looks like a compliance in series of {series}; fit lateral_stiffness{start}"]
+        start = (
+            f', with [instrument] lateral_stiffness = "{series}" to start from'
+            if self.instrument.rigid
+            else ""
+        )
+        return [
+            f"{softer}: looks like a compliance in series of {series}; fit lateral_stiffness{start}"
+        ]
 
     def _best_in_series(self, start: float) -> tuple[float, float]:
         """Return the stiffness in series that leaves the least rms difference [N/m], and that difference [N]."""
@@ -593,7 +677,9 @@ class Comparison:
             return compute_residuals(observation, respond(instrument)).rms
 
         bounds = [math.log(start * factor) for factor in (1 / SERIES_RANGE, SERIES_RANGE)]
-        best = minimize_scalar(difference, bounds=bounds, method="bounded", options={"xatol": 0.02, "maxiter": 16})
+        best = minimize_scalar(
+            difference, bounds=bounds, method="bounded", options={"xatol": 0.02, "maxiter": 16}
+        )
         return math.exp(float(best.x)), float(best.fun)
 
     def rows(self) -> list[tuple[str, str, str]]:
@@ -603,6 +689,9 @@ class Comparison:
         table = [("quantity", "measured", "model")]
         for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items():
             # the displacements left out here are other definitions of the same length
-            if not name.endswith("_gap") and name not in {"displacement_from_zero_load", "virgin_displacement"}:
+            if not name.endswith("_gap") and name not in {
+                "displacement_from_zero_load",
+                "virgin_displacement",
+            }:
                 table.append((label, self.measured.text(name, unit), self.model.text(name, unit)))
         return table

@@ -1,7 +1,8 @@
 """Corrections of measured channels, none of them done by itself: backlash, free play, drift, offset, noise, hum.
 
-All filters have zero phase: they run forth and back, so that displacement and load stay in step. At its two ends a
-channel is continued by its own point reflection, over a length in which the filter dies away.
+All filters have zero phase: they run forth and back, so that displacement and load stay in step. At
+its two ends a channel is continued by its own point reflection, over a length in which the filter
+dies away.
 """
 
 import itertools
@@ -16,10 +17,13 @@ from historysim.errors import InputError
 from historysim.measured.reduction import channel, clock, follow_turns, reversals, turning_points
 
 QUALITY = 30.0  # frequency of a notch over the width at which it lets half of the power pass, once
-ORDER = 2  # order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency
-EVEN = 0.01  # largest difference of sample intervals, over their median, up to which a clock is even
+# order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency
+ORDER = 2
+# largest difference of sample intervals, over their median, up to which a clock is even
+EVEN = 0.01
 FALSE_ALARM = 1e-4  # chance that noise alone is taken for hum, in one channel
-LEAST_HUM = 0.1  # least fraction of the power between turns, after the polynomial, of a line that is reported as hum
+# least fraction of the power between turns, after the polynomial, of a line that is reported as hum
+LEAST_HUM = 0.1
 # samples of a piece of the spectrum, and the degree of the polynomial that is taken off it
 _LEAST_PIECE, _LONGEST_PIECE, _DEGREE = 128, 8192, 5
 # bins that a line spreads over to either side, and distance within which the noise is estimated
@@ -40,7 +44,8 @@ class Estimate:
 def offset_of_cycles(values: Floats, *, dead_band: float) -> Estimate:
     """Return the zero offset of a channel that swings evenly about zero: the mean of the midpoints of its cycles.
 
-    The midpoint of a cycle is half way between its maximum and its minimum, two successive reversals.
+    The midpoint of a cycle is half way between its maximum and its minimum, two successive
+    reversals.
     """
     _, middle = _midpoints(np.arange(float(values.size)), values, dead_band, fewest=1)
     error = middle.std(ddof=1) / math.sqrt(middle.size) if middle.size > 1 else math.nan
@@ -55,7 +60,9 @@ def drift_of_cycles(time: Floats, values: Floats, *, dead_band: float) -> Estima
     return Estimate(float(line.slope), float(line.stderr))
 
 
-def _midpoints(time: Floats, values: Floats, dead_band: float, fewest: int) -> tuple[Floats, Floats]:
+def _midpoints(
+    time: Floats, values: Floats, dead_band: float, fewest: int
+) -> tuple[Floats, Floats]:
     """Return the mean times and the midpoints of successive cycles."""
     turns = reversals(values, dead_band)
     cycles = turns[: turns.size // 2 * 2].reshape(-1, 2)
@@ -67,22 +74,28 @@ def _midpoints(time: Floats, values: Floats, dead_band: float, fewest: int) -> t
     return time[cycles].mean(axis=1), values[cycles].mean(axis=1)
 
 
-def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_band: float = 0.0) -> Floats:
+def remove_backlash(
+    time: Floats, displacement: Floats, width: float, *, dead_band: float = 0.0
+) -> Floats:
     """Remove the backlash of the measuring system from a displacement [m].
 
-    After a reversal the reading rests until the backlash is taken up: it is the play, of half the width to either side,
-    of the displacement. This inverse of the play assumes that
+    After a reversal the reading rests until the backlash is taken up: it is the play, of half the
+    width to either side, of the displacement. This inverse of the play assumes that
 
     - while the reading moves, the displacement is half the width ahead of it;
-    - while the reading rests at a reversal, within half the dead band, the displacement moves evenly in time;
-    - at the start the backlash is taken up in the direction of the first swing, and at the end in that of the last one.
+    - while the reading rests at a reversal, within half the dead band, the displacement moves
+      evenly in time;
+    - at the start the backlash is taken up in the direction of the first swing, and at the end in
+      that of the last one.
     """
     half = width / 2
     turns = turning_points(displacement, dead_band)
     swings = np.diff(displacement[turns])
     near = follow_turns(displacement, turns)
     ahead = [(time[0], half * float(np.sign(swings[:1]).sum()))]
-    for previous, turn, following, swing in zip(turns[:-2], turns[1:-1], turns[2:], swings[1:], strict=True):
+    for previous, turn, following, swing in zip(
+        turns[:-2], turns[1:-1], turns[2:], swings[1:], strict=True
+    ):
         if abs(swing) < dead_band or swing == 0:
             continue
         resting = previous + np.flatnonzero(
@@ -94,11 +107,14 @@ def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_ba
     return np.asarray(displacement + np.interp(time, at, amount))
 
 
-def remove_free_play(displacement: Floats, load: Floats, width: float, *, closing_load: float = 0.0) -> Floats:
+def remove_free_play(
+    displacement: Floats, load: Floats, width: float, *, closing_load: float = 0.0
+) -> Floats:
     """Remove a clearance in the load path, between drive and contact, from a displacement [m].
 
-    The clearance has no mass: it is open by half its width [m] to the side to which it is loaded, and closes in
-    proportion to the load up to the closing load [N]. With 0 N it is crossed where the load changes its sign.
+    The clearance has no mass: it is open by half its width [m] to the side to which it is loaded,
+    and closes in proportion to the load up to the closing load [N]. With 0 N it is crossed where
+    the load changes its sign.
     """
     side = np.clip(load / closing_load, -1.0, 1.0) if closing_load > 0 else np.sign(load)
     return displacement - width / 2 * side
@@ -110,12 +126,15 @@ def remove_free_play(displacement: Floats, load: Floats, width: float, *, closin
 def running_median(values: Floats, samples: int) -> Floats:
     """Return the running median of an odd number of samples, which leaves turns where they are.
 
-    Spikes of less than half of the samples are gone. Beyond its ends the channel is taken as mirrored.
+    Spikes of less than half of the samples are gone. Beyond its ends the channel is taken as
+    mirrored.
     """
     from scipy.ndimage import median_filter
 
     if samples % 2 != 1 or not 3 <= samples <= values.size:
-        raise InputError(f"samples is {samples:g}; expected an odd number of samples from 3 to {values.size:,}")
+        raise InputError(
+            f"samples is {samples:g}; expected an odd number of samples from 3 to {values.size:,}"
+        )
     return np.asarray(median_filter(values, int(samples), mode="mirror"))
 
 
@@ -143,7 +162,9 @@ def low_pass(time: Floats, values: Floats, frequency: float) -> Floats:
     rate = sampling_rate(time)
     at = _below_half(frequency, rate)
     sections = signal.butter(ORDER, at, fs=rate, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, values, padlen=_padding(values.size, 3 / at * rate)))
+    return np.asarray(
+        signal.sosfiltfilt(sections, values, padlen=_padding(values.size, 3 / at * rate))
+    )
 
 
 def sampling_rate(time: Floats) -> float:
@@ -166,7 +187,11 @@ def sampling_rate(time: Floats) -> float:
 def rate_remedy(time: Floats) -> str:
     """Text that names the key ``rate``, with the mean sampling rate of a record [Hz] as its value."""
     duration = float(np.ptp(time))
-    example = f', as in rate = "{quantity_text((time.size - 1) / duration, "Hz", 4)}"' if duration > 0 else ""
+    example = (
+        f', as in rate = "{quantity_text((time.size - 1) / duration, "Hz", 4)}"'
+        if duration > 0
+        else ""
+    )
     return f"say the constant sampling rate in place of the time column{example}"
 
 
@@ -194,15 +219,17 @@ def _padding(size: int, samples: float) -> int:
 class Hum:
     """A line in the spectrum of a channel, between its turns."""
 
-    frequency: float  #: as the samples show it: beyond half of the sampling rate it is folded back below it [Hz]
+    #: as the samples show it: beyond half of the sampling rate it is folded back below it [Hz]
+    frequency: float
     amplitude: float  #: in the unit of the channel
 
 
 def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ...]:
     """Return the periodic hum in a channel, the strongest first; none where the clock is not even.
 
-    The spectrum is the mean over pieces of the branches between turns, each less a polynomial, so that the loops
-    themselves leave no lines. The mean of the noise over k pieces exceeds its median as Gamma's law says.
+    The spectrum is the mean over pieces of the branches between turns, each less a polynomial, so
+    that the loops themselves leave no lines. The mean of the noise over k pieces exceeds its median
+    as Gamma's law says.
     """
     try:
         rate = sampling_rate(time)
@@ -239,8 +266,11 @@ def _peaks_above(power: Floats, threshold: float) -> list[int]:
     """Return the bins of peaks whose lobe, noise included, holds more than a least power."""
     peaks = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))
     peaks = peaks[(peaks >= _ASIDE) & (peaks < power.size - 1)]
-    # the last lobes are cut off at the end of the spectrum; sums in another order differ in rounding
-    lobes = np.lib.stride_tricks.sliding_window_view(np.pad(power, _LOBE), 2 * _LOBE + 1)[peaks].sum(axis=1)
+    # the last lobes are cut off at the end of the spectrum; sums in another order differ in
+    # rounding
+    lobes = np.lib.stride_tricks.sliding_window_view(np.pad(power, _LOBE), 2 * _LOBE + 1)[
+        peaks
+    ].sum(axis=1)
     bins: list[int] = peaks[lobes > (1 - 1e-9) * threshold].tolist()
     return bins
 
@@ -256,7 +286,9 @@ def _between_turns(values: Floats, dead_band: float) -> Floats:
         for begin_sample, end_sample in itertools.pairwise(turns.tolist())
         # in as many pieces as the branch has room for
         for start in range(
-            begin_sample + (end_sample - begin_sample - length) % length // 2, end_sample - length + 1, length
+            begin_sample + (end_sample - begin_sample - length) % length // 2,
+            end_sample - length + 1,
+            length,
         )
     ]
     return np.stack([values[start : start + length] for start in starts])
@@ -264,7 +296,8 @@ def _between_turns(values: Floats, dead_band: float) -> Floats:
 
 def _noise_limit(power: Floats, pieces: int) -> float:
     """Return the largest mean of the noise power of some pieces by chance, over its median."""
-    # scipy takes a quarter of a second to import, which most records do without: hardly a line is worth reporting
+    # scipy takes a quarter of a second to import, which most records do without: hardly a line is
+    # worth reporting
     from scipy.special import gammainccinv, gammaincinv
 
     return float(gammainccinv(pieces, FALSE_ALARM / power.size) / gammaincinv(pieces, 0.5))

@@ -28,13 +28,15 @@ from historysim.measured.reduction import (
 FEWEST_HOLDS = 3  # holds from which on their scatter is known
 FINENESS = 10  # means of a hold in a decade of its time
 ONSETS = 80  # times of onset that are tried
-CLEARLY_BETTER = 8.0  # squares of the scatter that another form has to leave more before relaxation is over log time
+# squares of the scatter that another form has to leave more before relaxation is over log time
+CLEARLY_BETTER = 8.0
 # Creep over a thousandth of the stroke that a search starts from at least, and steps of the search.
 LEAST_START, MOST_ROUNDS = 1e-3, 30
 # Onsets, and parts of the measured change, of which the best begins the search.
 FIRST_ONSETS, FIRST_SHARES = 4, (0.03, 0.3, 1.0)
 LEAST_ROLE = 0.02  # part of the tangential load at the limit below which a hold has none to relax
-# Deviations of the noise within which a displacement rests, and from which on its way to rest is timed.
+# Deviations of the noise within which a displacement rests, and from which on its way to rest is
+# timed.
 WITHIN, BEFORE = 4.0, 12.0
 RESTS = 10.0  # times longer than that way, and samples, that a hold lasts
 ON_THE_WAY = 10  # samples on the way to rest that are timed
@@ -53,7 +55,8 @@ class Hold:
     tangential_load: float  #: where the displacement has come to rest [N]
     change: float  #: what was measured [N]
     memory: float  #: what the contact's memory predicts of displacement and normal load [N]
-    relaxation: float  #: change with the logarithm of time, against the load [N]; NaN where the record does not say
+    #: change with the logarithm of time, against the load [N]; NaN where the record does not say
+    relaxation: float
     sensor: float  #: change with time in one direction, whatever the load [N]; likewise
 
     @property
@@ -82,17 +85,21 @@ class Creep:
 
     holds: tuple[Hold, ...]
     per_decade: WithInterval  #: by how much the contact creeps in each decade of time, c ln 10 [m]
-    #: Share of the tangential load that this takes in each decade of time, while the drive rests [1].
+    #: Share of the tangential load that this takes in each decade of time, while the drive rests
+    #: [1].
     relaxation: WithInterval
     onset: float  #: τ [s]; NaN where the record does not say
     sensor_drift: WithInterval  #: drift of the zero of the load [N/s]
     unknown: str = ""  #: why the record does not say how the load relaxes; empty where it does
-    time: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))  #: (point) Since the start of the hold [s]
-    #: (point) Means of what memory and sensor leave of the load, over the load at the start of the hold [1].
+    #: (point) Since the start of the hold [s]
+    time: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))
+    #: (point) Means of what memory and sensor leave of the load, over the load at the start of the
+    #: hold [1].
     relaxed: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))
     #: (point) Whether that load is positive.
     forward: Booleans = attrs.field(repr=False, factory=lambda: np.empty(0, dtype=bool))
-    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
+    #: lines of (label, text): what was done to the record before
+    remarks: tuple[tuple[str, str], ...] = ()
 
     def __repr__(self) -> str:
         return f"<Creep: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -109,13 +116,18 @@ class Creep:
             length = f"{length} to {duration_text(lasting[-1])}"
         lines = [*self.remarks, ("holds", f"{len(self.holds):,}, of {length}")]
         largest = max(self.holds, key=lambda hold: abs(hold.memory)).memory
-        lines.append(("memory predicts", f"changes of up to {quantity_text(abs(largest), 'N', 3)} in a hold"))
+        lines.append(
+            ("memory predicts", f"changes of up to {quantity_text(abs(largest), 'N', 3)} in a hold")
+        )
         if self.unknown:
             return [*lines, ("relaxation", f"the record does not say: {self.unknown}")]
         share = [f"{100 * value:.3g} %" for value in attrs.astuple(self.relaxation)]
         return [
             *lines,
-            ("relaxation", f"{share[0]} of the tangential load in a decade of time (95 %: {share[1]} to {share[2]})"),
+            (
+                "relaxation",
+                f"{share[0]} of the tangential load in a decade of time (95 %: {share[1]} to {share[2]})",
+            ),
             ("creep of the contact", f"{self.per_decade.text('m')} in a decade of time"),
             ("onset", f"about {duration_text(self.onset)} after the displacement has come to rest"),
             ("drift of the sensor", self.sensor_drift.text("N/s")),
@@ -126,8 +138,17 @@ class Creep:
         heading = ("start", "duration", "load", "change", "memory", "relaxation", "sensor", "rest")
 
         def to_row(hold: Hold) -> tuple[str, ...]:
-            changes = (hold.tangential_load, hold.change, hold.memory, hold.relaxation, hold.sensor, hold.rest)
-            texts = ["–" if math.isnan(change) else quantity_text(change, "N", 3) for change in changes]
+            changes = (
+                hold.tangential_load,
+                hold.change,
+                hold.memory,
+                hold.relaxation,
+                hold.sensor,
+                hold.rest,
+            )
+            texts = [
+                "–" if math.isnan(change) else quantity_text(change, "N", 3) for change in changes
+            ]
             return (f"{hold.start:.6g} s", duration_text(hold.duration), *texts)
 
         return [heading, *map(to_row, self.holds)]
@@ -154,7 +175,9 @@ class Rest:
 
     def change(self, values: Floats) -> float:
         """Return the mean of the last hundredth of the samples less the mean of the first."""
-        return float(np.mean(values[self.samples][-max(self.samples.size // 100, 1) :])) - self.start(values)
+        return float(
+            np.mean(values[self.samples][-max(self.samples.size // 100, 1) :])
+        ) - self.start(values)
 
 
 def find_rests(measurement: Measurement) -> list[Rest]:
@@ -171,10 +194,15 @@ def find_rests(measurement: Measurement) -> list[Rest]:
     for rest in (each for each in held if each is not None):
         # the longest piece without a step of the normal load
         pieces = np.split(rest.samples, np.flatnonzero(np.isin(rest.samples, steps)) + 1)
-        longest = max(pieces, key=lambda piece: float(time[piece[-1]] - time[piece[0]]) if piece.size else -1.0)
+        longest = max(
+            pieces,
+            key=lambda piece: float(time[piece[-1]] - time[piece[0]]) if piece.size else -1.0,
+        )
         if longest.size >= RESTS and not (rests and longest[0] <= rests[-1].samples[-1]):
             complete = longest[0] == rest.samples[0]
-            rests.append(Rest(longest, rest.origin if complete else float(time[longest[0]]), rest.near))
+            rests.append(
+                Rest(longest, rest.origin if complete else float(time[longest[0]]), rest.near)
+            )
     if not rests:
         raise InputError(
             "the tangential displacement never rests at a reversal; expected holds there, of ten samples or more, and "
@@ -200,7 +228,8 @@ def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Res
     arrives = _arrival(displacement, time, start, float(time[samples[0]]), level)
     if stop == displacement.size:
         return Rest(samples, arrives, around)
-    # as it leaves, the load falls fast: what the noise hides of that is left out, with a sample more
+    # as it leaves, the load falls fast: what the noise hides of that is left out, with a sample
+    # more
     back = displacement.size - stop
     leaves = -_arrival(displacement[::-1], -time[::-1], back, -float(time[samples[-1]]), level)
     return Rest(samples[: max(int(np.searchsorted(time[samples], leaves)) - 1, 1)], arrives, around)
@@ -221,7 +250,9 @@ def _run(inside: Booleans, index: int) -> slice:
     """Return the run of true values around a place."""
     away = np.flatnonzero(~inside)
     left, right = away[away < index], away[away > index]
-    return slice(int(left[-1]) + 1 if left.size else 0, int(right[0]) if right.size else inside.size)
+    return slice(
+        int(left[-1]) + 1 if left.size else 0, int(right[0]) if right.size else inside.size
+    )
 
 
 def quiet(measurement: Measurement, rests: list[Rest]) -> Measurement:
@@ -233,11 +264,17 @@ def quiet(measurement: Measurement, rests: list[Rest]) -> Measurement:
         for rest in rests:
             values[rest.samples] = _smooth(measurement.time[rest.samples], values[rest.samples])
             if name == "tangential_displacement":
-                # no sample of the noise around is farther out, so that the hold begins with the reversal
+                # no sample of the noise around is farther out, so that the hold begins with the
+                # reversal
                 start, stop = rest.samples[[0, -1]]
                 sense = 1.0 if values[max(rest.near.start - 1, 0)] <= values[start] else -1.0
-                for around, edge in ((slice(rest.near.start, start), start), (slice(stop + 1, rest.near.stop), stop)):
-                    values[around] = sense * np.minimum(sense * values[around], sense * values[edge])
+                for around, edge in (
+                    (slice(rest.near.start, start), start),
+                    (slice(stop + 1, rest.near.stop), stop),
+                ):
+                    values[around] = sense * np.minimum(
+                        sense * values[around], sense * values[edge]
+                    )
     return attrs.evolve(measurement, channels=channels, response=response)
 
 
@@ -251,7 +288,10 @@ def _smooth(time: Floats, values: Floats) -> Floats:
     curve = design @ np.linalg.lstsq(design, values, rcond=None)[0]
     squares, all_of_it = float(np.sum((values - curve) ** 2)), float(np.sum((values - mean) ** 2))
     free = values.size - 3
-    if squares <= 0 or stats.f.sf((all_of_it - squares) / 2 / (squares / free), 2, free) < LEAST_CHANCE:
+    if (
+        squares <= 0
+        or stats.f.sf((all_of_it - squares) / 2 / (squares / free), 2, free) < LEAST_CHANCE
+    ):
         return curve if all_of_it > 0 else mean
     return mean
 
@@ -262,7 +302,8 @@ def _smooth(time: Floats, values: Floats) -> Floats:
 def separate_creep(measurement: Measurement, ensemble: Body, instrument: Instrument) -> Creep:
     """Separate memory, creep and sensor drift in the holds of a record.
 
-    InputError: no holds, or a record without tangential displacement, tangential load or normal load.
+    InputError: no holds, or a record without tangential displacement, tangential load or normal
+    load.
     """
     load, time = measurement["tangential_load"], measurement.time
     record = _Record.from_measurement(measurement, ensemble, instrument)
@@ -341,20 +382,33 @@ class _Record:
     sense: Floats  #: (hold) Sign of the tangential load
 
     @classmethod
-    def from_measurement(cls, measurement: Measurement, ensemble: Body, instrument: Instrument) -> "_Record":
+    def from_measurement(
+        cls, measurement: Measurement, ensemble: Body, instrument: Instrument
+    ) -> "_Record":
         """Return a record without the noise of displacement and normal load in its holds."""
         displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
         least = LEAST_ROLE * float(np.abs(load).max())
         rests = [part for part in find_rests(measurement) if abs(part.start(load)) > least]
         if not rests:
-            raise InputError("the tangential load is 0 in all holds, so that it has nothing to relax from")
+            raise InputError(
+                "the tangential load is 0 in all holds, so that it has nothing to relax from"
+            )
         still = quiet(measurement, rests)
         band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
         still = attrs.evolve(still, dead_band={**still.dead_band, "tangential_displacement": band})
         observation = observe(
-            still, displacement_noise=estimated_noise(displacement), load_noise=estimate_white_noise(load)
+            still,
+            displacement_noise=estimated_noise(displacement),
+            load_noise=estimate_white_noise(load),
         )
-        return cls(load, observation, ensemble, instrument, rests, np.sign([part.start(load) for part in rests]))
+        return cls(
+            load,
+            observation,
+            ensemble,
+            instrument,
+            rests,
+            np.sign([part.start(load) for part in rests]),
+        )
 
     def at_steady_load(self) -> "_Record":
         """Return the same with the normal load of the start of each hold throughout it."""
@@ -382,17 +436,26 @@ class _Record:
         for number, rest in enumerate(self.rests):
             # the first sample may still be on its way
             since, residual = rest.since(self.observation.time)[1:], left[rest.samples][1:]
-            group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(int)
+            group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(
+                int
+            )
             for number_of_group in np.unique(group[since > 0]):
                 members = group == number_of_group
                 columns.append(
-                    [number, since[members].mean(), residual[members].mean(), rest.start(self.load), members.sum()]
+                    [
+                        number,
+                        since[members].mean(),
+                        residual[members].mean(),
+                        rest.start(self.load),
+                        members.sum(),
+                    ]
                 )
         hold, *others = np.array(columns).T
         return _Points(hold.astype(int), *others)
 
 
-# -- creep: least squares over it, the logarithm of its onset, and the drift, in units of their own ----
+# -- creep: least squares over it, the logarithm of its onset, and the drift, in units of their own
+# ----
 
 
 _NOTHING = WithInterval(math.nan, math.nan, math.nan)
@@ -412,8 +475,8 @@ class _Law:
 def _creeping(record: _Record) -> _Law:
     """Return the creep with which the model has the least squares in the holds, with intervals of 95 %.
 
-    These leave the holds out one by one (jackknife): that has all that differs from hold to hold, in it correlated
-    noise. The model is taken as linear there.
+    These leave the holds out one by one (jackknife): that has all that differs from hold to hold,
+    in it correlated noise. The model is taken as linear there.
     """
     from scipy import stats
 
@@ -426,12 +489,16 @@ def _creeping(record: _Record) -> _Law:
     drift_unit = float(np.abs(measured.load).mean()) / float(measured.time.max())
     onset = math.sqrt(float(measured.time.min() * measured.time.max()))
     # share of the load that creep by one unit takes over ln(1 + t/τ)
-    relaxed = _Fit.minimise(record.points(steady.compute_load(unit, onset) - steady.compute_load(0.0, onset))).share
+    relaxed = _Fit.minimise(
+        record.points(steady.compute_load(unit, onset) - steady.compute_load(0.0, onset))
+    ).share
     if not relaxed > 0:
         return _Law(unknown="the contact of the model carries no tangential load there")
     solution = _solve(record, measured, unit, drift_unit, relaxed)
     if not solution.jac[:, 0].any():
-        return _Law(unknown="none is seen; noise decides, or slip as the normal load falls hides it")
+        return _Law(
+            unknown="none is seen; noise decides, or slip as the normal load falls hides it"
+        )
     of_hold = measured.hold == np.arange(count)[:, np.newaxis]
     squares = np.array([solution.jac[members].T @ solution.jac[members] for members in of_hold])
     across = np.array([solution.jac[members].T @ solution.fun[members] for members in of_hold])
@@ -450,16 +517,22 @@ def _creeping(record: _Record) -> _Law:
     return _Law(float(solution.x[0]) * unit, math.exp(solution.x[1]), per_decade, drift, unknown)
 
 
-def _solve(record: _Record, measured: _Points, unit: float, drift_unit: float, relaxed: float) -> Any:  # noqa: ANN401 - scipy gives no types
+def _solve(
+    record: _Record, measured: _Points, unit: float, drift_unit: float, relaxed: float
+) -> Any:  # noqa: ANN401 - scipy gives no types
     """Return the least squares, from the best of some starts: under a falling load little creep has no minimum."""
     from scipy.optimize import least_squares
 
     mean_load = float(np.abs(measured.load).mean())
 
     def left(unknowns: Floats) -> Floats:
-        points = record.points(record.load - record.compute_load(unknowns[0] * unit, math.exp(unknowns[1])))
+        points = record.points(
+            record.load - record.compute_load(unknowns[0] * unit, math.exp(unknowns[1]))
+        )
         drift = unknowns[2] * drift_unit * points.time
-        return np.asarray(np.sqrt(points.count) / mean_load * points.subtract_hold_means(points.left - drift))
+        return np.asarray(
+            np.sqrt(points.count) / mean_load * points.subtract_hold_means(points.left - drift)
+        )
 
     time, (low, high) = measured.time, measured.onsets
     change = max(abs(rest.change(record.load)) for rest in record.rests)
@@ -507,11 +580,15 @@ class _Fit:
         from scipy.optimize import minimize_scalar
 
         tried = np.linspace(*points.onsets, ONSETS)
-        squares = [cls._at_onset(points, form, float(np.exp(onset_log))).squares for onset_log in tried]
+        squares = [
+            cls._at_onset(points, form, float(np.exp(onset_log))).squares for onset_log in tried
+        ]
         best = int(np.argmin(squares))
         around = tried[max(best - 1, 0)], tried[min(best + 1, ONSETS - 1)]
         finer = minimize_scalar(
-            lambda onset_log: cls._at_onset(points, form, math.exp(onset_log)).squares, bounds=around, method="bounded"
+            lambda onset_log: cls._at_onset(points, form, math.exp(onset_log)).squares,
+            bounds=around,
+            method="bounded",
         )
         onset = finer.x if finer.fun < squares[best] else tried[best]
         return cls._at_onset(points, form, float(np.exp(onset)))
@@ -524,7 +601,12 @@ class _Fit:
         scale = np.maximum(np.abs(design).max(axis=0), np.finfo(float).tiny)
         goal = root * points.subtract_hold_means(points.left)
         solution = np.linalg.lstsq(design / scale, goal, rcond=None)[0] / scale
-        return cls(float(np.sum((goal - design @ solution) ** 2)), float(solution[0]), float(solution[1]), onset)
+        return cls(
+            float(np.sum((goal - design @ solution) ** 2)),
+            float(solution[0]),
+            float(solution[1]),
+            onset,
+        )
 
     def relaxation(self, points: _Points) -> Floats:
         """Return residuals less drift, over the load, with the mean of the fit in each hold."""

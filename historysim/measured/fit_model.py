@@ -20,11 +20,17 @@ Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 def build_model(ensemble: Body, instrument: Instrument) -> Model:
     """Return contact and instrument as a function of fitted parameters; InputError if they cannot be fitted."""
     if ensemble.evolves or ensemble.laws:
-        raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
+        raise InputError(
+            "friction or geometry evolves in this scenario; expected constant ones for a fit"
+        )
     require(ensemble, "fit")
 
     def model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
-        springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
+        springs = {
+            name: values[name]
+            for name in ("lateral_stiffness", "parallel_stiffness")
+            if name in values
+        }
         with warnings.catch_warnings():
             # a search passes values that nobody gave
             warnings.simplefilter("ignore", UnlikelyValueWarning)
@@ -55,19 +61,27 @@ def starting_value(name: str, ensemble: Body, instrument: Instrument) -> float:
     if name == "friction":
         coefficients = np.unique(ensemble.friction)
         if coefficients.size > 1 or coefficients[0] == 0:
-            raise InputError("friction: expected one coefficient for all asperities, greater than 0, to start from")
+            raise InputError(
+                "friction: expected one coefficient for all asperities, greater than 0, to start from"
+            )
         return float(coefficients[0])
     if name == "lateral_stiffness":
         if instrument.rigid:
-            raise InputError("lateral_stiffness: expected [instrument] with a lateral_stiffness to start from")
+            raise InputError(
+                "lateral_stiffness: expected [instrument] with a lateral_stiffness to start from"
+            )
         return instrument.stiffness
     if name == "parallel_stiffness":
         if not instrument.parallel_stiffness:
-            raise InputError("parallel_stiffness: expected [instrument] with a parallel_stiffness to start from")
+            raise InputError(
+                "parallel_stiffness: expected [instrument] with a parallel_stiffness to start from"
+            )
         return instrument.parallel_stiffness
     if name == "height_scale":
         if not ensemble.has_radii:
-            raise InputError("height_scale: is part of the normal curve already; expected a surface of summits")
+            raise InputError(
+                "height_scale: is part of the normal curve already; expected a surface of summits"
+            )
         if np.ptp(ensemble.coordinates["summit_height"]) == 0:
             raise InputError("height_scale: all summits are equally high; expected a rough surface")
         return 1.0

@@ -24,12 +24,15 @@ UNDETERMINED = 1e6  # ratio of the ends of an interval above which the parameter
 MUCH_WORSE = 3.0  # misfit over noise above which noise does not explain the residuals
 SURE_OF_NOISE = 5.0  # standard deviations of the noise of the load beyond which a load is not noise
 LEAST_NOISE = 0.9  # least fraction of the estimated noise that is used, however small the residuals
-# Contribution of scatter from branch to branch to the half width of an interval, over the square of its fraction of the
-# load: a single coefficient for all branches is off by some 1.1 to 1.5 of these squares (tests/README.md).
+# Contribution of scatter from branch to branch to the half width of an interval, over the square of
+# its fraction of the load: a single coefficient for all branches is off by some 1.1 to 1.5 of these
+# squares (tests/README.md).
 SECOND_ORDER = 1.8
-SAME_START = 0.05  # distance of start and end of a search, as a logarithm, below which a restart changes nothing
-# Distance of the first load from the middle of the loops, over half their height, up to which a record begins unloaded;
-# and of the middle of the strokes from zero, over half the stroke, up to which they are centred.
+# distance of start and end of a search, as a logarithm, below which a restart changes nothing
+SAME_START = 0.05
+# Distance of the first load from the middle of the loops, over half their height, up to which a
+# record begins unloaded; and of the middle of the strokes from zero, over half the stroke, up to
+# which they are centred.
 AT_REST, CENTRED = 0.1, 0.05
 _MEANING = (
     ". The intervals say by how much the values of another such record would differ. They do not say how far the "
@@ -43,15 +46,16 @@ class Parameter:
 
     name: str
     value: float  #: its estimate, in SI
-    #: low and high: 95 % confidence interval, from the variation of the estimate between branches if these are enough,
-    #: else the interval of independent samples. NaN if the search did not end at a minimum.
+    #: low and high: 95 % confidence interval, from the variation of the estimate between branches
+    #: if these are enough, else the interval of independent samples. NaN if the search did not end
+    #: at a minimum.
     low: float
     high: float
     #: noise_low and noise_high: the interval for residuals independent from sample to sample.
     noise_low: float = math.nan
     noise_high: float = math.nan
-    #: start and end: if the record drifts beyond scatter, the values at its ends on a straight line; `value` is then
-    #: the value in its middle. Else NaN.
+    #: start and end: if the record drifts beyond scatter, the values at its ends on a straight
+    #: line; `value` is then the value in its middle. Else NaN.
     start: float = math.nan
     end: float = math.nan
     #: slope_low and slope_high: the interval of the rise from start to end, over the value [1].
@@ -102,7 +106,11 @@ class Parameter:
 
     def _range(self, low: float, high: float) -> str:
         determined, digits = self._is_determined(low, high), self._digits
-        return f"{self.value_text(low, digits)} to {self.value_text(high, digits)}" if determined else "not determined"
+        return (
+            f"{self.value_text(low, digits)} to {self.value_text(high, digits)}"
+            if determined
+            else "not determined"
+        )
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -117,8 +125,8 @@ class ParameterFit:
     degrees_of_freedom: int
     #: Notes on residuals, convergence, parameters that are hardly determined, and drift.
     notes: tuple[str, ...]
-    #: Number of loops, or pieces of a few loops each, behind the intervals; None if there are too few, and the
-    #: intervals are those of independent samples.
+    #: Number of loops, or pieces of a few loops each, behind the intervals; None if there are too
+    #: few, and the intervals are those of independent samples.
     loops_compared: int | None = None
 
     def __repr__(self) -> str:
@@ -173,8 +181,9 @@ def fit_parameters(
 ) -> ParameterFit:
     """Fit the parameters of a model to measured loops.
 
-    The model builds an ensemble and an instrument from the parameters by name; the start, > 0, may be off by 10⁴.
-    `notify` is called at each replay of the observation, with their estimated number.
+    The model builds an ensemble and an instrument from the parameters by name; the start, > 0, may
+    be off by 10⁴. `notify` is called at each replay of the observation, with their estimated
+    number.
     """
     with warnings.catch_warnings():
         # trials of the search may be implausible; the estimates are printed
@@ -202,16 +211,22 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
     covariance = _covariance(result.slopes)
     deviation = np.sqrt(np.diag(covariance))
     # a model that does not fit widens the intervals; one that fits by luck does not narrow them
-    by_noise = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
+    by_noise = (
+        stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
+    )
     wanders = _measure_wander(search, result, covariance, misfit)
     reach = by_noise if wanders is None else np.array([variation.reach for variation in wanders])
-    # residuals of few pieces may be alike by chance, and pieces have no information on a parameter without effect
+    # residuals of few pieces may be alike by chance, and pieces have no information on a parameter
+    # without effect
     reach = np.where(np.any(result.slopes, axis=0), np.maximum(reach, by_noise), by_noise)
     # other minima that are as deep but for chance are as likely
     reach, by_noise = np.maximum(reach, result.spread), np.maximum(by_noise, result.spread)
     # an offset of the whole displacement range or more is unknown
     undetermined = (np.array(names) == OFFSET) & (reach > FARTHEST)
-    reach, by_noise = np.where(undetermined, math.inf, reach), np.where(undetermined, math.inf, by_noise)
+    reach, by_noise = (
+        np.where(undetermined, math.inf, reach),
+        np.where(undetermined, math.inf, by_noise),
+    )
     correlation = covariance / np.outer(deviation, deviation)
     centre = result.unknowns[:count]
     ends = [centre + sign * width for width in (reach, by_noise) for sign in (-1, 1)]
@@ -221,7 +236,9 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
         # an interval around a point that is not a minimum would be wrong
         reach, ends = np.zeros_like(reach), [np.full(count, math.nan)] * 4
     columns = search.to_values(np.array([centre, *ends])).T.tolist()
-    parameters = tuple(Parameter(name, *numbers) for name, numbers in zip(names, columns, strict=True))
+    parameters = tuple(
+        Parameter(name, *numbers) for name, numbers in zip(names, columns, strict=True)
+    )
     if minimum and wanders is not None:
         parameters = tuple(map(_with_drift, parameters, wanders))
     pieces = None if wanders is None else _pieces(search).size - 1
@@ -243,7 +260,9 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
     )
 
 
-def _notes_on_search(search: Search, result: SearchResult, misfit: float, *, minimum: bool) -> list[str]:
+def _notes_on_search(
+    search: Search, result: SearchResult, misfit: float, *, minimum: bool
+) -> list[str]:
     notes = []
     if misfit > MUCH_WORSE:
         residuals = compute_residuals(search.observation, result.response, search.compared)
@@ -262,7 +281,9 @@ def _notes_on_search(search: Search, result: SearchResult, misfit: float, *, min
             )
         notes.append(f"the search did not converge; {remedy}")
     if result.at_bounds:
-        nodes = count_text(search.free, "turning point or step of load", "turning points and steps of load")
+        nodes = count_text(
+            search.free, "turning point or step of load", "turning points and steps of load"
+        )
         notes.append(
             f"{result.at_bounds:,} of {nodes} would be more than {FARTHEST_NODE:g} deviations of the noise away from "
             "where they were measured: noise alone does not explain the residuals"
@@ -274,7 +295,9 @@ def _note_on_outliers(outliers: int, rest: int) -> list[str]:
     if not outliers:
         return []
     many = f"{outliers:,} of {rest + outliers:,} samples"
-    return [f"{many} have residuals that stand out from their neighbours', as spikes do: the fit leaves them out"]
+    return [
+        f"{many} have residuals that stand out from their neighbours', as spikes do: the fit leaves them out"
+    ]
 
 
 def check_start(observation: Observation) -> list[str]:
@@ -283,15 +306,22 @@ def check_start(observation: Observation) -> list[str]:
     if turns.size < 2:
         return []
     channels = observation.tangential_load, observation.displacement
-    ends = [[float(np.median(channel[turns[start::2]])) for start in (0, 1)] for channel in channels]
+    ends = [
+        [float(np.median(channel[turns[start::2]])) for start in (0, 1)] for channel in channels
+    ]
     (load, half_load), (middle, half_stroke) = (
         ((value + second) / 2, abs(value - second) / 2) for value, second in ends
     )
     first_load = float(observation.tangential_load[0])
-    # an unloaded contact has zero load, or the offset of the load; one-sided loops have another middle
+    # an unloaded contact has zero load, or the offset of the load; one-sided loops have another
+    # middle
     begins = min(abs(first_load), abs(first_load - load))
     centred = observation.start_sample > 0 and abs(middle) <= CENTRED * half_stroke
-    if not half_load or centred or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise):
+    if (
+        not half_load
+        or centred
+        or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise)
+    ):
         return []
     text = (
         f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "
@@ -324,7 +354,10 @@ def _measure_wander(
         intervals.compute_student_half_width(move, share, CONFIDENCE) if few else 0.0
         for move, share in zip(moves.T, shares.T, strict=True)
     ]
-    by_loop = [intervals.compute_wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
+    by_loop = [
+        intervals.compute_wander(move, share, CONFIDENCE)
+        for move, share in zip(moves.T, shares.T, strict=True)
+    ]
     # the branches of few loops are twice as many pieces
     branches = count <= intervals.MOST_PIECES // 2
     if branches:
@@ -336,17 +369,27 @@ def _measure_wander(
         result.slopes @ covariance * weighed[:, None], axis=0
     )
     residuals = compute_residuals(search.observation, result.response, search.compared)
-    second_order = SECOND_ORDER * residuals.between_branches * (residuals.rms / residuals.largest) ** 2
+    second_order = (
+        SECOND_ORDER * residuals.between_branches * (residuals.rms / residuals.largest) ** 2
+    )
     reaches = [
-        intervals.compute_half_width(move, share, error, CONFIDENCE, sides=branches, line=variation.drifts)
-        for variation, move, share, error in zip(by_loop, moves.T, shares.T, noise.tolist(), strict=True)
+        intervals.compute_half_width(
+            move, share, error, CONFIDENCE, sides=branches, line=variation.drifts
+        )
+        for variation, move, share, error in zip(
+            by_loop, moves.T, shares.T, noise.tolist(), strict=True
+        )
     ]
     return [
         attrs.evolve(
             variation,
-            reach=math.hypot(reach if variation.drifts else max(reach, student), second_order * (name != OFFSET)),
+            reach=math.hypot(
+                reach if variation.drifts else max(reach, student), second_order * (name != OFFSET)
+            ),
         )
-        for name, variation, reach, student in zip(search.names, by_loop, reaches, least, strict=True)
+        for name, variation, reach, student in zip(
+            search.names, by_loop, reaches, least, strict=True
+        )
     ]
 
 
@@ -365,7 +408,9 @@ def _compute_influence(
     """Compute the influence of each piece on the estimates, and its fraction of the information (piece, parameter)."""
     count = bounds.size - 1
     nodes = search.observation.nodes[1 : 1 + search.free]
-    piece = np.clip(np.searchsorted(bounds, np.append(search.compared, nodes), side="right") - 1, 0, count - 1)
+    piece = np.clip(
+        np.searchsorted(bounds, np.append(search.compared, nodes), side="right") - 1, 0, count - 1
+    )
     # influence of each residual on the estimates, and its information on them
     moves, shares = np.zeros((2, count, len(search.names)))
     np.add.at(moves, piece, -result.pull @ covariance)
@@ -389,11 +434,17 @@ def _with_drift(parameter: Parameter, wander: intervals.Wander) -> Parameter:
     )
 
 
-def _note_on_identifiability(names: Sequence[str], correlation: Floats, reach: Floats, limit: Booleans) -> list[str]:
+def _note_on_identifiability(
+    names: Sequence[str], correlation: Floats, reach: Floats, limit: Booleans
+) -> list[str]:
     notes = []
     for i, name in enumerate(names):
         if limit[i]:
-            move = "the range of the displacement" if name == OFFSET else f"a factor of {math.exp(FARTHEST):g}"
+            move = (
+                "the range of the displacement"
+                if name == OFFSET
+                else f"a factor of {math.exp(FARTHEST):g}"
+            )
             notes.append(
                 f"{name} moved by {move} from its start, which is the limit of the search: start it again from these "
                 "values"

@@ -1,7 +1,7 @@
 """Fretting report of friction loops: slip amplitude, energy friction coefficient, regime, and compliances.
 
-Terms and criteria: S. Fouvry, P. Kapsa, L. Vincent, Wear 185 (1995) 35-46 and Wear 200 (1996) 186-205. README.md of
-this folder, "Fretting", has the formulas and the transition values.
+Terms and criteria: S. Fouvry, P. Kapsa, L. Vincent, Wear 185 (1995) 35-46 and Wear 200 (1996)
+186-205. README.md of this folder, "Fretting", has the formulas and the transition values.
 """
 
 import math
@@ -16,22 +16,31 @@ from historysim.basics.wording import TERMINAL, columns, html_table
 from historysim.measured.branches import read_aperture, split_compliance
 from historysim.measured.correction import running_median
 from historysim.measured.intervals import FEWEST_LOOPS, compute_mean_wander
-from historysim.measured.loop_table import CONFIDENCE, LoopQuantity, LoopStatistics, LoopTable, interval_text
+from historysim.measured.loop_table import (
+    CONFIDENCE,
+    LoopQuantity,
+    LoopStatistics,
+    LoopTable,
+    interval_text,
+)
 from historysim.measured.loop_values import LoopValues
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# The closed loop of Cattaneo and Mindlin at the transition: E = 4 δ* Q*/5, and aperture (2^(1/3) - 1) δ*.
+# The closed loop of Cattaneo and Mindlin at the transition: E = 4 δ* Q*/5, and aperture (2^(1/3) -
+# 1) δ*.
 TRANSITION_A = 0.2
 TRANSITION_D = 2 ** (1 / 3) - 1
 TRANSITION_B = TRANSITION_A / TRANSITION_D
 STICK = 0.01  # energy ratio A below which a loop counts as closed; a sphere has it at T* = 0.16 μP
-MEDIAN_OF_LOAD = 5  # samples of the running median that keeps noise out of the extremes of a measured load
+# samples of the running median that keeps noise out of the extremes of a measured load
+MEDIAN_OF_LOAD = 5
 REGIMES = ("stick", "partial slip", "gross slip")
 GROSS_SLIP = REGIMES.index("gross slip")
 UNKNOWN = -1  # regime of a loop without energy or without load
-CONTENT_OF_FRETTING = "fretting report"  # value of the attribute ``content`` of a file of a fretting report
+# value of the attribute ``content`` of a file of a fretting report
+CONTENT_OF_FRETTING = "fretting report"
 
 REGIME_ATTRIBUTES = {
     "long_name": "fretting regime",
@@ -46,7 +55,8 @@ class Cycles:
 
     energy: Floats  #: E = ∮ T dU [J]
     load: Floats  #: load amplitude Q* [N]
-    displacement: Floats  #: displacement amplitude δ* of the contact, without the stated instrument [m]
+    #: displacement amplitude δ* of the contact, without the stated instrument [m]
+    displacement: Floats
     slip: Floats  #: half the aperture of the loop at the middle of the load [m]
     pressing: Floats  #: mean normal load P [N]
     total: Floats  #: compliance at reversal [m/N]
@@ -61,7 +71,11 @@ class Cycles:
         if loops.displacement_noise > 0 and load.size > MEDIAN_OF_LOAD:
             load = running_median(load, MEDIAN_OF_LOAD)
         apertures = np.array([read_aperture(trace, load, *ends) for ends in loops.ends.tolist()])
-        complete = np.isfinite(loops.dissipated_energy) & loops.is_friction & ~(loops.parallel_stiffness > 0)
+        complete = (
+            np.isfinite(loops.dissipated_energy)
+            & loops.is_friction
+            & ~(loops.parallel_stiffness > 0)
+        )
         amplitude, slip = np.where(complete, apertures.T, math.nan)
         compliances = np.full((len(loops), 2, 2), math.nan)
         for loop, (start, turn, end) in enumerate(loops.ends.tolist()):
@@ -100,18 +114,32 @@ QUANTITIES = {
     "displacement_amplitude": FrettingQuantity(
         "displacement amplitude δ*", "m", "half the stroke of the contact", lambda c: c.displacement
     ),
-    "load_amplitude": FrettingQuantity("load amplitude Q*", "N", "half the range of T", lambda c: c.load),
+    "load_amplitude": FrettingQuantity(
+        "load amplitude Q*", "N", "half the range of T", lambda c: c.load
+    ),
     "slip_amplitude": FrettingQuantity(
-        "slip amplitude δ_s", "m", "δ* less the displacement recovered from Q* to Q = 0", lambda c: c.slip
+        "slip amplitude δ_s",
+        "m",
+        "δ* less the displacement recovered from Q* to Q = 0",
+        lambda c: c.slip,
     ),
     "energy_friction_coefficient": FrettingQuantity(
-        "energy friction coefficient μ_e", "1", "E/(4 δ* P)", lambda c: c.energy / (4 * c.displacement * c.pressing)
+        "energy friction coefficient μ_e",
+        "1",
+        "E/(4 δ* P)",
+        lambda c: c.energy / (4 * c.displacement * c.pressing),
     ),
     "slip_friction_coefficient": FrettingQuantity(
-        "energy friction coefficient over slip", "1", "E/(4 δ_s P)", lambda c: c.energy / (4 * c.slip * c.pressing)
+        "energy friction coefficient over slip",
+        "1",
+        "E/(4 δ_s P)",
+        lambda c: c.energy / (4 * c.slip * c.pressing),
     ),
     "sliding_ratio": FrettingQuantity(
-        "sliding ratio D", "1", f"δ_s/δ*, {TRANSITION_D:.2f} at the transition", lambda c: c.slip / c.displacement
+        "sliding ratio D",
+        "1",
+        f"δ_s/δ*, {TRANSITION_D:.2f} at the transition",
+        lambda c: c.slip / c.displacement,
     ),
     "energy_ratio": FrettingQuantity(
         "energy ratio A",
@@ -129,10 +157,16 @@ QUANTITIES = {
         "compliance at reversal", "m N-1", "contact and system in series", lambda c: c.total
     ),
     "contact_compliance": FrettingQuantity(
-        "contact compliance", "m N-1", "of the part of a branch that follows Mindlin's curve", lambda c: c.contact
+        "contact compliance",
+        "m N-1",
+        "of the part of a branch that follows Mindlin's curve",
+        lambda c: c.contact,
     ),
     "system_compliance": FrettingQuantity(
-        "system compliance", "m N-1", "of the part of a branch that is linear in T", lambda c: c.system
+        "system compliance",
+        "m N-1",
+        "of the part of a branch that is linear in T",
+        lambda c: c.system,
     ),
 }
 
@@ -171,7 +205,10 @@ class Fretting:
     def from_runs(cls, runs: Mapping[int, LoopValues]) -> Self:
         """Evaluate runs, such as stored cycles of a fretting log, each by the means of its loops."""
         reports = [cls.from_loops(loops) for loops in runs.values()]
-        values = {name: np.array([report.statistics(name).mean for report in reports]) for name in QUANTITIES}
+        values = {
+            name: np.array([report.statistics(name).mean for report in reports])
+            for name in QUANTITIES
+        }
         hooked = np.array([loops.hooked_branches.any() for loops in runs.values()], dtype=np.bool_)
         regime = np.where(hooked, GROSS_SLIP, _classify(values))
         return cls(values, regime, np.array(list(runs), dtype=np.int64), "run")
@@ -198,7 +235,8 @@ class Fretting:
     def interval(self, quantity: str) -> tuple[float, float] | None:
         """Return the 95 % confidence interval of a mean; None for fewer than three cycles, or several loads.
 
-        Loops may be correlated, and drift; runs, which need not follow one another, count as independent.
+        Loops may be correlated, and drift; runs, which need not follow one another, count as
+        independent.
         """
         values = self._mean_values(quantity)
         values = values[np.isfinite(values)]
@@ -210,7 +248,9 @@ class Fretting:
         else:
             from scipy import stats
 
-            reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1)) * float(stats.sem(values))
+            reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1)) * float(
+                stats.sem(values)
+            )
         return float(values.mean()) - reach, float(values.mean()) + reach
 
     def text(self, quantity: str) -> str:
@@ -227,7 +267,9 @@ class Fretting:
         occupied = {name: count for name, count in counts.items() if count}
         if not occupied:
             return "–"
-        text = ", ".join(f"{name} in {count:,} of {regime.size:,}" for name, count in occupied.items())
+        text = ", ".join(
+            f"{name} in {count:,} of {regime.size:,}" for name, count in occupied.items()
+        )
         interval = self.interval("system_free_ratio")
         if len(occupied) == 1:
             (text,) = occupied
@@ -237,11 +279,16 @@ class Fretting:
 
     def rows(self) -> list[tuple[str, ...]]:
         """Return the report as a table of strings; the first row is the heading."""
-        regime = f"gross slip for B > {TRANSITION_B:.2f}, stick for A < {STICK:g}, else partial slip"
+        regime = (
+            f"gross slip for B > {TRANSITION_B:.2f}, stick for A < {STICK:g}, else partial slip"
+        )
         return [
             ("fretting", "mean", "definition"),
             ("fretting regime", self.regime_text(), regime),
-            *((description.label, self.text(name), description.definition) for name, description in QUANTITIES.items()),
+            *(
+                (description.label, self.text(name), description.definition)
+                for name, description in QUANTITIES.items()
+            ),
         ]
 
     def to_dataset(self) -> "xr.Dataset":
@@ -252,7 +299,11 @@ class Fretting:
             name: (
                 self.along,
                 self.values[name],
-                {"long_name": description.label, "units": description.unit, "comment": description.definition},
+                {
+                    "long_name": description.label,
+                    "units": description.unit,
+                    "comment": description.definition,
+                },
             )
             for name, description in QUANTITIES.items()
         }
@@ -267,7 +318,11 @@ class Fretting:
                 "title": "fretting report",
                 "content": CONTENT_OF_FRETTING,
                 "fretting_regime": self.regime_text(),
-                **{f"{name}_interval": list(ends) for name, ends in intervals.items() if ends is not None},
+                **{
+                    f"{name}_interval": list(ends)
+                    for name, ends in intervals.items()
+                    if ends is not None
+                },
             },
         )
 
@@ -287,7 +342,12 @@ def run_rows(runs: Mapping[int, LoopValues]) -> list[tuple[str, ...]]:
     table: list[tuple[str, ...]] = [
         ("run", "loops", "regime", *(description.label for description in QUANTITIES.values()))
     ]
-    rows = {str(number): (f"{len(loops):,}", Fretting.from_loops(loops)) for number, loops in runs.items()}
+    rows = {
+        str(number): (f"{len(loops):,}", Fretting.from_loops(loops))
+        for number, loops in runs.items()
+    }
     for name, (count, report) in {**rows, "mean": ("", Fretting.from_runs(runs))}.items():
-        table.append((name, count, report.regime_text(), *(report.text(quantity) for quantity in QUANTITIES)))
+        table.append(
+            (name, count, report.regime_text(), *(report.text(quantity) for quantity in QUANTITIES))
+        )
     return table

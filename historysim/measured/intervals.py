@@ -12,7 +12,8 @@ from historysim.basics.arguments import Floats, Integers
 
 FEWEST_LOOPS = 3  # fewest loops whose scatter is used
 FEWEST_FOR_DRIFT = 6  # fewest loops that distinguish drift from scatter
-# Pieces up to which their scatter is so uncertain that Student's interval is the least; the mean of fewer loops has it.
+# Pieces up to which their scatter is so uncertain that Student's interval is the least; the mean of
+# fewer loops has it.
 FEW_PIECES = 10
 MOST_PIECES = 48  # largest number of pieces of a record; more pieces change nothing
 SURE = 0.99  # confidence above which a record drifts
@@ -30,8 +31,8 @@ class Wander:
 
     reach: float  #: half width of its interval; if the record drifts, of the value in its middle
     rise: float
-    #: rise and rise_reach: rise of the line through the values of all pieces, from the start to the end of the record,
-    #: and the half width of its interval; NaN for too few pieces.
+    #: rise and rise_reach: rise of the line through the values of all pieces, from the start to the
+    #: end of the record, and the half width of its interval; NaN for too few pieces.
     rise_reach: float
     drifts: bool  #: whether the rise is significant
     correlation: float  #: ρ between neighbouring pieces
@@ -40,8 +41,9 @@ class Wander:
 def compute_wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     """Measure the variation of an estimate along a record, and the half width of its interval.
 
-    `moves` (piece) are the influence values of three or more pieces: the change of the estimate by each, in its unit.
-    `share` (piece) are their fractions of the information on it, which add up to 1.
+    `moves` (piece) are the influence values of three or more pieces: the change of the estimate by
+    each, in its unit. `share` (piece) are their fractions of the information on it, which add up to
+    1.
     """
     plain = TrendLine(share, trend=False)
     correlation = plain.correlation(moves)
@@ -55,25 +57,38 @@ def compute_wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     drifts = abs(rise) > root * line.critical_value(line.rise, line_correlation, SURE)
     rise_reach = root * line.critical_value(line.rise, line_correlation, confidence)
     if drifts:
-        reach, correlation = root * line.critical_value(line.sum, line_correlation, confidence), line_correlation
+        reach, correlation = (
+            root * line.critical_value(line.sum, line_correlation, confidence),
+            line_correlation,
+        )
     return Wander(reach, rise, rise_reach, drifts=drifts, correlation=correlation)
 
 
 def compute_half_width(
-    moves: Floats, share: Floats, noise: float, confidence: float, *, sides: bool = False, line: bool = False
+    moves: Floats,
+    share: Floats,
+    noise: float,
+    confidence: float,
+    *,
+    sides: bool = False,
+    line: bool = False,
 ) -> float:
     """Compute the half width of the interval of an estimate from its influence values, averaged over noise models.
 
-    `noise` is the standard deviation of the estimate if residuals are noise alone. With `sides` the pieces are
-    branches, alternately forward and backward, which may differ by an offset of the load; with `line` the record
-    drifts.
+    `noise` is the standard deviation of the estimate if residuals are noise alone. With `sides` the
+    pieces are branches, alternately forward and backward, which may differ by an offset of the
+    load; with `line` the record drifts.
     """
     from scipy import optimize, stats
 
     root, position = np.sqrt(share), np.cumsum(share) - share / 2
     turn = np.where(np.arange(share.size) % 2, -1.0, 1.0)
     fitted = np.column_stack(
-        [root, *([root * turn] if sides else []), *([root * (position - share @ position)] if line else [])]
+        [
+            root,
+            *([root * turn] if sides else []),
+            *([root * (position - share @ position)] if line else []),
+        ]
     )
     complement = np.linalg.qr(fitted, mode="complete")[0][:, fitted.shape[1] :]
     residuals = complement.T @ (moves / root)
@@ -81,14 +96,18 @@ def compute_half_width(
     if squares <= (1e-12 * np.abs(moves).max(initial=0.0)) ** 2:
         return 0.0
     lag = np.abs(np.subtract.outer(np.arange(share.size), np.arange(share.size)))
-    prior = np.log((1 - _CORRELATIONS) / (1 - _CORRELATIONS).sum() / (_DECADES_OF_SCATTER * math.log(10)))
+    prior = np.log(
+        (1 - _CORRELATIONS) / (1 - _CORRELATIONS).sum() / (_DECADES_OF_SCATTER * math.log(10))
+    )
     prior += math.lgamma(count / 2) - math.log(2) - count / 2 * math.log(math.pi)
     # logarithm of the weight, centre, deviation, degrees of freedom
     cases = []
     if noise > 0:
         noise_ratio = min(math.sqrt(squares) / noise, 1e100)
         evidence = (
-            math.log(_ODDS_OF_NOISE) - count * math.log(noise) - (count * math.log(2 * math.pi) + noise_ratio**2) / 2
+            math.log(_ODDS_OF_NOISE)
+            - count * math.log(noise)
+            - (count * math.log(2 * math.pi) + noise_ratio**2) / 2
         )
         cases = [(evidence, 0.0, noise, 1e9)]
     for log_prior, correlation in zip(prior, _CORRELATIONS, strict=True):
@@ -99,14 +118,20 @@ def compute_half_width(
         ).T
         white_squares = float(white_residuals @ white_residuals)
         evidence = log_prior - np.log(np.diag(lower)).sum() - count / 2 * math.log(white_squares)
-        variance = max(float(root @ covariance @ root - white_root @ white_root), 0.0) * white_squares / count
+        variance = (
+            max(float(root @ covariance @ root - white_root @ white_root), 0.0)
+            * white_squares
+            / count
+        )
         cases.append((evidence, float(white_root @ white_residuals), math.sqrt(variance), count))
     weight, centre, deviation, freedom = np.array(cases).T
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
 
     def inside(width: float) -> float:
-        probabilities = (stats.t.cdf((bound - centre) / deviation, freedom) for bound in (width, -width))
+        probabilities = (
+            stats.t.cdf((bound - centre) / deviation, freedom) for bound in (width, -width)
+        )
         return float(weight @ np.subtract(*probabilities)) - confidence
 
     upper = float((np.abs(centre) + deviation).max())
@@ -170,7 +195,8 @@ class TrendLine:
         self._detrend = np.eye(count) - weighted @ np.linalg.solve(basis.T @ weighted, basis.T)
         ends = np.cumsum(self._detrend, axis=0)
         starts = np.vstack([np.zeros(count), ends[:-1]])
-        # 2 ∫ S² dw: the mean of a square between two ends of a straight line, s² + s e + e² = (s² + e² + (s + e)²)/2
+        # 2 ∫ S² dw: the mean of a square between two ends of a straight line, s² + s e + e² = (s² +
+        # e² + (s + e)²)/2
         factors = np.vstack([starts, ends, starts + ends]) * np.sqrt(np.tile(share, 3) / 3)[:, None]
         self._form = factors.T @ factors
         self._lag = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
@@ -193,14 +219,21 @@ class TrendLine:
 
         def excess_correlation(correlation: float) -> float:
             expected = (
-                self._detrend @ self._covariance(correlation) @ self._detrend.T / np.outer(self._root, self._root)
+                self._detrend
+                @ self._covariance(correlation)
+                @ self._detrend.T
+                / np.outer(self._root, self._root)
             )
             return float(np.trace(expected[1:, :-1]) / np.trace(expected)) - measured
 
         if excess_correlation(_MOST_CORRELATED) <= 0:
             return _MOST_CORRELATED
         at_zero = excess_correlation(0.0)
-        estimate = -at_zero if at_zero >= 0 else float(brentq(excess_correlation, 0, _MOST_CORRELATED, xtol=1e-3))
+        estimate = (
+            -at_zero
+            if at_zero >= 0
+            else float(brentq(excess_correlation, 0, _MOST_CORRELATED, xtol=1e-3))
+        )
         error = math.sqrt(max(1 - estimate**2, 0.0) / moves.size)
         return min(max(estimate + error, 0.0), _MOST_CORRELATED)
 

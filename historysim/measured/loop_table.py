@@ -28,7 +28,8 @@ _POWERS = {
     "preliminary_displacement": ("displacement over load", "preliminary displacement"),
     "virgin_displacement": ("", "virgin displacement"),
 }
-CONTENT_OF_TABLE = "statistics of friction loops"  # value of the attribute ``content`` of a file of such a table
+# value of the attribute ``content`` of a file of such a table
+CONTENT_OF_TABLE = "statistics of friction loops"
 
 
 @attrs.frozen
@@ -36,7 +37,8 @@ class LoopStatistics:
     """Mean and scatter of one quantity over the loops."""
 
     mean: float  #: NaN where no loop has a value
-    standard_deviation: float  #: of one loop, with count - 1 in the denominator; NaN for fewer than two
+    #: of one loop, with count - 1 in the denominator; NaN for fewer than two
+    standard_deviation: float
     count: int  #: the loops that have a value
 
     @classmethod
@@ -56,7 +58,9 @@ class LoopStatistics:
             return "–"
         factor, symbol = choose_unit(self.mean, unit)
         # a scatter at the level of rounding is none
-        spread = self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
+        spread = (
+            self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
+        )
         scatter = f" ± {spread * factor:.2g}" if self.count > 1 else ""
         some = f" (of {self.count})" if self.count < loops else ""
         return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"
@@ -90,8 +94,9 @@ class StraightLine:
 class PowerLawFit:
     """A quantity that is factor x^exponent of a load or an amplitude, with an interval of 95 %; NaN for two points."""
 
-    #: Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough
-    #: surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient [1].
+    #: Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear
+    #: strength, 0 for a rough surface; of the preliminary displacement 2/3 for a ball with a
+    #: constant friction coefficient [1].
     exponent: float
     exponent_low: float
     exponent_high: float
@@ -106,11 +111,20 @@ def straight_line(x: Floats, y: Floats) -> StraightLine:
     reach = [math.nan, math.nan]
     if x.size > 2:
         # scipy has no standard errors for the same y throughout, where nothing scatters
-        errors = [0.0 if math.isnan(error) else float(error) for error in (line.stderr, line.intercept_stderr)]
+        errors = [
+            0.0 if math.isnan(error) else float(error)
+            for error in (line.stderr, line.intercept_stderr)
+        ]
         reach = [float(stats.t.ppf((1 + CONFIDENCE) / 2, x.size - 2)) * error for error in errors]
     slope, intercept = float(line.slope), float(line.intercept)
     return StraightLine(
-        slope, slope - reach[0], slope + reach[0], intercept, intercept - reach[1], intercept + reach[1], int(x.size)
+        slope,
+        slope - reach[0],
+        slope + reach[0],
+        intercept,
+        intercept - reach[1],
+        intercept + reach[1],
+        int(x.size),
     )
 
 
@@ -142,7 +156,8 @@ class LoopTable:
     members: tuple[Integers, ...]  #: (group) Which of the loops, by position, are in each group
     quantities: Mapping[str, LoopQuantity]
     directions: tuple[str, ...]  #: the names of the directions of branches
-    attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)  #: how the loops were found, for files
+    #: how the loops were found, for files
+    attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)
 
     def __len__(self) -> int:
         """Return the number of groups."""
@@ -163,7 +178,9 @@ class LoopTable:
         return tuple(LoopStatistics.from_values(values[members]) for members in self.members)
 
     def _by_direction(self, quantity: str) -> list[tuple[LoopStatistics, ...]]:
-        directions = (*self.directions, BOTH) if self.quantities[quantity].values.ndim == 2 else (BOTH,)
+        directions = (
+            (*self.directions, BOTH) if self.quantities[quantity].values.ndim == 2 else (BOTH,)
+        )
         return [self.statistics(quantity, direction) for direction in directions]
 
     def means(self, quantity: str) -> Floats:
@@ -195,22 +212,44 @@ class LoopTable:
         line = self.friction_line()
         if line is None:
             return []
-        low, high = (quantity_text(bound, "N", 3) for bound in (line.intercept_low, line.intercept_high))
-        interval = f" (95 %: {line.slope_low:.4g} to {line.slope_high:.4g}; {low} to {high})" if line.count > 2 else ""
-        offset = f"{'-' if line.intercept < 0 else '+'} {quantity_text(abs(line.intercept), 'N', 3)}"
-        over = count_text(line.count, "load", "loads") + ("" if interval else ", which give no interval")
-        lines = [("friction over load", f"F = {line.slope:.4g} N {offset}{interval}, through the means at {over}")]
+        low, high = (
+            quantity_text(bound, "N", 3) for bound in (line.intercept_low, line.intercept_high)
+        )
+        interval = (
+            f" (95 %: {line.slope_low:.4g} to {line.slope_high:.4g}; {low} to {high})"
+            if line.count > 2
+            else ""
+        )
+        offset = (
+            f"{'-' if line.intercept < 0 else '+'} {quantity_text(abs(line.intercept), 'N', 3)}"
+        )
+        over = count_text(line.count, "load", "loads") + (
+            "" if interval else ", which give no interval"
+        )
+        lines = [
+            (
+                "friction over load",
+                f"F = {line.slope:.4g} N {offset}{interval}, through the means at {over}",
+            )
+        ]
         for quantity, (label, text) in _POWERS.items():
             law = self.power_law(quantity)
             if law is not None:
-                interval = f" (95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f})" if line.count > 2 else ""
-                lines.append((label, f"{text} varies as the power {law.exponent:+.3f} of N{interval}"))
+                interval = (
+                    f" (95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f})"
+                    if line.count > 2
+                    else ""
+                )
+                lines.append(
+                    (label, f"{text} varies as the power {law.exponent:+.3f} of N{interval}")
+                )
         return lines
 
     def rows(self) -> list[tuple[str, ...]]:
         """Return the table as strings: for each quantity its name, and below it a row for each group.
 
-        Values are mean ± standard deviation of one loop; where not all loops of the group have a value, how many.
+        Values are mean ± standard deviation of one loop; where not all loops of the group have a
+        value, how many.
         """
         table = [(HEADINGS[self.along], "loops", *self.directions, BOTH)]
         for name, description in self.quantities.items():
@@ -219,7 +258,10 @@ class LoopTable:
             table.append((description.label, "", *("" for _ in self.directions), ""))
             by_direction = self._by_direction(name)
             for group, (value, members) in enumerate(zip(self.value, self.members, strict=True)):
-                texts = [statistics[group].text(description.unit, members.size) for statistics in by_direction]
+                texts = [
+                    statistics[group].text(description.unit, members.size)
+                    for statistics in by_direction
+                ]
                 blank = [""] * (len(self.directions) + 1 - len(texts))
                 head = f"  {quantity_text(float(value), UNITS[self.along])}", f"{members.size:,}"
                 table.append((*head, *blank, *texts))
@@ -228,27 +270,54 @@ class LoopTable:
     def to_dataset(self) -> "xr.Dataset":
         """Return all statistics as a Dataset with the dimensions level, or amplitude_class, and direction.
 
-        Each quantity has its mean under its own name, ``…_standard_deviation`` of one loop, and ``…_count``. The laws
-        over the load stand in the attributes.
+        Each quantity has its mean under its own name, ``…_standard_deviation`` of one loop, and
+        ``…_count``. The laws over the load stand in the attributes.
         """
         import xarray as xr
 
         dimension, heading = DIMENSIONS[self.along], HEADINGS[self.along]
-        laws = {"friction_line": self.friction_line(), **{name: self.power_law(name) for name in _POWERS}}
+        laws = {
+            "friction_line": self.friction_line(),
+            **{name: self.power_law(name) for name in _POWERS},
+        }
         variables = {}
         for name, description in self.quantities.items():
             by_direction = self._by_direction(name)
-            for field, unit in (("mean", description.unit), ("standard_deviation", description.unit), ("count", "1")):
+            for field, unit in (
+                ("mean", description.unit),
+                ("standard_deviation", description.unit),
+                ("count", "1"),
+            ):
                 suffix = "" if field == "mean" else f"_{field}"
-                values = np.array([[getattr(statistics, field) for statistics in groups] for groups in by_direction]).T
+                values = np.array(
+                    [
+                        [getattr(statistics, field) for statistics in groups]
+                        for groups in by_direction
+                    ]
+                ).T
                 dims = (dimension, "direction") if description.values.ndim == 2 else (dimension,)
-                attributes = {"long_name": f"{description.label}{suffix.replace('_', ' ')}", "units": unit}
-                variables[f"{name}{suffix}"] = (dims, values if len(dims) == 2 else values[:, 0], attributes)
+                attributes = {
+                    "long_name": f"{description.label}{suffix.replace('_', ' ')}",
+                    "units": unit,
+                }
+                variables[f"{name}{suffix}"] = (
+                    dims,
+                    values if len(dims) == 2 else values[:, 0],
+                    attributes,
+                )
         return xr.Dataset(
             variables,
             coords={
-                dimension: (dimension, self.value, {"long_name": heading, "units": UNITS[self.along]}),
-                "loops": (dimension, [members.size for members in self.members], {"long_name": "number of loops"}),
+                dimension: (
+                    dimension,
+                    self.value,
+                    {"long_name": heading, "units": UNITS[self.along]},
+                ),
+                "loops": (
+                    dimension,
+                    [members.size for members in self.members],
+                    {"long_name": "number of loops"},
+                ),
                 "direction": ("direction", [*self.directions, BOTH]),
             },
             attrs={
@@ -268,7 +337,8 @@ class LoopTable:
 def energy_law(amplitude: Floats, energy: Floats) -> tuple[PowerLawFit, int] | None:
     """Return the power law of energy [J] over amplitude [m] of loops, and its number of amplitudes.
 
-    It is fitted to the means of loops of one amplitude. None for fewer than three amplitudes over a factor of two.
+    It is fitted to the means of loops of one amplitude. None for fewer than three amplitudes over a
+    factor of two.
     """
     positive = (energy > 0) & (amplitude > 0)
     amplitude, energy = amplitude[positive], energy[positive]
@@ -285,7 +355,8 @@ def energy_law(amplitude: Floats, energy: Floats) -> tuple[PowerLawFit, int] | N
 def same_load(normal_load: Floats, share: float) -> Integers:
     """Return which load each loop is at (loop): a number that rises with the load, and -1 where it is not known.
 
-    From the least load on, loads that exceed the least one of their group by no more than the share are one.
+    From the least load on, loads that exceed the least one of their group by no more than the share
+    are one.
     """
     group = np.full(normal_load.size, -1)
     finite = np.flatnonzero(np.isfinite(normal_load))

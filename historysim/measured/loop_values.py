@@ -61,7 +61,8 @@ QUANTITIES = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
 
 CONTENT = "friction loops"  # value of the attribute ``content`` of a file of loops
 CLEARLY_ABOVE = 3.0  # standard errors by which height and energy of friction loops are above 0
-ROUNDING = 1e-9  # height and energy, over the largest load and the box around the loop, that are none
+# height and energy, over the largest load and the box around the loop, that are none
+ROUNDING = 1e-9
 FEWEST_AMPLITUDES = 3  # classes of amplitudes from which on powers of it show
 DAMPER = "as those of a spring with a damper or a lag"
 OPEN = 2.0  # gap of the load over the half height from which on a loop does not close
@@ -75,8 +76,9 @@ class NoLoopError(InputError):
 class LoopValues:
     """Quantities of the loops of a record.
 
-    Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
-    Means over the loops (`statistics`, `Loops.rows`) are those of the `large` ones.
+    Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a
+    branch has no value. Means over the loops (`statistics`, `Loops.rows`) are those of the `large`
+    ones.
     """
 
     trace: Trace  #: the record that they were found in
@@ -84,7 +86,8 @@ class LoopValues:
     dead_band: float  #: the smallest swing of the displacement that was taken for a reversal [m]
     number: Integers  #: (loop) Which loop of the record each one is, from 0
     ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
-    #: Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop.
+    #: Pieces of the record at its beginning and its end, from sample to sample, that are no part of
+    #: a loop.
     left_out: tuple[tuple[int, int], ...]
     friction_force: Floats  #: [N], positive
     normal_load: Floats  #: mean over the sliding part [N]
@@ -99,20 +102,25 @@ class LoopValues:
     amplitude: Floats  #: (loop) Half the mean length of the branches that are not left out [m]
     #: Branches that have no values: the normal load moves on them, or the record ends on them.
     left_out_branches: Booleans
-    #: Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
+    #: Branches without preliminary displacement and stiffness, since they begin with a step of the
+    #: normal load.
     stepped_branches: Booleans
-    #: Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
-    #: their displacements are lower bounds, and stay out of means.
+    #: Branches on which the load still rises where they should slide (`Definitions.still_rising`):
+    #: their friction and their displacements are lower bounds, and stay out of means.
     rising_branches: Booleans
-    #: (loop, direction) Displacement from which on the load of a branch rises again, as at a stop; its friction is that
-    #: of the level part before. NaN for other branches [m].
+    #: (loop, direction) Displacement from which on the load of a branch rises again, as at a stop;
+    #: its friction is that of the level part before. NaN for other branches [m].
     level_end: Floats
     exclusions: tuple[str, ...] = ()  #: what was left out, and why
-    #: Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact.
+    #: Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of
+    #: the contact.
     lateral_stiffness: float = math.inf
-    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
-    displacement_noise: float = 0.0  #: standard deviation of the noise of the displacement, 0 where it is not known [m]
-    #: Stiffness of a spring in parallel with the contact [N/m], which hides slip; NaN if branches show none.
+    #: lines of (label, text): what was done to the record before
+    remarks: tuple[tuple[str, str], ...] = ()
+    #: standard deviation of the noise of the displacement, 0 where it is not known [m]
+    displacement_noise: float = 0.0
+    #: Stiffness of a spring in parallel with the contact [N/m], which hides slip; NaN if branches
+    #: show none.
     parallel_stiffness: float = math.nan
     columns: str = ""  #: the question whether the right columns were read, which names them
 
@@ -155,7 +163,8 @@ class LoopValues:
         branches = "left_out_branches", "stepped_branches", "rising_branches", "level_end"
         names = "number", "ends", "amplitude", *branches
         note = (
-            f"the first {count_text(count, 'loop is', 'loops are')} left out at each load, {(~selected).sum():,} in all"
+            f"the first {count_text(count, 'loop is', 'loops are')} left out at each load, "
+            f"{(~selected).sum():,} in all"
         )
         values = {name: getattr(self, name)[selected] for name in (*QUANTITIES, *names)}
         return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
@@ -172,17 +181,31 @@ class LoopValues:
         if self._has_damper:
             everyone = np.arange(len(self))
             reason = "their energy is proportional to the square of the amplitude, and their load to the amplitude"
-            return ((everyone, f"{count_text(len(self), 'loop', 'loops')} are no friction: {reason}, {DAMPER}"),)
+            return (
+                (
+                    everyone,
+                    f"{count_text(len(self), 'loop', 'loops')} are no friction: {reason}, {DAMPER}",
+                ),
+            )
         large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
         small = [members[~self.large[members]] for members in self.amplitude_classes()]
         for number, members in enumerate(large + small):
             if not members.size or not (reason := self._why_no_friction(members)):
                 continue
-            where = f"of an amplitude of {quantity_text(float(self.amplitude[members].mean()), 'm')} "
+            where = (
+                f"of an amplitude of {quantity_text(float(self.amplitude[members].mean()), 'm')} "
+            )
             if number < len(large):
-                load = quantity_text(float(np.nanmean(self.normal_load[members])), "N") if len(large) > 1 else ""
+                load = (
+                    quantity_text(float(np.nanmean(self.normal_load[members])), "N")
+                    if len(large) > 1
+                    else ""
+                )
                 where = f"at {load} " if load else ""
-            many, are = count_text(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
+            many, are = (
+                count_text(members.size, "loop", "loops"),
+                "is no" if members.size == 1 else "are no",
+            )
             classes.append((members, f"{many} {where}{are} friction: {reason}"))
         return tuple(classes)
 
@@ -197,7 +220,8 @@ class LoopValues:
     def _why_no_friction(self, members: Integers) -> str:
         """Return the reason why loops of one class are not friction loops; empty if they are.
 
-        Forward, the load is clearly above that backward; the load comes back; and the loops take energy.
+        Forward, the load is clearly above that backward; the load comes back; and the loops take
+        energy.
         """
         forces = self.friction_force[members]
         if self.hooked_branches.any():
@@ -217,15 +241,18 @@ class LoopValues:
         if not _above(height, ROUNDING * largest):
             of = quantity_text(float(height.mean()), "N", 3)
             lost = sign_lost(self.trace.tangential_load)
-            return lost or f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
+            return (
+                lost
+                or f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
+            )
         if gap.size and abs(float(np.median(gap))) > OPEN * height.mean():
-            return (
-                f"the load does not come back: it moves on by {quantity_text(float(np.median(gap)), 'N', 3)} per loop"
-            )
-        if energy.size and not _above(energy, 4 * ROUNDING * largest * float(self.amplitude[members].max())):
-            return (
-                f"they enclose {quantity_text(float(energy.mean()), 'J', 3)} on average, no energy that is clear of 0"
-            )
+            moved = quantity_text(float(np.median(gap)), "N", 3)
+            return f"the load does not come back: it moves on by {moved} per loop"
+        if energy.size and not _above(
+            energy, 4 * ROUNDING * largest * float(self.amplitude[members].max())
+        ):
+            enclosed = quantity_text(float(energy.mean()), "J", 3)
+            return f"they enclose {enclosed} on average, no energy that is clear of 0"
         if branch_shape.is_ellipse(self.trace, self.ends[members]):
             return f"they are ellipses, no branch is level, {DAMPER}"
         return ""
@@ -236,7 +263,12 @@ class LoopValues:
         classes = self.amplitude_classes()
         if len(classes) < FEWEST_AMPLITUDES or self.load_level.max() > 0:
             return False
-        load = np.array([np.ptp(self.trace.tangential_load[start : stop + 1]) for start, _, stop in self.ends.tolist()])
+        load = np.array(
+            [
+                np.ptp(self.trace.tangential_load[start : stop + 1])
+                for start, _, stop in self.ends.tolist()
+            ]
+        )
         quantities = self.amplitude, load, self.dissipated_energy
         means = [np.array([values[members].mean() for members in classes]) for values in quantities]
         return branch_shape.has_quadratic_energy(*means)
@@ -249,7 +281,9 @@ class LoopValues:
         Of quantities of branches, "both" takes the mean of the two branches of each loop first.
         """
         if direction not in {*DIRECTIONS, "both"}:
-            raise InputError(f"direction is {direction!r}; expected 'forward', 'backward' or 'both'")
+            raise InputError(
+                f"direction is {direction!r}; expected 'forward', 'backward' or 'both'"
+            )
         return self._statistics(self._sliding_values(quantity), direction)
 
     def _statistics(self, values: Floats, direction: Direction) -> LoopStatistics:
@@ -279,23 +313,34 @@ class LoopValues:
     def energy_law(self) -> tuple[PowerLawFit, int] | None:
         """Return energy per loop as a power of the amplitude, and its number of amplitudes.
 
-        Of all friction loops; None for several normal loads, or fewer than three amplitudes over a factor of two.
+        Of all friction loops; None for several normal loads, or fewer than three amplitudes over a
+        factor of two.
         """
         if self.load_level.max() > 0:
             return None
-        return energy_law(self.amplitude[self.is_friction], self.dissipated_energy[self.is_friction])
+        return energy_law(
+            self.amplitude[self.is_friction], self.dissipated_energy[self.is_friction]
+        )
 
     def by_load(self) -> LoopTable:
         """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
         level = self.load_level
-        members = [np.flatnonzero((level == group) & self.large) for group in range(level.max() + 1)]
+        members = [
+            np.flatnonzero((level == group) & self.large) for group in range(level.max() + 1)
+        ]
         groups = tuple(group for group in members if group.size)
-        return self._table("normal_load", np.array([np.nanmean(self.normal_load[group]) for group in groups]), groups)
+        return self._table(
+            "normal_load",
+            np.array([np.nanmean(self.normal_load[group]) for group in groups]),
+            groups,
+        )
 
     def by_amplitude(self) -> LoopTable:
         """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
         members = self.amplitude_classes()
-        return self._table("amplitude", np.array([self.amplitude[loops].mean() for loops in members]), members)
+        return self._table(
+            "amplitude", np.array([self.amplitude[loops].mean() for loops in members]), members
+        )
 
     def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
         quantities = {
@@ -320,11 +365,16 @@ class LoopValues:
             "left_out": "; ".join(self.exclusions),
         }
         if (law := self.energy_law()) is not None:
-            attributes |= {f"energy_over_amplitude_{name}": value for name, value in attrs.asdict(law[0]).items()}
+            attributes |= {
+                f"energy_over_amplitude_{name}": value
+                for name, value in attrs.asdict(law[0]).items()
+            }
         return {name: value for name, value in attributes.items() if value != ""}
 
 
 def _above(values: Floats, rounding: float) -> bool:
     """Return whether the mean of values is above 0, clear of their scatter, which three or more show."""
-    scatter = CLEARLY_ABOVE * float(values.std(ddof=1)) / np.sqrt(values.size) if values.size > 2 else 0.0
+    scatter = (
+        CLEARLY_ABOVE * float(values.std(ddof=1)) / np.sqrt(values.size) if values.size > 2 else 0.0
+    )
     return bool(values.mean() > max(scatter, rounding))

@@ -56,7 +56,8 @@ if TYPE_CHECKING:
 
     from historysim.measured.reduction import Measurement
 
-WRONG_WAY = -0.05  # energy of loops over the area of the boxes around them from which on they run the wrong way round
+# energy of loops over the area of the boxes around them from which on they run the wrong way round
+WRONG_WAY = -0.05
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -64,7 +65,12 @@ class Loops(LoopValues):
     """Friction loops of a record, with the values of `LoopValues`."""
 
     def __repr__(self) -> str:
-        names = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
+        names = (
+            "friction_force",
+            "friction_coefficient",
+            "preliminary_displacement",
+            "dissipated_energy",
+        )
         texts = [f"{QUANTITIES[name][0]} {self.text(name, QUANTITIES[name][1])}" for name in names]
         return f"<Loops: {', '.join([count_text(len(self), 'loop', 'loops'), *texts])}>"
 
@@ -85,10 +91,18 @@ class Loops(LoopValues):
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): remarks, dead band, basis of means, laws over the load, notes."""
         length = float(np.ptp(self.trace.displacement))
-        share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
+        share = (
+            f", {100 * self.dead_band / length:.3g} % of the range of the displacement"
+            if length > 0
+            else ""
+        )
         large, threshold = int(self.large.sum()), self.definitions.amplitude_share
         of = f"{large:,} of {count_text(len(self), 'loop', 'loops')}"
-        small = "" if large == len(self) else f", those of {threshold:.3g} of the largest amplitude or more: {of}"
+        small = (
+            ""
+            if large == len(self)
+            else f", those of {threshold:.3g} of the largest amplitude or more: {of}"
+        )
         return [
             *self.remarks,
             ("dead band", f"{quantity_text(self.dead_band, 'm')}{share}"),
@@ -115,12 +129,12 @@ class Loops(LoopValues):
         reached = self.definitions.reached
         drive = ""
         if math.isfinite(self.lateral_stiffness):
-            drive = (
-                f", plus the load over the stiffness of the instrument, {quantity_text(self.lateral_stiffness, 'N/m')}"
-            )
+            stiffness = quantity_text(self.lateral_stiffness, "N/m")
+            drive = f", plus the load over the stiffness of the instrument, {stiffness}"
         end_text = f"to where {reached:.3g} of the way from the reversal to the friction force is first reached"
         reversal_text, zero_load_text = (
-            f"{of(reached):.3g} θμδ on a sphere{drive}" for of in (reversal_factor, zero_load_factor)
+            f"{of(reached):.3g} θμδ on a sphere{drive}"
+            for of in (reversal_factor, zero_load_factor)
         )
         return [
             ("preliminary displacement", f"from the reversal {end_text}: {reversal_text}"),
@@ -128,22 +142,33 @@ class Loops(LoopValues):
                 "displacement from zero load",
                 f"to the same place: {zero_load_text}; to slip itself it would be 1.26 θμδ",
             ),
-            ("virgin displacement θμδ", "by Mindlin's curve through the branch up to there; that of one sphere"),
+            (
+                "virgin displacement θμδ",
+                "by Mindlin's curve through the branch up to there; that of one sphere",
+            ),
         ]
 
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a string, "–" if it is not friction; see `statistics`."""
         count = int(self.large.sum())
-        statistics = self._statistics(self._friction_values(quantity, self._sliding_values(quantity)), direction)
+        statistics = self._statistics(
+            self._friction_values(quantity, self._sliding_values(quantity)), direction
+        )
         if statistics.count or quantity not in OF_SLIP:
             return statistics.text(unit, count)
         # nothing slid: what there is, is a lower bound
-        bound = self._statistics(self._friction_values(quantity, getattr(self, quantity)), direction)
+        bound = self._statistics(
+            self._friction_values(quantity, getattr(self, quantity)), direction
+        )
         return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
     def _text_with_interval(self, quantity: str, unit: str) -> str:
         """Return the text of a quantity over both directions, with the interval of its mean where it has one."""
-        text, wander, mean = self.text(quantity, unit), self.wander(quantity), self.statistics(quantity).mean
+        text, wander, mean = (
+            self.text(quantity, unit),
+            self.wander(quantity),
+            self.statistics(quantity).mean,
+        )
         if text == "–" or wander is None or len(self.by_load()) > 1:
             return text
         return text + interval_text(mean, mean - wander.reach, mean + wander.reach, unit)
@@ -156,8 +181,8 @@ class Loops(LoopValues):
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of strings: quantity, forward, backward, both; the first row is the heading.
 
-        Values are mean ± standard deviation of one loop, with the interval of the mean where there are three loops or
-        more at one load, and the largest of the gaps without its sign.
+        Values are mean ± standard deviation of one loop, with the interval of the mean where there
+        are three loops or more at one load, and the largest of the gaps without its sign.
         """
         table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
         for name, (label, unit) in BRANCH_QUANTITIES.items():
@@ -166,7 +191,9 @@ class Loops(LoopValues):
         for name, (label, unit) in LOOP_QUANTITIES.items():
             if name.endswith("_gap"):
                 gaps = np.abs(getattr(self, name))
-                text = quantity_text(float(np.nanmax(gaps)), unit) if np.isfinite(gaps).any() else "–"
+                text = (
+                    quantity_text(float(np.nanmax(gaps)), unit) if np.isfinite(gaps).any() else "–"
+                )
                 table.append((f"largest {label}", "", "", text))
             else:
                 table.append((label, "", "", self._text_with_interval(name, unit)))
@@ -177,13 +204,17 @@ class Loops(LoopValues):
     def to_dataset(self) -> "xr.Dataset":
         """Return all quantities as a Dataset with the dimensions loop and direction, and the definitions in words.
 
-        What a mean has to leave out, branches that did not come to slide and small loops, is a coordinate.
+        What a mean has to leave out, branches that did not come to slide and small loops, is a
+        coordinate.
         """
         import xarray as xr
 
         time = self.trace.time
         fretting = self.fretting.to_dataset()
-        dims = {**dict.fromkeys(BRANCH_QUANTITIES, ("loop", "direction")), **dict.fromkeys(LOOP_QUANTITIES, ("loop",))}
+        dims = {
+            **dict.fromkeys(BRANCH_QUANTITIES, ("loop", "direction")),
+            **dict.fromkeys(LOOP_QUANTITIES, ("loop",)),
+        }
         return xr.Dataset(
             {
                 name: (dims[name], getattr(self, name), {"long_name": label, "units": unit})
@@ -193,19 +224,35 @@ class Loops(LoopValues):
             coords={
                 "loop": ("loop", self.number, {"long_name": "loop of the record, from 0"}),
                 "direction": ("direction", list(DIRECTIONS)),
-                "start_time": ("loop", time[self.ends[:, 0]], {"long_name": "start of the loop", "units": "s"}),
-                "end_time": ("loop", time[self.ends[:, 2]], {"long_name": "end of the loop", "units": "s"}),
+                "start_time": (
+                    "loop",
+                    time[self.ends[:, 0]],
+                    {"long_name": "start of the loop", "units": "s"},
+                ),
+                "end_time": (
+                    "loop",
+                    time[self.ends[:, 2]],
+                    {"long_name": "end of the loop", "units": "s"},
+                ),
                 "amplitude": ("loop", self.amplitude, {"long_name": "amplitude", "units": "m"}),
-                "load_level": ("loop", self.load_level, {"long_name": "load of the loop, from 0 for the least"}),
+                "load_level": (
+                    "loop",
+                    self.load_level,
+                    {"long_name": "load of the loop, from 0 for the least"},
+                ),
                 "lower_bound": (
                     ("loop", "direction"),
                     self.rising_branches.astype(np.int8),
-                    {"long_name": "1 where the branch did not come to slide, and friction is a lower bound"},
+                    {
+                        "long_name": "1 where the branch did not come to slide, and friction is a lower bound"
+                    },
                 ),
                 "hooked": (
                     ("loop", "direction"),
                     self.hooked_branches.astype(np.int8),
-                    {"long_name": "1 where the load rises again at the end, and friction is that of the level part"},
+                    {
+                        "long_name": "1 where the load rises again at the end, and friction is that of the level part"
+                    },
                 ),
             },
             attrs={
@@ -268,8 +315,8 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
 ) -> Loops:
     """Return the friction loops of the channels of a record, time [s], U [m], T [N] and N [N].
 
-    The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The noise of the
-    displacement [m] is 0 for a simulated record, and estimated by default.
+    The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The
+    noise of the displacement [m] is 0 for a simulated record, and estimated by default.
     """
     trace = Trace.from_channels(time, displacement, tangential_load, normal_load)
     if not isinstance(definitions, Definitions):
@@ -282,7 +329,9 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     if not len(all_ends) and (period := closed_period(trace, band)) is not None:
         trace, (moved, load) = period, (period.displacement, period.tangential_load)
         all_ends, lone = loop_ends(moved, band)
-        whole_period = ("the record is one closed period: it is one loop, which starts at the greatest displacement",)
+        whole_period = (
+            "the record is one closed period: it is one loop, which starts at the greatest displacement",
+        )
     first_loop = check_skip(skip)
     if first_loop >= len(all_ends):
         skipped = f", of which {first_loop:,} are to be skipped" if first_loop else ""
@@ -300,7 +349,8 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     energy = np.where(complete, np.append(energy, math.nan)[steady.number - first_loop], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
     left_out, stepped = (
-        np.where(backward[:, None], branches[:, ::-1], branches) for branches in (steady.left_out, steady.stepped)
+        np.where(backward[:, None], branches[:, ::-1], branches)
+        for branches in (steady.left_out, steady.stepped)
     )
     read = functools.partial(read_branch, lateral_stiffness=lateral_stiffness, noisy=noise > 0)
     values = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
@@ -308,9 +358,13 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     for loop, turns in enumerate(ends):
         for start, stop in (turns[:2], turns[1:]):
             side = int(moved[stop] < moved[start])
-            values[loop, side], rising[loop, side] = read(trace, start, stop, definitions=definitions)
+            values[loop, side], rising[loop, side] = read(
+                trace, start, stop, definitions=definitions
+            )
     values[left_out] = math.nan
-    branch_values: dict[str, Any] = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
+    branch_values: dict[str, Any] = dict(
+        zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True)
+    )
     for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
         branch_values[name][stepped] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))
@@ -326,7 +380,9 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
             branch_values[name][:] = math.nan
     level_end = np.full(rising.shape, math.nan)
     if not spring > 0 and definitions.is_default_sliding:
-        level_end = _read_level_parts(trace, ends, branch_values, left_out, definitions=definitions, read=read)
+        level_end = _read_level_parts(
+            trace, ends, branch_values, left_out, definitions=definitions, read=read
+        )
     rising[np.isfinite(level_end)] = False
     loops = Loops(
         trace,
@@ -385,13 +441,18 @@ def check_skip(skip: float, name: str = "skip") -> int:
     """Return the number of loops left out at the start; InputError if it is not a whole number of 0 or more."""
     count = scalar(name, skip)
     if count % 1 or count < 0:
-        raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")
+        raise InputError(
+            f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more"
+        )
     return int(count)
 
 
 def _spoilt_channel(trace: Trace) -> str:
     """Describe a channel that cannot give loops, with the remedy; empty if it is sound."""
-    for name, values in (("displacement", trace.displacement), ("tangential load", trace.tangential_load)):
+    for name, values in (
+        ("displacement", trace.displacement),
+        ("tangential load", trace.tangential_load),
+    ):
         if jumps := jumps_of_counter(values):
             return f"the {name} {jumps}"
     return sign_lost(trace.tangential_load)

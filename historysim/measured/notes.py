@@ -1,6 +1,7 @@
 """Notes on the loops of a record: left-out loops, and likely faults with their remedies.
 
-Each fault of an instrument is found from the samples alone, and only where it is clear of the noise.
+Each fault of an instrument is found from the samples alone, and only where it is clear of the
+noise.
 """
 
 from collections.abc import Iterator
@@ -29,21 +30,28 @@ from historysim.measured.reduction import (
 )
 
 LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
-STROKE_OVER_NOISE = 40.0  # stroke over the noise of the displacement up to which a note says that noise decides
-# Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
-# Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond.
+# stroke over the noise of the displacement up to which a note says that noise decides
+STROKE_OVER_NOISE = 40.0
+# Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a
+# sphere just slides, by Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4),
+# and more beyond.
 NARROW = 0.05
-# Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped.
+# Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is
+# clipped.
 CLIPPED_RUN, CLIPPED_SHARE = 5, 5e-3
-WHITE = (0.6, 1.5)  # noise by fourth differences over that by second ones, between which it is white
-MOST_NOISE = 0.01  # over the range of a channel, up to which it is no noise but few samples of a steep curve
+# noise by fourth differences over that by second ones, between which it is white
+WHITE = (0.6, 1.5)
+# over the range of a channel, up to which it is no noise but few samples of a steep curve
+MOST_NOISE = 0.01
 ROUNDING = 1e-9  # difference of two samples over the range that is none
 CLOSES = 5.0  # deviations of the noise of the load within which a clearance is not taken as closed
 FOLLOWS = 0.7  # correlation of load and displacement above which the load follows the displacement
 OFFSET = 0.02  # offset or drift of the load over the friction force, from which on it has a note
-# Lost motion over the stroke, and over the elastic displacement for the same load, above which it is reported.
+# Lost motion over the stroke, and over the elastic displacement for the same load, above which it
+# is reported.
 LOST_OVER_STROKE, LOST_OVER_ELASTIC = 0.03, 3.0
-# Drop of the load from one sample to the next, over the friction force, and drops on a branch, that are stick-slip.
+# Drop of the load from one sample to the next, over the friction force, and drops on a branch, that
+# are stick-slip.
 LEAST_DROP, FEWEST_DROPS = 0.1, 2
 
 
@@ -68,7 +76,8 @@ def _no_friction(loops: LoopValues) -> Iterator[str]:
     mend = "longer strokes slide"
     if any(loops.large[members].any() for members, _ in classes):
         mend = (
-            loops.columns or "is the column of the tangential load right? historysim columns FILE shows what there is"
+            loops.columns
+            or "is the column of the tangential load right? historysim columns FILE shows what there is"
         )
     for members, text in classes:
         if DAMPER in text:
@@ -82,7 +91,9 @@ def _is_elastic(loops: LoopValues, members: Integers) -> bool:
     """Return True if the load of some loops correlates with the displacement, as in a sticking contact."""
     samples = slice(loops.ends[members[0], 0], loops.ends[members[-1], 2] + 1)
     with np.errstate(invalid="ignore"):
-        correlation = np.corrcoef(loops.trace.displacement[samples], loops.trace.tangential_load[samples])[0, 1]
+        correlation = np.corrcoef(
+            loops.trace.displacement[samples], loops.trace.tangential_load[samples]
+        )[0, 1]
     return bool(correlation > FOLLOWS)
 
 
@@ -91,10 +102,16 @@ def _parallel_spring(loops: LoopValues) -> Iterator[str]:
     if not stiffness > 0:
         return
     trace, ends = loops.trace, loops.ends[loops.large & ~loops.left_out_branches.any(axis=1)]
-    contact = attrs.evolve(trace, tangential_load=trace.tangential_load - stiffness * trace.displacement)
+    contact = attrs.evolve(
+        trace, tangential_load=trace.tangential_load - stiffness * trace.displacement
+    )
     # over both directions the zero of the spring cancels
     force = float(np.mean([shape.force for shape in average_branches(contact, ends) or ()]))
-    load = float(np.median(loops.normal_load[np.isfinite(loops.normal_load)])) if trace.normal_load is not None else 0.0
+    load = (
+        float(np.median(loops.normal_load[np.isfinite(loops.normal_load)]))
+        if trace.normal_load is not None
+        else 0.0
+    )
     coefficient = f", a coefficient of {force / load:.4g}" if load > 0 else ""
     text = quantity_text(stiffness, "N/m", 3)
     yield (
@@ -118,7 +135,9 @@ def hook_notes(loops: LoopValues) -> Iterator[str]:
     within = []
     for side, extreme in enumerate((np.max, np.min)):
         ends = loops.level_end[hooked[:, side], side]
-        within.append(float(np.median(ends if ends.size else extreme(trace.displacement[large], axis=1))))
+        within.append(
+            float(np.median(ends if ends.size else extreme(trace.displacement[large], axis=1)))
+        )
     high, low = (quantity_text(end, "m", 3) for end in within)
     count = int((np.isfinite(loops.friction_force) & loops.large[:, None]).sum())
     forward, backward = (bool(side.any()) for side in hooked.T)
@@ -163,9 +182,14 @@ def drift_notes(loops: LoopValues) -> Iterator[str]:
     wander, mean = loops.wander(quantity), loops.statistics(quantity).mean
     if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
         return
-    times = [quantity_text(time, "s", 4) for time in loops.trace.time[loops.ends[[0, -1], [0, 2]]].tolist()]
+    times = [
+        quantity_text(time, "s", 4)
+        for time in loops.trace.time[loops.ends[[0, -1], [0, 2]]].tolist()
+    ]
     course = (
-        f"; [friction.course] with time = {times} and these coefficients models it".replace("'", '"')
+        f"; [friction.course] with time = {times} and these coefficients models it".replace(
+            "'", '"'
+        )
         if has_coefficient
         else ""
     )
@@ -214,7 +238,9 @@ def _narrow(loops: LoopValues) -> Iterator[str]:
 
 
 def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
-    unknown = np.isnan(loops.tangential_stiffness) & ~loops.left_out_branches & ~loops.stepped_branches
+    unknown = (
+        np.isnan(loops.tangential_stiffness) & ~loops.left_out_branches & ~loops.stepped_branches
+    )
     if not unknown.any():
         return
     yield (
@@ -230,8 +256,8 @@ def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
 def instrument_faults(loops: LoopValues) -> list[str]:
     """Return a note for each instrument fault in a record; none if it has few samples or no noise.
 
-    What is read off sliding needs branches that are level at their ends: a contact that sticks in part has an offset
-    and another stiffness.
+    What is read off sliding needs branches that are level at their ends: a contact that sticks in
+    part has an offset and another stiffness.
     """
     trace, noise = loops.trace, loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:
@@ -242,7 +268,11 @@ def instrument_faults(loops: LoopValues) -> list[str]:
     return [
         *_clipping(trace.tangential_load),
         *_spikes(trace),
-        *(_zero_error(loops.friction_force[slid]) if slides or loops.hooked_branches[slid].any() else ()),
+        *(
+            _zero_error(loops.friction_force[slid])
+            if slides or loops.hooked_branches[slid].any()
+            else ()
+        ),
         *(_lost_motion(trace, loops.ends[slid], noise) if slides else ()),
         *_stick_slip(trace, loops.ends[complete]),
     ]
@@ -255,7 +285,12 @@ def _clipping(load: Floats) -> Iterator[str]:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], extremes.astype(np.int8), [0]])))
         longest = int(np.max(edges[1::2] - edges[::2]))
         few = np.count_nonzero(inside) < FEWEST_SAMPLES
-        if few or longest < CLIPPED_RUN or extremes.mean() < CLIPPED_SHARE or not _scatters(load[inside]):
+        if (
+            few
+            or longest < CLIPPED_RUN
+            or extremes.mean() < CLIPPED_SHARE
+            or not _scatters(load[inside])
+        ):
             continue
         yield (
             f"{int(extremes.sum()):,} samples of the tangential load are its {name} value, "
@@ -267,7 +302,8 @@ def _clipping(load: Floats) -> Iterator[str]:
 def _scatters(values: Floats) -> bool:
     """Return True if samples have independent noise of a digit or more: else a level is not clipping.
 
-    Of white noise differences of any order show as much; a smooth curve hardly has fourth differences.
+    Of white noise differences of any order show as much; a smooth curve hardly has fourth
+    differences.
     """
     noise, fourth = estimate_white_noise(values), noise_of_curve(values)
     steps = np.diff(np.unique(values))
@@ -293,7 +329,10 @@ def _zero_error(friction_force: Floats) -> Iterator[str]:
     complete = np.isfinite(forward) & np.isfinite(backward)
     if np.count_nonzero(complete) < intervals.FEWEST_LOOPS:
         return
-    middle, force = (forward - backward)[complete] / 2, float((forward + backward)[complete].mean()) / 2
+    middle, force = (
+        (forward - backward)[complete] / 2,
+        float((forward + backward)[complete].mean()) / 2,
+    )
     wander = intervals.compute_mean_wander(middle, CONFIDENCE)
     if wander is None or not force > 0:
         return
@@ -330,7 +369,10 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
         if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
             continue
-        levels, reached = force * np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5]), np.maximum.accumulate(load)
+        levels, reached = (
+            force * np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5]),
+            np.maximum.accumulate(load),
+        )
         index = np.clip(np.searchsorted(reached, levels), 1, moved.size - 1)
         # between two samples the load rises straight
         rise = reached[index] - reached[index - 1]
@@ -338,22 +380,33 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         at_turn, after_turn, low, left_edge, right_edge, high = moved[index - 1] + share * (
             moved[index] - moved[index - 1]
         )
-        elastic_width, elastic_at_turn = min(left_edge - low, high - right_edge) / 2, (low - after_turn) / 3
+        elastic_width, elastic_at_turn = (
+            min(left_edge - low, high - right_edge) / 2,
+            (low - after_turn) / 3,
+        )
         speed = moved[-1] / (time[-1] - time[0]) if time[-1] > time[0] else np.nan
         width = right_edge - left_edge - elastic_width
         # the loads between which nine tenths of it are crossed
-        opens, closes = np.interp((left_edge + right_edge) / 2 + width * np.array([-0.45, 0.45]), moved, reached)
+        opens, closes = np.interp(
+            (left_edge + right_edge) / 2 + width * np.array([-0.45, 0.45]), moved, reached
+        )
         closing = (closes - opens) / 1.8
-        branches.append((width, elastic_width, at_turn - elastic_at_turn, elastic_at_turn, speed, closing))
+        branches.append(
+            (width, elastic_width, at_turn - elastic_at_turn, elastic_at_turn, speed, closing)
+        )
     if len(branches) < intervals.FEWEST_LOOPS:
         return
-    width, elastic_width, width_behind, elastic_at_turn, speed, closing = np.median(np.array(branches), axis=0).tolist()
+    width, elastic_width, width_behind, elastic_at_turn, speed, closing = np.median(
+        np.array(branches), axis=0
+    ).tolist()
     stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
     threshold = max(LOST_OVER_STROKE * stroke, SPIKE * noise)
     if width >= max(threshold, LOST_OVER_ELASTIC * elastic_width):
         of = quantity_text(width, "m", 2)
         # within its noise a load does not say on which side the clearance is
-        closes_at = quantity_text(max(closing, CLOSES * estimate_white_noise(trace.tangential_load)), "N", 3)
+        closes_at = quantity_text(
+            max(closing, CLOSES * estimate_white_noise(trace.tangential_load)), "N", 3
+        )
         yield (
             f"the displacement continues by {of} at zero load: it looks like a free play in the path of the load, "
             f'which displacements and stiffness hold; free_play = "{of}" and closing_load = "{closes_at}" at the '
@@ -361,7 +414,9 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         )
     if width_behind >= max(threshold, LOST_OVER_ELASTIC * elastic_at_turn):
         late = quantity_text(width_behind / speed, "s", 3)
-        lag = f', or the load lags by {late}, which shift = "-{late}" at the tangential load removes'
+        lag = (
+            f', or the load lags by {late}, which shift = "-{late}" at the tangential load removes'
+        )
         yield (
             f"the load stays for {quantity_text(width_behind, 'm', 2)} behind a reversal: it looks like play of the "
             f"drive{lag if speed > 0 else ''}; energies and displacements hold it"

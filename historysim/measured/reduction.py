@@ -1,6 +1,7 @@
 """`Measurement`, a measured load sequence: clock, noise, reversals and reduction.
 
-README.md of this folder, "Reduce a record", says what the reduction changes, and why it changes no more.
+README.md of this folder, "Reduce a record", says what the reduction changes, and why it changes no
+more.
 """
 
 import itertools
@@ -25,18 +26,25 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-MEDIAN_OF_NORMAL = 0.6744897501960817  # median of |x| over the standard deviation, of a normal distribution
+# median of |x| over the standard deviation, of a normal distribution
+MEDIAN_OF_NORMAL = 0.6744897501960817
 FEWEST_SAMPLES = 32  # samples below which what looks like noise may be the strokes themselves
 REVERSAL = 6.0  # least swing of a reversal by default, in deviations of the noise
 DEAD_BAND_SHARE = 0.05  # least dead band of loops by default, over the range of the displacement
-SPIKE = 10.0  # deviations of the noise, and three times its usual steps, by which a spike exceeds both neighbours
+# deviations of the noise, and three times its usual steps, by which a spike exceeds both neighbours
+SPIKE = 10.0
 COUNTERS = (2**16, 2**24, 2**32)  # ranges of counters, in their last digits
-ROUNDING_OF_STEP, WHOLE = 1e-9, 1e-2  # over the range of a channel, and of a last digit: what is rounding
-MOST_PARTS = 16  # last digits that the least difference between two samples of a counter has at most
-SMALL_STEP = 1 / 16  # steps between samples over the range of a counter, up to which its jumps are distinct
-NEAR_ZERO = 0.2  # size of the least force over the greatest one up to which a force may have lost its sign
+# over the range of a channel, and of a last digit: what is rounding
+ROUNDING_OF_STEP, WHOLE = 1e-9, 1e-2
+# last digits that the least difference between two samples of a counter has at most
+MOST_PARTS = 16
+# steps between samples over the range of a counter, up to which its jumps are distinct
+SMALL_STEP = 1 / 16
+# size of the least force over the greatest one up to which a force may have lost its sign
+NEAR_ZERO = 0.2
 FEWEST_SPIKES = 3  # spikes below which a record has none that is worth a line
-USUAL_STEPS = 0.98  # share of the steps between samples of a record with strokes that are no spikes'
+# share of the steps between samples of a record with strokes that are no spikes'
+USUAL_STEPS = 0.98
 
 
 def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
@@ -49,9 +57,13 @@ def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
         )
     samples = np.ascontiguousarray(as_floats(name, samples))
     if samples.ndim != 1 or samples.size == 0:
-        raise InputError(f"{name} is of shape {samples.shape}; expected the samples of one channel in a row")
+        raise InputError(
+            f"{name} is of shape {samples.shape}; expected the samples of one channel in a row"
+        )
     if size is not None and samples.size != size:
-        raise InputError(f"{name} has {samples.size} samples; expected {size}, as many as the other channels")
+        raise InputError(
+            f"{name} has {samples.size} samples; expected {size}, as many as the other channels"
+        )
     return samples
 
 
@@ -60,9 +72,13 @@ def history_channels(history: "xr.Dataset") -> tuple[Floats, Floats, Floats, Flo
     names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
     missing = [name for name in names if name not in history.variables]
     if missing:
-        raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
+        raise InputError(
+            f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it"
+        )
     channels = to_declared_units(history[list(names)])
-    time, displacement, tangential_load, normal_load = (np.asarray(channels[name].values) for name in names)
+    time, displacement, tangential_load, normal_load = (
+        np.asarray(channels[name].values) for name in names
+    )
     return time, displacement, tangential_load, normal_load
 
 
@@ -73,13 +89,17 @@ def clock(time: ArrayLike, size: int | None = None) -> Floats:
     return samples
 
 
-def check_order(time: Floats, location: Callable[[int], str] = "time[{}]".format, *, rising: bool = False) -> None:
+def check_order(
+    time: Floats, location: Callable[[int], str] = "time[{}]".format, *, rising: bool = False
+) -> None:
     """Check that times [s] do not decrease, or that they rise; `place` names a sample in the message."""
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0 if rising else steps < 0)
     if back.size:
         index = int(back[0]) + 1
-        expected = "times that rise from sample to sample" if rising else "times that do not decrease"
+        expected = (
+            "times that rise from sample to sample" if rising else "times that do not decrease"
+        )
         raise InputError(
             f"{location(index)}: the time {time[index]:.9g} s comes after {time[index - 1]:.9g} s; expected {expected}"
         )
@@ -122,7 +142,9 @@ def find_spikes(values: Floats, usual: float) -> Booleans:
     steps = np.diff(values)
     up, down = steps[:-1], -steps[1:]
     heights = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
-    threshold = max(SPIKE * estimate_white_noise(values), 3 * float(np.quantile(np.abs(steps), usual)))
+    threshold = max(
+        SPIKE * estimate_white_noise(values), 3 * float(np.quantile(np.abs(steps), usual))
+    )
     result[1:-1] = (heights > threshold) & (threshold > 0)
     return result
 
@@ -154,7 +176,11 @@ def jumps_of_counter(values: Floats) -> str:
     for size in COUNTERS:
         jumps = steps > size / 2
         usual = float(steps[~jumps].max(initial=0.0))
-        if jumps.any() and usual < SMALL_STEP * size and (np.abs(steps[jumps] - size) <= usual + 1).all():
+        if (
+            jumps.any()
+            and usual < SMALL_STEP * size
+            and (np.abs(steps[jumps] - size) <= usual + 1).all()
+        ):
             count = count_text(int(jumps.sum()), "time", "times")
             unwrap = f"add {size:,} of them behind each fall, and take it off behind each rise, before it is read"
             return f"jumps by {size:,} of its last digits, {count}: it looks like a counter that wraps; {unwrap}"
@@ -176,7 +202,9 @@ def sign_lost(load: Floats) -> str:
     )
 
 
-def loop_dead_band(displacement: ArrayLike, explicit: float | None = None, noise: float | None = None) -> float:
+def loop_dead_band(
+    displacement: ArrayLike, explicit: float | None = None, noise: float | None = None
+) -> float:
     """Return the dead band of loops [m]: the one given, else 5 % of the range, or six deviations of the noise."""
     if explicit is not None:
         return scalar("dead_band", explicit, least=0)
@@ -188,7 +216,9 @@ def check_moves(displacement: ArrayLike, dead_band: float | None = None) -> None
     """Check that a displacement has strokes; with a given dead band, or few samples, any stroke will do."""
     samples = channel("displacement", displacement)
     noise, length = estimated_noise(samples), float(np.ptp(samples))
-    if samples.size < FEWEST_SAMPLES or (length > 0 and (dead_band is not None or length > 2 * REVERSAL * noise)):
+    if samples.size < FEWEST_SAMPLES or (
+        length > 0 and (dead_band is not None or length > 2 * REVERSAL * noise)
+    ):
         return
     of_noise = f", {length / noise:.2g} deviations of its noise of {noise:.3g} m" if noise else ""
     raise InputError(
@@ -204,9 +234,10 @@ def check_moves(displacement: ArrayLike, dead_band: float | None = None) -> None
 def turning_points(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     """Return the samples at which a channel truly reverses, ascending, with the first and the last sample.
 
-    A sample is a turning point if it is the extreme since the turning point before it, and the channel then comes back
-    from it by the dead band or more, in its unit; of equal extremes the first one counts. Near either end of the record
-    one extreme more may stand, with a smaller swing, so that no amplitude is cut off.
+    A sample is a turning point if it is the extreme since the turning point before it, and the
+    channel then comes back from it by the dead band or more, in its unit; of equal extremes the
+    first one counts. Near either end of the record one extreme more may stand, with a smaller
+    swing, so that no amplitude is cut off.
     """
     samples = channel("values", values)
     turns = np.empty(samples.size, dtype=np.int64)
@@ -233,9 +264,10 @@ def kept_points(
 ) -> Integers:
     """Return the samples that the joint path of the tangential channel and the normal load needs.
 
-    These are the turning points of both channels, and between them the sample farthest from the straight path between
-    its kept neighbours, as long as the path misses it by more than the dead bands (Douglas and Peucker, *Cartographica*
-    10 (1973) 112-122). Every sample then is within both dead bands of the path between its neighbours.
+    These are the turning points of both channels, and between them the sample farthest from the
+    straight path between its kept neighbours, as long as the path misses it by more than the dead
+    bands (Douglas and Peucker, *Cartographica* 10 (1973) 112-122). Every sample then is within both
+    dead bands of the path between its neighbours.
     """
     indices = turning_points(tangential, dead_band)
     if normal_load is None:
@@ -280,11 +312,13 @@ def whole_samples(*channels: Floats) -> Booleans:
     return np.asarray(~np.isnan(np.stack(channels)).any(axis=0))
 
 
-def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, max_gap: float = math.inf) -> Floats:
+def resample(
+    time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, max_gap: float = math.inf
+) -> Floats:
     """Return a channel at other times [s], straight between its samples.
 
-    NaN where nothing is known: outside of its clock, which lags by the shift [s], next to missing samples, and
-    in gaps longer than max_gap [s].
+    NaN where nothing is known: outside of its clock, which lags by the shift [s], next to missing
+    samples, and in gaps longer than max_gap [s].
     """
     times = clock(time) + shift
     result = np.interp(onto, times, values, left=math.nan, right=math.nan)
@@ -295,7 +329,8 @@ def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, 
 
 
 TANGENTIAL = ("tangential_displacement", "tangential_load")
-MANY_MORE = 5  # times more reversals than beyond the dead band, from which on noise is taken for their cause
+# times more reversals than beyond the dead band, from which on noise is taken for their cause
+MANY_MORE = 5
 NORMAL = ("normal_load", "normal_displacement")
 
 
@@ -304,26 +339,36 @@ class Measurement:
     """A measured load sequence."""
 
     time: Floats  #: (sample) Times, which do not decrease [s]
-    channels: Mapping[str, Floats]  #: (sample) What is replayed [N or m], by the names of the load channels
+    #: (sample) What is replayed [N or m], by the names of the load channels
+    channels: Mapping[str, Floats]
     response: Mapping[str, Floats] = attrs.field(
         factory=dict
     )  #: (sample) Channels measured in addition, to compare with
-    #: The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it is
-    #: replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`).
+    #: The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no
+    #: noise where it is replayed, and the dead band of its loops by default (see
+    #: `reduction.loop_dead_band`).
     dead_band: Mapping[str, float] = attrs.field(factory=dict)
-    #: Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
+    #: Whether only the samples are replayed that the contact remembers (see
+    #: `reduction.kept_points`).
     reduced: bool = False
-    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the samples on the way here
-    #: (sample) What filters removed the channels that have one [N or m]; they were that plus what they are.
+    #: lines of (label, text): what was done to the samples on the way here
+    remarks: tuple[tuple[str, str], ...] = ()
+    #: (sample) What filters removed the channels that have one [N or m]; they were that plus what
+    #: they are.
     removed: Mapping[str, Floats] = attrs.field(factory=dict)
     row: Integers | None = None  #: (sample) Where each sample stood in its file, for messages
-    #: Offset added to the readings of each displacement [m]: that of the scenario, or minus the first reading.
+    #: Offset added to the readings of each displacement [m]: that of the scenario, or minus the
+    #: first reading.
     offset: Mapping[str, float] = attrs.field(factory=dict)
-    #: Whether the tangential displacement has a zero other than its first sample: the contact is pressed there first.
+    #: Whether the tangential displacement has a zero other than its first sample: the contact is
+    #: pressed there first.
     starts_displaced: bool = False
 
     def __repr__(self) -> str:
-        count, length = count_text(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
+        count, length = (
+            count_text(self.time.size, "sample", "samples"),
+            duration_text(float(np.ptp(self.time))),
+        )
         channels = [
             f"{name} {range_text(float(values.min()), float(values.max()), load_kind(name).unit)}"
             for name, values in {**self.channels, **self.response}.items()
@@ -350,9 +395,15 @@ class Measurement:
     @property
     def vectors(self) -> Mapping[str, Floats]:
         """The replayed channels, (sample), or (sample, 2) where there is a component along y."""
-        across = {name: self.channels.get(name + ACROSS) for name in self.channels if not name.endswith(ACROSS)}
+        across = {
+            name: self.channels.get(name + ACROSS)
+            for name in self.channels
+            if not name.endswith(ACROSS)
+        }
         return {
-            name: self.channels[name] if second is None else np.column_stack([self.channels[name], second])
+            name: self.channels[name]
+            if second is None
+            else np.column_stack([self.channels[name], second])
             for name, second in across.items()
         }
 
@@ -363,8 +414,13 @@ class Measurement:
             return self
         remark = "tangential load: spring in parallel taken off", quantity_text(stiffness, "N/m")
         load = {name: self[name] - stiffness * moved}
-        channels, response = ({**group, **load} if name in group else group for group in (self.channels, self.response))
-        return attrs.evolve(self, channels=channels, response=response, remarks=(*self.remarks, remark))
+        channels, response = (
+            {**group, **load} if name in group else group
+            for group in (self.channels, self.response)
+        )
+        return attrs.evolve(
+            self, channels=channels, response=response, remarks=(*self.remarks, remark)
+        )
 
     def add_displacement_offset(self, offset: float) -> "Measurement":
         """Add an offset to the tangential displacement [m]."""
@@ -373,7 +429,8 @@ class Measurement:
             return self
         moved = {name: self[name] + offset}
         channels, response = (
-            {**group, **moved} if name in group else group for group in (self.channels, self.response)
+            {**group, **moved} if name in group else group
+            for group in (self.channels, self.response)
         )
         return attrs.evolve(self, channels=channels, response=response)
 
@@ -399,7 +456,10 @@ class Measurement:
             return None
         # a dead band below six deviations of the noise leaves reversals of noise
         bands = {
-            channel: max(loop_dead_band(values, self.dead_band.get(channel)), REVERSAL * estimated_noise(values))
+            channel: max(
+                loop_dead_band(values, self.dead_band.get(channel)),
+                REVERSAL * estimated_noise(values),
+            )
             for channel, values in self.channels.items()
         }
         values, replayed = self.channels[name], self.replayed_indices()
@@ -430,15 +490,25 @@ class Measurement:
         kinds = [LOAD_KINDS[name] for name in self.vectors]
         times = self.time[samples]
         numbers = [values[samples].astype(float) for values in self.vectors.values()]
-        if not self.planar and all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
+        if not self.planar and all(
+            (np.abs(column) <= LARGEST).all() for column in (times, *numbers)
+        ):
             # what each event would check is checked of all of them
             codes = np.array([KINDS.index(kind) for kind in kinds], dtype=np.int8)
-            columns = np.tile(codes, times.size), np.repeat(times, codes.size), np.column_stack(numbers).ravel()
+            columns = (
+                np.tile(codes, times.size),
+                np.repeat(times, codes.size),
+                np.column_stack(numbers).ravel(),
+            )
             return Events(loads=Loads(*columns))
         events: list[Event] = []
-        for index, time, *sample in zip(*map(np.ndarray.tolist, (samples, times, *numbers)), strict=True):
+        for index, time, *sample in zip(
+            *map(np.ndarray.tolist, (samples, times, *numbers)), strict=True
+        ):
             try:
-                events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
+                events.extend(
+                    [kind(time, value) for kind, value in zip(kinds, sample, strict=True)]
+                )
             except InputError as error:
                 raise InputError(f"{self.place(index)}: {error}") from error
         return events

@@ -1,6 +1,7 @@
 """Diagnosis of residuals: which instrument fault, each with the key that corrects it, they resemble.
 
-README.md of this folder, "What a misfit looks like", describes the test; tests/README.md has its false alarms.
+README.md of this folder, "What a misfit looks like", describes the test; tests/README.md has its
+false alarms.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,10 +14,12 @@ from historysim.basics.units import quantity_text
 from historysim.measured import intervals
 
 SURE = 0.999  # confidence above which an effect is significant
-EXPLAINS = 0.6  # least fraction of the squares common to all branches that a reported fault explains
+# least fraction of the squares common to all branches that a reported fault explains
+EXPLAINS = 0.6
 AS_GOOD = 0.05  # excess of that fraction over other values of friction or stiffness
 LEAST = 0.01  # change of the load over its largest value, up to which an effect is not reported
-# Least lag over the standard deviation of a turning point: a turn is read from the outermost sample.
+# Least lag over the standard deviation of a turning point: a turn is read from the outermost
+# sample.
 OVER_NOISE = 3.0
 FEWEST_BRANCHES, FEWEST_OF_BRANCH = 4, 12
 MOST_BRANCHES, MOST_OF_BRANCH = 48, 200  # branches, and samples of each, that are evaluated
@@ -49,7 +52,9 @@ class BranchSamples:
         # a load that leads the displacement falls before the end
         order = np.argsort(moved, kind="stable")[: int(BEFORE_END * moved.size)]
         order = order[:: -(-order.size // MOST_OF_BRANCH)]
-        return cls(sign, *(values[order] for values in (moved, speed, sign * load, sign * model, slope)))
+        return cls(
+            sign, *(values[order] for values in (moved, speed, sign * load, sign * model, slope))
+        )
 
     @property
     def position_bin(self) -> Integers:
@@ -63,9 +68,16 @@ class BranchSamples:
         """Compute model less load for a fault of a size, and the derivative by it, both less nuisance parameters."""
         lag, added_load = fault.lag(self), fault.added_load(self)
         position = self.moved - size * lag
-        model, slope = (np.interp(position, self.moved, values) for values in (self.model, self.slope))
+        model, slope = (
+            np.interp(position, self.moved, values) for values in (self.model, self.slope)
+        )
         nuisance = np.column_stack(
-            [np.ones(position.size), model - self.moved * slope, self.moved * slope, slope * (model - model[0])]
+            [
+                np.ones(position.size),
+                model - self.moved * slope,
+                self.moved * slope,
+                slope * (model - model[0]),
+            ]
         )
         basis = np.linalg.qr(nuisance / np.maximum(np.linalg.norm(nuisance, axis=0), 1e-300))[0]
         columns = np.column_stack([model + size * added_load - self.load, added_load - slope * lag])
@@ -89,7 +101,9 @@ class Fault:
 
     def largest(self, branch: BranchSamples) -> float:
         """Return the size that shifts a branch by its whole stroke, or adds as much as its largest load."""
-        lag, added_load = (float(np.abs(effect(branch)).max()) for effect in (self.lag, self.added_load))
+        lag, added_load = (
+            float(np.abs(effect(branch)).max()) for effect in (self.lag, self.added_load)
+        )
         return min(
             branch.moved[-1] / lag if lag else np.inf,
             float(np.abs(branch.load).max()) / (added_load or np.inf) or np.inf,
@@ -149,7 +163,9 @@ def diagnose_residuals(branches: Sequence[BranchSamples], place_deviation: float
         ]
     speed = float(np.median(np.concatenate([branch.speed for branch in branches])))
     effects = {name: estimate_effect(fault, branches) for name, fault in FAULTS.items()}
-    explained_by_parameters = max(effects[name].explained for name, fault in FAULTS.items() if not fault.text)
+    explained_by_parameters = max(
+        effects[name].explained for name, fault in FAULTS.items() if not fault.text
+    )
     name, best = max(effects.items(), key=lambda item: item[1].explained if item[1].sure else -1.0)
     unit, _, text = FAULTS[name].text.partition(": ")
     if (
@@ -162,9 +178,12 @@ def diagnose_residuals(branches: Sequence[BranchSamples], place_deviation: float
     if name == "lag" and best.size * speed < OVER_NOISE * place_deviation:
         return []
     description = text.format(
-        size=quantity_text(abs(best.size), unit, 3), way=quantity_text(abs(best.size) * speed, "m", 3)
+        size=quantity_text(abs(best.size), unit, 3),
+        way=quantity_text(abs(best.size) * speed, "m", 3),
     )
-    return [f"{100 * best.explained:.0f} % of the residual common to all loops looks like this: {description}"]
+    return [
+        f"{100 * best.explained:.0f} % of the residual common to all loops looks like this: {description}"
+    ]
 
 
 def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
@@ -173,29 +192,45 @@ def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
 
     def sum_squares(size: float) -> float:
         return sum(
-            float(residual @ residual) for residual, _ in (branch.project_residual(fault, size) for branch in branches)
+            float(residual @ residual)
+            for residual, _ in (branch.project_residual(fault, size) for branch in branches)
         )
 
     unfitted, rates = (
         np.concatenate(arrays)
-        for arrays in zip(*(branch.project_residual(fault, 0.0) for branch in branches), strict=True)
+        for arrays in zip(
+            *(branch.project_residual(fault, 0.0) for branch in branches), strict=True
+        )
     )
-    # the scale: a size that shifts some branch by its whole stroke, or adds as much as its largest load
+    # the scale: a size that shifts some branch by its whole stroke, or adds as much as its largest
+    # load
     unit = min(fault.largest(branch) for branch in branches)
     if fault.lag is _no_effect:
         # the residual is linear in the size
         limit = SIZES[-1] * unit
-        size = float(np.clip(-(rates @ unfitted) / ((rates @ rates) or 1.0), -limit if fault.two_sided else 0.0, limit))
+        size = float(
+            np.clip(
+                -(rates @ unfitted) / ((rates @ rates) or 1.0),
+                -limit if fault.two_sided else 0.0,
+                limit,
+            )
+        )
     else:
         tried = unit * np.concatenate([-SIZES[::-1] if fault.two_sided else [], [0.0], SIZES])
         best = min(max(int(np.argmin([sum_squares(size) for size in tried])), 1), tried.size - 2)
-        size = float(minimize_scalar(sum_squares, bounds=tried[[best - 1, best + 1]], options={"xatol": 1e-4 * unit}).x)
+        size = float(
+            minimize_scalar(
+                sum_squares, bounds=tried[[best - 1, best + 1]], options={"xatol": 1e-4 * unit}
+            ).x
+        )
     fits = [branch.project_residual(fault, size) for branch in branches]
     residual, slope = (np.concatenate(arrays) for arrays in zip(*fits, strict=True))
     squares = float(slope @ slope) or 1.0
     share = np.array([slope @ slope for _, slope in fits]) / squares
     moves = np.array([slope @ residual for residual, slope in fits]) / squares
-    reach = intervals.compute_wander(moves - share * moves.sum(), np.maximum(share, 1e-9), SURE).reach
+    reach = intervals.compute_wander(
+        moves - share * moves.sum(), np.maximum(share, 1e-9), SURE
+    ).reach
     position_bin = np.concatenate([branch.position_bin for branch in branches])
     count = np.maximum(np.bincount(position_bin, minlength=2 * POSITION_BINS), 1)
     squares_unfitted, squares_fitted = (

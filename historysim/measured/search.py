@@ -15,7 +15,12 @@ from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
-from historysim.measured.comparison import ModelResponse, Observation, assign_position_bins, compute_response
+from historysim.measured.comparison import (
+    ModelResponse,
+    Observation,
+    assign_position_bins,
+    compute_response,
+)
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
 
 if TYPE_CHECKING:
@@ -24,42 +29,50 @@ if TYPE_CHECKING:
 
 Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 
-# Parameter added to the measured displacement [m], of either sign. The others are positive: their unknowns are
-# logarithms. The unknown of the offset is scaled so that the search covers the range of the displacement.
+# Parameter added to the measured displacement [m], of either sign. The others are positive: their
+# unknowns are logarithms. The unknown of the offset is scaled so that the search covers the range
+# of the displacement.
 OFFSET = "displacement_offset"
 MOST_NODES = 1000  # turning points and steps of load up to which their displacements are unknowns
-DECADES = 4  # factors of ten by which a start may be off: the range of the scan on either side of it
+# factors of ten by which a start may be off: the range of the scan on either side of it
+DECADES = 4
 FARTHEST = (DECADES + 1) * math.log(10)  # largest distance from the start, as a logarithm
 _LARGEST = 700.0  # logarithm of the largest value of a parameter: the largest float
 _SCANNED_OFFSETS = (-0.5, 0.0, 0.5)  # offsets in the scan, over the range of the displacement
-FARTHEST_NODE = 5.0  # bound of a node in standard deviations; a model that does not fit would move it farther
+# bound of a node in standard deviations; a model that does not fit would move it farther
+FARTHEST_NODE = 5.0
 ENOUGH_SAMPLES = 5_000  # samples above which a record is thinned for the first part of the search
-_AMBIGUOUS = 3.0  # standard deviations from a node within which a sample may belong to the branch on its other side
+# standard deviations from a node within which a sample may belong to the branch on its other side
+_AMBIGUOUS = 3.0
 _MOST_BESIDE = 8  # one over the largest fraction of a branch excluded for that reason at either end
 _STEP, _NODE_STEP = 1e-5, 1e-3  # steps of finite differences, by parameters and by nodes
 _TOGETHER = 4  # every n-th node moves in one evaluation: the samples they affect do not overlap
-_ROUNDING = 1e-4  # norm of a derivative, over the root of the number of samples, that counts as zero
-# The scan: samples of the record and of each branch, largest number of starts, and steps per decade; quantiles of
-# tangential over normal load that are tried for friction as well.
+# norm of a derivative, over the root of the number of samples, that counts as zero
+_ROUNDING = 1e-4
+# The scan: samples of the record and of each branch, largest number of starts, and steps per
+# decade; quantiles of tangential over normal load that are tried for friction as well.
 _SCANNED, _SCANNED_BRANCH, MOST_SCANNED = 200, 8, 500
 _STEPS_A_DECADE, _LEVELS = (8, 4, 2, 1, 0.5, 0.25), (0.5, 0.9, 0.99)
-# Valleys of a scan that are followed, their least distance, and their largest depth over that of the deepest.
+# Valleys of a scan that are followed, their least distance, and their largest depth over that of
+# the deepest.
 _VALLEYS, _APART, _WORST_VALLEY = 4, 0.4 * math.log(10), 1.5
 # Relative difference of sums up to which nearby minima are one, and up to which any two minima are.
 _ALIKE, _THE_SAME = 1e-3, 1e-6
 _LIKELY, _CHANCE = 11.0, 0.05  # difference of χ² by chance, and its largest value over the sum
 _AS_DEEP = 1e-3  # excess over the deepest minimum, over the sum, up to which another is as deep
 _MOST_EXACT = 8  # nodes up to which the exact solver is used
-_MOST_ROUNDS, _NEAR = 8, 0.03  # rounds of weights, and change of an estimate in deviations below which they converged
+# rounds of weights, and change of an estimate in deviations below which they converged
+_MOST_ROUNDS, _NEAR = 8, 0.03
 _ROOM = 100.0  # more than the noise bias of a sample: a sum of squares has no negative terms
-_AT_BOUND = 1e-3  # distance of a node from its bound, over the bound, within which it is at the bound
-# Deviations from the median of so many neighbours, over the usual ones, above which a sample is an outlier: Gaussian
-# noise has one in 10⁸ samples.
+# distance of a node from its bound, over the bound, within which it is at the bound
+_AT_BOUND = 1e-3
+# Deviations from the median of so many neighbours, over the usual ones, above which a sample is an
+# outlier: Gaussian noise has one in 10⁸ samples.
 _OUTLIER, _NEIGHBOURS = 6.0, 5
 _STATIONARY = 0.1  # gradient, in standard errors of an estimate, up to which a result is stationary
-# The pattern search: steps in standard errors of estimates and nodes; decrease of the objective, over the number of
-# samples, that is negligible; largest number of restarts from a lower point; and singular values of the slopes, over
-# the largest, that are rounding.
+# The pattern search: steps in standard errors of estimates and nodes; decrease of the objective,
+# over the number of samples, that is negligible; largest number of restarts from a lower point; and
+# singular values of the slopes, over the largest, that are rounding.
 _PATTERN, _LEAST_DROP, _MOST_DESCENTS, _NO_EFFECT = (1.0, 0.3, 0.1, 0.03), 1e-4, 12, 1e-9
 
 
@@ -98,16 +111,20 @@ class SearchResult:
 
     unknowns: Floats  #: (parameter and node)
     response: ModelResponse  #: response of the model with these unknowns
-    #: (residual) Residuals of the load over their scale, and node shifts over their standard deviation.
+    #: (residual) Residuals of the load over their scale, and node shifts over their standard
+    #: deviation.
     residual: Floats
-    slopes: Floats  #: (residual, parameter) Derivatives by the parameters; nodes within their bounds follow
-    #: (residual, parameter) Contribution of each residual to the gradient of the objective; their sum is 0.
+    #: (residual, parameter) Derivatives by the parameters; nodes within their bounds follow
+    slopes: Floats
+    #: (residual, parameter) Contribution of each residual to the gradient of the objective; their
+    #: sum is 0.
     pull: Floats
     at_bounds: int  #: number of nodes at their bounds
     scale: Floats
     noise: Floats  #: scale and noise: (sample) Weight and noise of the load residuals [N]
     converged: bool  #: whether a minimum was found, smooth or at a kink, with converged weights
-    spread: Floats  #: (parameter) Distance of other minima that are as deep but for chance, as a logarithm
+    #: (parameter) Distance of other minima that are as deep but for chance, as a logarithm
+    spread: Floats
 
     @property
     def is_stationary(self) -> bool:
@@ -127,7 +144,8 @@ class Search:
 
     model: Model
     names: tuple[str, ...]
-    start: Floats  #: (parameter) Unknowns to start from: logarithms of the parameters, 0 for an offset
+    #: (parameter) Unknowns to start from: logarithms of the parameters, 0 for an offset
+    start: Floats
     observation: Observation
     free: int  #: number of nodes whose displacements are unknowns
     compared: Integers  #: the samples that are compared
@@ -138,10 +156,17 @@ class Search:
     offset_unit: float  #: offset of the displacement for an unknown of 1 [m]
 
     @classmethod
-    def from_start(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":
+    def from_start(
+        cls, model: Model, start: Mapping[str, float], observation: Observation
+    ) -> "Search":
         """Build the search from a start."""
         names = tuple(start)
-        unknowns = np.array([0.0 if name == OFFSET else math.log(scalar(name, start[name], above=0)) for name in names])
+        unknowns = np.array(
+            [
+                0.0 if name == OFFSET else math.log(scalar(name, start[name], above=0))
+                for name in names
+            ]
+        )
         inner = observation.nodes.size - 2
         free = inner if observation.node_deviation[1:-1].any() and inner <= MOST_NODES else 0
         compared = _select_samples(observation)
@@ -150,9 +175,13 @@ class Search:
                 f"{compared.size} samples for {len(names)} parameters; expected more samples than parameters"
             )
         # without noise all samples have equal weights
-        load_noise = max(observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max()))
+        load_noise = max(
+            observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max())
+        )
         if load_noise == 0:
-            raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
+            raise InputError(
+                "the tangential load is 0 N throughout; expected a measured load to fit to"
+            )
         return cls(
             model,
             names,
@@ -184,13 +213,18 @@ class Search:
             return self.model(values)
 
         reporting = attrs.evolve(self, model=reporting_model)
-        find_starts = reporting.thin(max(_SCANNED, _SCANNED_BRANCH * self.observation.nodes.size), free=0).find_starts()
+        find_starts = reporting.thin(
+            max(_SCANNED, _SCANNED_BRANCH * self.observation.nodes.size), free=0
+        ).find_starts()
         thin = reporting.thin(max(ENOUGH_SAMPLES, 20 * self.free))
-        # first with the measured nodes: far from the minimum they would compensate for wrong parameters
+        # first with the measured nodes: far from the minimum they would compensate for wrong
+        # parameters
         fixed = attrs.evolve(thin, free=0)
         results = []
         for start in find_starts:
-            unknowns = np.append(fixed.minimise(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
+            unknowns = np.append(
+                fixed.minimise(start, fixed.scales(start), rough=True).x, np.zeros(self.free)
+            )
             if thin.observation is not self.observation:
                 unknowns = thin.minimise(unknowns, thin.scales(unknowns), rough=True).x
             results.append(reporting.verify_minimum(reporting.minimise_reweighted(unknowns)))
@@ -199,17 +233,21 @@ class Search:
     def verify_minimum(self, result: SearchResult) -> SearchResult:
         """Return a result with its convergence verified, or a lower one nearby.
 
-        Where the gradient is not zero, the objective has a kink, and slopes do not show whether it is a minimum. A
-        pattern search does. Nodes may continue to move at estimates that do not.
+        Where the gradient is not zero, the objective has a kink, and slopes do not show whether it
+        is a minimum. A pattern search does. Nodes may continue to move at estimates that do not.
         """
         for _ in range(_MOST_DESCENTS):
-            if bool(result.at_limit(self.start).any()) or (result.converged and result.is_stationary):
+            if bool(result.at_limit(self.start).any()) or (
+                result.converged and result.is_stationary
+            ):
                 return result
             lower, drop = self._pattern_search(result)
             if drop <= _LEAST_DROP * self.compared.size:
                 return attrs.evolve(result, converged=True)
             before, result = result.unknowns[: len(self.names)], self.minimise_reweighted(lower)
-            moved = np.abs(result.unknowns[: len(self.names)] - before) * np.linalg.norm(result.slopes, axis=0)
+            moved = np.abs(result.unknowns[: len(self.names)] - before) * np.linalg.norm(
+                result.slopes, axis=0
+            )
             if (moved <= _STATIONARY).all():
                 return attrs.evolve(result, converged=True)
         return attrs.evolve(result, converged=result.converged and result.is_stationary)
@@ -236,9 +274,12 @@ class Search:
                 if (trial_terms := search.terms(tried, scale)).sum() < terms.sum():
                     x, terms = tried, trial_terms
             for group in range(min(_TOGETHER, self.free)):
-                # move distant nodes simultaneously; each is accepted by its effect on the samples it affects
+                # move distant nodes simultaneously; each is accepted by its effect on the samples
+                # it affects
                 moved = (node % _TOGETHER == group) * sign * step
-                tried = np.clip(x + np.append(np.zeros(count), moved), origin - reach, origin + reach)
+                tried = np.clip(
+                    x + np.append(np.zeros(count), moved), origin - reach, origin + reach
+                )
                 owner, gain = (branch - group) // _TOGETHER, terms - search.terms(tried, scale)
                 gains = np.bincount(owner[owner >= 0], gain[owner >= 0], self.free)
                 better = np.append(np.ones(count, dtype=np.bool_), gains[node // _TOGETHER] > 0)
@@ -250,8 +291,8 @@ class Search:
     def find_outliers(self, result: SearchResult) -> Booleans:
         """Return the samples whose residual differs from its neighbours (sample).
 
-        A residual that recurs at one position of the branches is not an outlier: deviations are relative to those of
-        all branches at that position.
+        A residual that recurs at one position of the branches is not an outlier: deviations are
+        relative to those of all branches at that position.
         """
         from scipy.ndimage import median_filter
 
@@ -277,36 +318,51 @@ class Search:
         A result at the limit of the search is discarded if another is as deep but for chance.
         """
         sums = np.array([self.objective(result.unknowns, results[0].scale) for result in results])
-        within = np.array([not result.at_limit(self.start).any() for result in results]) & (sums - sums.min() < _LIKELY)
+        within = np.array([not result.at_limit(self.start).any() for result in results]) & (
+            sums - sums.min() < _LIKELY
+        )
         lowest = sums[within].min() if within.any() else sums.min()
-        best = results[int(np.argmax((within | ~within.any()) & (sums - lowest <= _AS_DEEP * abs(lowest))))]
-        likely = [result for result, excess in zip(results, sums - sums.min(), strict=True) if excess < _LIKELY]
-        distance = np.abs([(result.unknowns - best.unknowns)[: len(self.names)] for result in likely])
+        best = results[
+            int(np.argmax((within | ~within.any()) & (sums - lowest <= _AS_DEEP * abs(lowest))))
+        ]
+        likely = [
+            result
+            for result, excess in zip(results, sums - sums.min(), strict=True)
+            if excess < _LIKELY
+        ]
+        distance = np.abs(
+            [(result.unknowns - best.unknowns)[: len(self.names)] for result in likely]
+        )
         return attrs.evolve(best, spread=distance.max(axis=0))
 
     def thin(self, sample_count: int, free: int | None = None) -> "Search":
         """Return the search on about `sample_count` samples, and with `free` free nodes if given."""
         observation = self.observation.thin(sample_count)
         compared = _select_samples(observation)
-        thinner = attrs.evolve(self, observation=observation, compared=compared, noise_fraction=np.ones(compared.size))
+        thinner = attrs.evolve(
+            self, observation=observation, compared=compared, noise_fraction=np.ones(compared.size)
+        )
         return thinner if free is None else attrs.evolve(thinner, free=free)
 
     def find_starts(self) -> list[Floats]:
         """Return the minima that a scan of the whole range leads to, the best first.
 
-        Far from the solution the sum of squares is flat or has other valleys: a contact that is much too stiff acts as
-        rigid, and one that hardly slides does not show friction. So every parameter is scanned, and friction also at
-        ratios of the measured loads.
+        Far from the solution the sum of squares is flat or has other valleys: a contact that is
+        much too stiff acts as rigid, and one that hardly slides does not show friction. So every
+        parameter is scanned, and friction also at ratios of the measured loads.
         """
         tried = np.array(self._scan_grid())
         sums = np.array([self._sum_squares(x) for x in tried]) + 1e-300
-        # among starts that are as good but for chance prefer the nearest: a parameter without effect keeps its start
+        # among starts that are as good but for chance prefer the nearest: a parameter without
+        # effect keeps its start
         chance = 1 + max(_ALIKE, min(_LIKELY / self.compared.size, _CHANCE))
         far = np.linalg.norm(tried - self.start, axis=1)
         order = np.lexsort((far, np.maximum(sums, chance * sums.min())))
         ranked = tried[order]
         chosen = [
-            x for rank, x in enumerate(ranked) if (np.abs(ranked[:rank] - x).max(axis=1, initial=0.0) > _APART).all()
+            x
+            for rank, x in enumerate(ranked)
+            if (np.abs(ranked[:rank] - x).max(axis=1, initial=0.0) > _APART).all()
         ][:_VALLEYS]
         minima = [np.asarray(self.minimise(x, self.scales(x), rough=True).x) for x in chosen]
         depth = np.array([self._sum_squares(minimum) for minimum in minima]) + 1e-300
@@ -316,7 +372,8 @@ class Search:
         for i in np.argsort(depth):
             # the same valley, or a parameter without effect
             near = [
-                np.abs(minima[i] - minima[j]).max() < _APART and abs(depth[i] - depth[j]) < _ALIKE for j in followed
+                np.abs(minima[i] - minima[j]).max() < _APART and abs(depth[i] - depth[j]) < _ALIKE
+                for j in followed
             ]
             same = np.abs(depth[i] - depth[followed]) < _THE_SAME
             if depth[i] < _WORST_VALLEY and not np.any(near) and not same.any():
@@ -332,16 +389,27 @@ class Search:
                 self.names.index("friction"),
                 self.compared[self.observation.normal_load[self.compared] > 0],
             )
-            ratios = np.abs(self.observation.tangential_load[pressed]) / self.observation.normal_load[pressed]
+            ratios = (
+                np.abs(self.observation.tangential_load[pressed])
+                / self.observation.normal_load[pressed]
+            )
             ratios = np.quantile(ratios, _LEVELS) if pressed.size else ratios
-            levels |= set((np.log(ratios[ratios > 0]) - self.start[index]).clip(-FARTHEST, FARTHEST).tolist())
+            levels |= set(
+                (np.log(ratios[ratios > 0]) - self.start[index]).clip(-FARTHEST, FARTHEST).tolist()
+            )
         counts = [int(2 * DECADES * dense) + 1 for dense in _STEPS_A_DECADE]
         offsets = [fraction * FARTHEST for fraction in _SCANNED_OFFSETS]
         fixed_count = len(levels) * (len(offsets) if OFFSET in self.names else 1)
-        count = next((count for count in counts if fixed_count * count**other_count <= MOST_SCANNED), counts[-1])
+        count = next(
+            (count for count in counts if fixed_count * count**other_count <= MOST_SCANNED),
+            counts[-1],
+        )
         steps = (np.linspace(-DECADES, DECADES, count) * math.log(10)).tolist()
         grid = {"friction": sorted(levels), OFFSET: offsets}
-        return [self.start + step for step in itertools.product(*(grid.get(name, steps) for name in self.names))]
+        return [
+            self.start + step
+            for step in itertools.product(*(grid.get(name, steps) for name in self.names))
+        ]
 
     def _sum_squares(self, x: Floats) -> float:
         """Compute the sum of squares at some parameters with equal weights."""
@@ -352,17 +420,27 @@ class Search:
         from scipy.optimize import least_squares
         from scipy.sparse import csr_array, hstack, vstack
 
-        # the exact solver does not move unknowns without effect, even if only one unknown has an effect
+        # the exact solver does not move unknowns without effect, even if only one unknown has an
+        # effect
         exact = self.free <= _MOST_EXACT
 
         def residuals(x: Floats) -> Floats:
             response = self._compute_response(x)
-            return np.append(self._compare(response, x, scale), self._positivity_shift(response, scale))
+            return np.append(
+                self._compare(response, x, scale), self._positivity_shift(response, scale)
+            )
 
         def jacobian(x: Floats) -> "Floats | csr_array":
-            slopes, shift = self.slopes(x, scale), self._positivity_shift(self._compute_response(x), scale)
-            shift_slopes = -np.append(slopes.bias.sum(axis=0), slopes.bias_by_node.sum(axis=0)) / shift
-            samples_and_nodes = hstack([csr_array(slopes.by_parameter), slopes.by_node], format="csr")
+            slopes, shift = (
+                self.slopes(x, scale),
+                self._positivity_shift(self._compute_response(x), scale),
+            )
+            shift_slopes = (
+                -np.append(slopes.bias.sum(axis=0), slopes.bias_by_node.sum(axis=0)) / shift
+            )
+            samples_and_nodes = hstack(
+                [csr_array(slopes.by_parameter), slopes.by_node], format="csr"
+            )
             matrix = vstack([samples_and_nodes, csr_array(shift_slopes[None, :])], format="csr")
             return matrix.toarray() if exact else matrix
 
@@ -424,14 +502,17 @@ class Search:
     def scales(self, unknowns: Floats) -> Floats:
         """Compute the weight of each residual [N]: its noise, and the error of the model beyond noise.
 
-        The error of the model is equal for all samples, such that the weighted squares add up to the number of samples.
-        Without it, friction that scatters would have a thousand times the weight in sliding, where noise is least, and
-        would distort the stiffnesses.
+        The error of the model is equal for all samples, such that the weighted squares add up to
+        the number of samples. Without it, friction that scatters would have a thousand times the
+        weight in sliding, where noise is least, and would distort the stiffnesses.
         """
         from scipy.optimize import brentq
 
         response = self._compute_response(unknowns)
-        noise, residual = self.noises(response), self._compare(response, unknowns, 1.0)[: self.compared.size]
+        noise, residual = (
+            self.noises(response),
+            self._compare(response, unknowns, 1.0)[: self.compared.size],
+        )
         freedom = self.compared.size - len(self.names)
 
         def excess(model_error: float) -> float:
@@ -455,10 +536,14 @@ class Search:
         return terms
 
     def _compute_response(self, x: Floats) -> ModelResponse:
-        parameters = dict(zip(self.names, self.to_values(x[: len(self.names)]).tolist(), strict=True))
+        parameters = dict(
+            zip(self.names, self.to_values(x[: len(self.names)]).tolist(), strict=True)
+        )
         offset = parameters.get(OFFSET, self.offset_start) - self.offset_start
         shifts = self.observation.node_offset[1:-1].copy()
-        shifts[: self.free] += x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
+        shifts[: self.free] += (
+            x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
+        )
         return compute_response(*self.model(parameters), self.observation, shifts, offset)
 
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
@@ -485,7 +570,9 @@ class Search:
 
     def _positivity_shift(self, response: ModelResponse, scale: Floats) -> float:
         """Return a residual whose square is a constant less the noise bias, so that all terms are positive."""
-        return math.sqrt(max(_ROOM * self.compared.size - float(self._noise_bias(response, scale).sum()), 1.0))
+        return math.sqrt(
+            max(_ROOM * self.compared.size - float(self._noise_bias(response, scale).sum()), 1.0)
+        )
 
     def slopes(self, x: Floats, scale: Floats) -> ResidualSlopes:
         """Compute the derivatives of the residuals by finite differences."""
@@ -493,11 +580,18 @@ class Search:
 
         count, compared = len(self.names), self.compared
         base = self._compute_response(x)
-        weight = base.slope[compared] * (self.observation.displacement_noise / scale) ** 2 * self.noise_fraction
+        weight = (
+            base.slope[compared]
+            * (self.observation.displacement_noise / scale) ** 2
+            * self.noise_fraction
+        )
 
         def differences(change: Floats, step: float) -> tuple[Floats, Floats]:
             response = self._compute_response(x + step * change)
-            load, slope = response.tangential_load - base.tangential_load, response.slope - base.slope
+            load, slope = (
+                response.tangential_load - base.tangential_load,
+                response.slope - base.slope,
+            )
             return load[compared] / (step * scale), weight * slope[compared] / step
 
         by_parameter = np.zeros((compared.size + self.free, count))
@@ -518,10 +612,13 @@ class Search:
             number = (branch - group) // _TOGETHER
             owned = (number >= 0) & (number < nodes.size)
             owner[:, group] = np.where(owned, group + _TOGETHER * number, group)
-            loads[:, group], bias_change[:, group] = np.where(owned, differences(change, _NODE_STEP), 0.0)
+            loads[:, group], bias_change[:, group] = np.where(
+                owned, differences(change, _NODE_STEP), 0.0
+            )
         indices = np.repeat(np.arange(compared.size), group_count), owner.ravel().astype(np.int64)
         of_samples, bias_by_node = (
-            csr_array((values.ravel(), indices), shape=(compared.size, self.free)) for values in (loads, bias_change)
+            csr_array((values.ravel(), indices), shape=(compared.size, self.free))
+            for values in (loads, bias_change)
         )
         by_node = vstack([of_samples, eye_array(self.free)], format="csr")
         return ResidualSlopes(by_parameter, by_node, bias, bias_by_node)
@@ -530,15 +627,18 @@ class Search:
 def _select_samples(observation: Observation) -> Integers:
     """Select the samples that surely belong to one branch: all but the nodes and samples close to them.
 
-    The number of samples excluded near a node is derived from the mean step of the branch, not from the readings: a
-    selection by noisy values would bias the stiffness upwards.
+    The number of samples excluded near a node is derived from the mean step of the branch, not from
+    the readings: a selection by noisy values would bias the stiffness upwards.
     """
     nodes, reach = observation.nodes, _AMBIGUOUS * observation.reading_noise
     selected = np.ones(observation.time.size, dtype=np.bool_)
     selected[: observation.start_sample] = False
     selected[nodes] = False
     for start, stop in itertools.pairwise(nodes.tolist()):
-        stroke, count = abs(observation.displacement[stop] - observation.displacement[start]), stop - start
+        stroke, count = (
+            abs(observation.displacement[stop] - observation.displacement[start]),
+            stop - start,
+        )
         margin = min(math.ceil(reach * count / stroke) if stroke > 0 else 0, count // _MOST_BESIDE)
         selected[start : start + margin + 1] = False
         selected[stop - margin : stop + 1] = False

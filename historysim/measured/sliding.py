@@ -44,27 +44,39 @@ Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
 WINDOWS = 50
 UNITS = {"time": "s", "distance": "m"}
 FIRST_PART = 0.1  # share of the record, by time or distance, in which the static peak is looked for
-SLIDES = 0.95  # share of the friction of the second window from which on a record without a peak is taken to slide
-RESTS = 0.05  # share of the friction of the second half of a record below which the rig rests before it starts
-BACKWARDS = 0.9  # share of windows of negative friction from which on a channel is the wrong way round
-# Outliers: samples of the running median that they are far from, how far over most coefficients, and largest share.
+# share of the friction of the second window from which on a record without a peak is taken to slide
+SLIDES = 0.95
+# share of the friction of the second half of a record below which the rig rests before it starts
+RESTS = 0.05
+# share of windows of negative friction from which on a channel is the wrong way round
+BACKWARDS = 0.9
+# Outliers: samples of the running median that they are far from, how far over most coefficients,
+# and largest share.
 WIDTH_OF_OUTLIERS, FAR, MOST_COEFFICIENTS, MOST_OUTLIERS = 9, 5.0, 0.9, 0.01
-WIDTH_OF_SPIKES = 5  # samples of the running median that takes spikes off, and rest before the start
+# samples of the running median that takes spikes off, and rest before the start
+WIDTH_OF_SPIKES = 5
 USUAL_STEPS = 0.9  # share of the steps from sample to sample that are no spikes'
-CONTENT_OF_COURSE = "friction over time or distance"  # value of the attribute ``content`` of a file of such a course
+# value of the attribute ``content`` of a file of such a course
+CONTENT_OF_COURSE = "friction over time or distance"
 
 
 # -- running-in: the exponential that the windows of a record show ---------------------------------
 FEWEST_WINDOWS = 6
-# Chances below which an exponential describes windows better than a constant, or than a line, by no accident.
+# Chances below which an exponential describes windows better than a constant, or than a line, by no
+# accident.
 CHANCE_OF_CONSTANT, CHANCE_OF_LINE = 1e-3, 1e-2
-# Correlation of neighbouring windows, times the root of their number, from which on they stray together.
+# Correlation of neighbouring windows, times the root of their number, from which on they stray
+# together.
 MOST_TOGETHER = 2.5
 MOST_ALONE = 6.0  # deviations from which on a window strays alone
-FINE = 0.01  # deviation of the residuals over the height of the running-in, up to which no structure of it matters
-# Squares of the scatter that another decay leaves less, from which on it describes the windows better.
+# deviation of the residuals over the height of the running-in, up to which no structure of it
+# matters
+FINE = 0.01
+# Squares of the scatter that another decay leaves less, from which on it describes the windows
+# better.
 CLEARLY_BETTER = 8.0
-# Windows below which a length in which friction doubles is that in which the contact or the rig bends.
+# Windows below which a length in which friction doubles is that in which the contact or the rig
+# bends.
 SHORT_START = 3.0
 _MOST_CORRELATED = 0.97
 _LENGTHS = 60
@@ -93,7 +105,8 @@ class Approach:
     length_low: float
     length_high: float
     origin: float  #: where s = 0: the static peak, or where sliding begins [s or m]
-    #: Whether the record covers two lengths or more; else the steady value is beyond the measured range.
+    #: Whether the record covers two lengths or more; else the steady value is beyond the measured
+    #: range.
     settled: bool = attrs.field(converter=bool)
 
     def at(self, place: ArrayLike) -> Floats:
@@ -108,7 +121,8 @@ class Sliding:
 
     over: Over  #: what friction is given over
     place: Floats  #: (sample) The time [s] or the distance [m] since the start
-    coefficient: Floats  #: (sample) T/N, positive in the direction of sliding [1]; NaN where it is not known any more
+    #: (sample) T/N, positive in the direction of sliding [1]; NaN where it is not known any more
+    coefficient: Floats
     window_place: Floats  #: (window) The middle of each window [s or m]
     window_mean: Floats  #: (window) Mean of μ [1]
     window_deviation: Floats  #: (window) Standard deviation of μ [1]
@@ -116,8 +130,10 @@ class Sliding:
     peak: StaticPeak | None  #: none where friction does not stand out at the start
     approach: Approach | None  #: none where friction does not run in towards a steady value
     no_approach: str = ""  #: why there is none
-    strength: StaticPeak | None = None  #: the greatest coefficient anywhere, such as the peak of a direct shear test
-    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
+    #: the greatest coefficient anywhere, such as the peak of a direct shear test
+    strength: StaticPeak | None = None
+    #: lines of (label, text): what was done to the record before
+    remarks: tuple[tuple[str, str], ...] = ()
 
     def __repr__(self) -> str:
         return f"<Sliding: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -128,8 +144,14 @@ class Sliding:
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): how far it slid, the mean, the peak, and the approach to the steady value."""
         means, length = self.window_mean, float(np.ptp(self.place))
-        scatter = f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows" if means.size > 1 else ""
-        windows = f"{count_text(means.size, 'window', 'windows')} of {self._text(length / means.size)}"
+        scatter = (
+            f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows"
+            if means.size > 1
+            else ""
+        )
+        windows = (
+            f"{count_text(means.size, 'window', 'windows')} of {self._text(length / means.size)}"
+        )
         peak = "none above the noise"
         if self.peak is not None:
             peak = f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}"
@@ -144,23 +166,43 @@ class Sliding:
         approach = self.approach
         if approach is None:
             return [*lines, ("steady value", f"no running-in of this form: {self.no_approach}")]
-        beyond = "" if approach.settled else ": beyond the record, which is shorter than two lengths of the approach"
+        beyond = (
+            ""
+            if approach.settled
+            else ": beyond the record, which is shorter than two lengths of the approach"
+        )
         steady = f"{approach.steady:.4g} (95 %: {approach.steady_low:.4g} to {approach.steady_high:.4g}){beyond}"
-        start = f"{approach.start:.4g} (95 %: {approach.start_low:.4g} to {approach.start_high:.4g})"
+        start = (
+            f"{approach.start:.4g} (95 %: {approach.start_low:.4g} to {approach.start_high:.4g})"
+        )
         low, high = self._text(approach.length_low), self._text(approach.length_high)
         return [
             *lines,
             ("steady value", steady),
             ("start of running-in", f"{start} at {self._text(approach.origin)}"),
-            (f"{self.over} of running-in", f"{self._text(approach.length)} (95 %: {low} to {high}), to 1/e"),
+            (
+                f"{self.over} of running-in",
+                f"{self._text(approach.length)} (95 %: {low} to {high}), to 1/e",
+            ),
         ]
 
     def _strength_text(self) -> list[tuple[str, str]]:
         """Return the peak strength, unless it is the static peak."""
-        if self.strength is None or (self.peak is not None and self.peak.place == self.strength.place):
+        if self.strength is None or (
+            self.peak is not None and self.peak.place == self.strength.place
+        ):
             return []
-        noise = f"; of this, noise makes about {self.strength.lifted:.1g}" if self.strength.lifted > 0 else ""
-        return [("peak strength", f"T/N = {self.strength.coefficient:.4g} at {self._text(self.strength.place)}{noise}")]
+        noise = (
+            f"; of this, noise makes about {self.strength.lifted:.1g}"
+            if self.strength.lifted > 0
+            else ""
+        )
+        return [
+            (
+                "peak strength",
+                f"T/N = {self.strength.coefficient:.4g} at {self._text(self.strength.place)}{noise}",
+            )
+        ]
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the windows as a Dataset with the dimension window; ``[friction.course]`` reads its file.
@@ -177,17 +219,32 @@ class Sliding:
             "no_approach": self.no_approach,
             "remarks": "\n".join(f"{label}: {text}" for label, text in self.remarks),
         }
-        for name, result in (("peak", self.peak), ("approach", self.approach), ("strength", self.strength)):
+        for name, result in (
+            ("peak", self.peak),
+            ("approach", self.approach),
+            ("strength", self.strength),
+        ):
             if result is not None:
-                attributes |= {f"{name}_{key}": float(value) for key, value in attrs.asdict(result).items()}
+                attributes |= {
+                    f"{name}_{key}": float(value) for key, value in attrs.asdict(result).items()
+                }
         columns = {
             "coefficient": (self.window_mean, "friction coefficient"),
             "standard_deviation": (self.window_deviation, "standard deviation of a sample"),
             "count": (self.window_count, "samples"),
         }
         return xr.Dataset(
-            {name: ("window", values, {"long_name": text, "units": "1"}) for name, (values, text) in columns.items()},
-            coords={self.over: ("window", self.window_place, {"long_name": self.over, "units": UNITS[self.over]})},
+            {
+                name: ("window", values, {"long_name": text, "units": "1"})
+                for name, (values, text) in columns.items()
+            },
+            coords={
+                self.over: (
+                    "window",
+                    self.window_place,
+                    {"long_name": self.over, "units": UNITS[self.over]},
+                )
+            },
             attrs={name: value for name, value in attributes.items() if value != ""},
         )
 
@@ -199,12 +256,16 @@ class Sliding:
         """
         over = next((over for over in get_args(Over) if over in table.coords), None)
         if table.attrs.get("content") != CONTENT_OF_COURSE or over is None:
-            raise InputError("this Dataset is no friction over time or distance; expected one of historysim sliding")
+            raise InputError(
+                "this Dataset is no friction over time or distance; expected one of historysim sliding"
+            )
         ends = [float(table.attrs[name]) for name in ("record_start", "record_end")]
         remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
 
         def restore(name: str, kind: type[Kind]) -> Kind | None:
-            fields = {field.name: table.attrs.get(f"{name}_{field.name}") for field in attrs.fields(kind)}
+            fields = {
+                field.name: table.attrs.get(f"{name}_{field.name}") for field in attrs.fields(kind)
+            }
             return None if None in fields.values() else kind(**fields)
 
         return cls(
@@ -219,14 +280,18 @@ class Sliding:
             approach=restore("approach", Approach),
             no_approach=str(table.attrs.get("no_approach", "")),
             strength=restore("strength", StaticPeak),
-            remarks=tuple((label, text) for label, _, text in (line.partition(": ") for line in remarks)),
+            remarks=tuple(
+                (label, text) for label, _, text in (line.partition(": ") for line in remarks)
+            ),
         )
 
     def _text(self, place: float) -> str:
         return duration_text(place) if self.over == "time" else quantity_text(place, "m")
 
 
-def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
+def sliding_of_measurement(
+    measurement: "Measurement", *, over: Over | None = None, windows: int = WINDOWS
+) -> Sliding:
     """Return the friction of a measurement that slides one way; without displacement, over time alone."""
     check_order(measurement.time, measurement.place)
     friction = sliding_of_channels(
@@ -241,7 +306,9 @@ def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = No
     return attrs.evolve(friction, remarks=(*measurement.remarks, *friction.remarks))
 
 
-def sliding_of_history(history: "xr.Dataset", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
+def sliding_of_history(
+    history: "xr.Dataset", *, over: Over | None = None, windows: int = WINDOWS
+) -> Sliding:
     """Return the friction of a simulated history that slides one way."""
     time, moved, load, normal = history_channels(history)
     return sliding_of_channels(time, load, normal, moved, over=over, windows=windows)
@@ -267,11 +334,17 @@ def sliding_of_channels(
         raise InputError(f"windows is {count:g}; expected a whole number, 1 or more")
     moved = None if displacement is None else channel("displacement", displacement, load.size)
     rests = moved is not None and over == "time" and _rests(moved)
-    sense = (1.0 if load.mean() >= 0 else -1.0) if moved is None or rests else _find_direction(times, moved, dead_band)
+    sense = (
+        (1.0 if load.mean() >= 0 else -1.0)
+        if moved is None or rests
+        else _find_direction(times, moved, dead_band)
+    )
     along = _place(over, times, moved, sense)
     pressed = normal > 0
     if not pressed.any():
-        raise InputError("the normal load presses at no sample; expected more than 0 N: write scale = -1 where it does")
+        raise InputError(
+            "the normal load presses at no sample; expected more than 0 N: write scale = -1 where it does"
+        )
     along, friction = along[pressed], sense * load[pressed] / normal[pressed]
     name: Over = over or ("time" if moved is None else "distance")
     remarks = []
@@ -281,7 +354,9 @@ def sliding_of_channels(
         known = np.flatnonzero(~outliers)
         friction = np.interp(np.arange(friction.size), known, friction[known])
     if name == "time":
-        begins = _begins(along, friction, None if rests or moved is None else moved[pressed], int(count))
+        begins = _begins(
+            along, friction, None if rests or moved is None else moved[pressed], int(count)
+        )
         if begins:
             duration = duration_text(float(along[begins] - along[0]))
             remarks.append(("left out", f"the first {duration}, in which the rig rests"))
@@ -298,7 +373,12 @@ def sliding_of_channels(
     if spikes >= FEWEST_SPIKES:
         smooth = _running_median(friction, WIDTH_OF_SPIKES)
         many = f"{count_text(spikes, 'sample', 'samples')} of {friction.size:,} stand out from both neighbours"
-        remarks.append(("spikes", f"{many}: static peak and start are those of a median of {WIDTH_OF_SPIKES} samples"))
+        remarks.append(
+            (
+                "spikes",
+                f"{many}: static peak and start are those of a median of {WIDTH_OF_SPIKES} samples",
+            )
+        )
     # noise that is correlated from sample to sample is more than what one differs from the next by
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
     noise_about_means = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
@@ -307,10 +387,14 @@ def sliding_of_channels(
     top = int(smooth.argmax())
     lifted = noise * math.sqrt(2 * math.log(max(smooth.size, 2)))
     strength = StaticPeak(float(smooth[top]), float(along[top]), lifted)
-    tried = _select_approach(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
+    tried = _select_approach(
+        along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place]
+    )
     approach, reason = (None, tried) if isinstance(tried, str) else (tried, "")
     middle = (edges[1:] + edges[:-1]) / 2
-    return Sliding(name, along, friction, middle, *means, peak, approach, reason, strength, tuple(remarks))
+    return Sliding(
+        name, along, friction, middle, *means, peak, approach, reason, strength, tuple(remarks)
+    )
 
 
 def _find_outliers(friction: Floats) -> Booleans:
@@ -320,7 +404,11 @@ def _find_outliers(friction: Floats) -> Booleans:
     largest = float(np.quantile(np.abs(friction), MOST_COEFFICIENTS))
     limit = max(FAR * largest, SPIKE * usual, SPIKE * estimate_white_noise(friction))
     outliers: Booleans = deviation > limit
-    return outliers if outliers.sum() <= max(MOST_OUTLIERS * friction.size, 1) else np.zeros_like(outliers)
+    return (
+        outliers
+        if outliers.sum() <= max(MOST_OUTLIERS * friction.size, 1)
+        else np.zeros_like(outliers)
+    )
 
 
 def _outlier_text(time: Floats, friction: Floats, outliers: Booleans) -> str:
@@ -384,7 +472,9 @@ def _place(over: Over | None, time: Floats, moved: Floats | None, sense: float) 
     if over not in {None, "time", "distance"}:
         raise InputError(f"over is {over!r}; expected 'time' or 'distance'")
     if over == "distance" and moved is None:
-        raise InputError("the tangential displacement was not measured; expected it for friction over the distance")
+        raise InputError(
+            "the tangential displacement was not measured; expected it for friction over the distance"
+        )
     if over == "time" or moved is None:
         return time
     # how far it has come: noise does not take it back
@@ -400,7 +490,9 @@ def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Fl
     is_last = np.append(np.diff(along) > 0, True)
     up_to = np.interp(edges, along[is_last], integral[is_last])
     lengths = np.diff(edges)
-    mean = np.divide(np.diff(up_to), lengths, out=np.full(windows, friction.mean()), where=lengths > 0)
+    mean = np.divide(
+        np.diff(up_to), lengths, out=np.full(windows, friction.mean()), where=lengths > 0
+    )
     number = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, windows - 1)
     count = np.bincount(number, minlength=windows)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -410,7 +502,9 @@ def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Fl
     return mean, np.where(count > 1, deviation, math.nan), count
 
 
-def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats, noise: float) -> StaticPeak | None:
+def _peak(
+    along: Floats, friction: Floats, edges: Floats, mean: Floats, noise: float
+) -> StaticPeak | None:
     initial = along - along[0] <= FIRST_PART * (along[-1] - along[0])
     if not initial.any() or initial.all():
         return None
@@ -419,7 +513,8 @@ def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats, noise: f
     if not behind.any():
         return None
     lifted = noise * math.sqrt(2 * math.log(max(int(initial.sum()), 2)))
-    # running-in falls by itself from window to window; a peak exceeds the extrapolation of the next windows
+    # running-in falls by itself from window to window; a peak exceeds the extrapolation of the next
+    # windows
     near = np.flatnonzero(behind)[:2]
     level = float(mean[near[0]] + max(mean[near[0]] - mean[near[-1]], 0.0))
     if friction[index] - level <= 2 * lifted:
@@ -432,14 +527,20 @@ def _starts(along: Floats, friction: Floats, mean: Floats) -> list[float]:
 
     Before it the contact bends, and so does a soft rig, for longer than a window.
     """
-    levels = mean[min(1, mean.size - 1)], float(np.median(mean[mean.size // 2 :])), float(mean.max())
+    levels = (
+        mean[min(1, mean.size - 1)],
+        float(np.median(mean[mean.size // 2 :])),
+        float(mean.max()),
+    )
     return sorted({float(along[int((friction >= SLIDES * level).argmax())]) for level in levels})
 
 
 # -- how friction runs in --------------------------------------------------------------------------
 
 
-def _select_approach(along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]) -> Approach | str:
+def _select_approach(
+    along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]
+) -> Approach | str:
     """Return the running-in from the first of the places from which there is one, or why there is none."""
     tries = [_fit_approach(along, friction, edges, start) for start in starts]
     return next((result for result in tries if isinstance(result, Approach)), tries[0])
@@ -480,17 +581,27 @@ def _fit_approach(along: Floats, friction: Floats, edges: Floats, origin: float)
             return "no exponential describes the windows"
         if again:
             # what curves inside a window is taken off before its mean
-            means = _curve(centres, *estimates) + _middle_means(distance, values - _curve(distance, *estimates), edges)
+            means = _curve(centres, *estimates) + _middle_means(
+                distance, values - _curve(distance, *estimates), edges
+            )
     residuals = means - _curve(centres, *estimates)
-    square = max(float(residuals @ residuals), residuals.size * (8 * float(np.finfo(np.float64).eps)) ** 2)
+    square = max(
+        float(residuals @ residuals), residuals.size * (8 * float(np.finfo(np.float64).eps)) ** 2
+    )
     neighbours = float(residuals[1:] @ residuals[:-1]) / square
     correlation = float(np.clip(neighbours + 3 / residuals.size, 0.0, _MOST_CORRELATED))
     wider = (1 + correlation) / (1 - correlation)
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, residuals.size - 3)) * np.sqrt(np.diag(covariance) * wider)
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, residuals.size - 3)) * np.sqrt(
+        np.diag(covariance) * wider
+    )
     bounds_of_estimates = np.stack([estimates, estimates - reach, estimates + reach], axis=1)
     bounds_of_estimates[2, 1] = max(bounds_of_estimates[2, 1], 0.0)
     bounds_of_estimates[:2] *= unit
-    names = [f"{name}{suffix}" for name in ("steady", "start", "length") for suffix in ("", "_low", "_high")]
+    names = [
+        f"{name}{suffix}"
+        for name in ("steady", "start", "length")
+        for suffix in ("", "_low", "_high")
+    ]
     numbers = dict(zip(names, bounds_of_estimates.ravel().tolist(), strict=True))
     approach = Approach(origin=origin, settled=2 * float(estimates[2]) <= length, **numbers)
     scatter = square / (residuals.size - 3) * wider
@@ -514,12 +625,16 @@ def _middle_means(along: Floats, values: Floats, edges: Floats) -> Floats:
     weight, window, values = weight[order], window[order], values[order]
     total = np.bincount(window, weight, count)
     upper = np.cumsum(weight) - np.append(0.0, np.cumsum(total))[window]
-    inside = np.minimum(upper, 0.75 * total[window]) - np.maximum(upper - weight, 0.25 * total[window])
+    inside = np.minimum(upper, 0.75 * total[window]) - np.maximum(
+        upper - weight, 0.25 * total[window]
+    )
     inside = np.maximum(inside, 0.0)
     held = np.bincount(window, inside, count)
     filled = held > 0
     middle = np.arange(count)
-    return np.interp(middle, middle[filled], np.bincount(window, inside * values, count)[filled] / held[filled])
+    return np.interp(
+        middle, middle[filled], np.bincount(window, inside * values, count)[filled] / held[filled]
+    )
 
 
 def _curve(distance: Floats, steady: float, start: float, length: float) -> Floats:
@@ -528,7 +643,10 @@ def _curve(distance: Floats, steady: float, start: float, length: float) -> Floa
 
 # decays over the way in lengths: the exponential, and two slower ones
 _EXPONENTIAL: Decay = lambda distance: np.exp(-distance)  # noqa: E731 - a row of forms
-_SLOWER: tuple[Decay, ...] = (lambda distance: 1 / (1 + 10 * distance), lambda distance: np.exp(-np.sqrt(distance)))
+_SLOWER: tuple[Decay, ...] = (
+    lambda distance: 1 / (1 + 10 * distance),
+    lambda distance: np.exp(-np.sqrt(distance)),
+)
 
 
 def _least(
@@ -545,12 +663,17 @@ def _least(
     return float(squares[best]), (steady, steady + float(slope[best]), float(lengths[best]))
 
 
-def _find_simpler_form(centres: Floats, means: Floats, lengths: Floats, square: float, scatter: float) -> str:
+def _find_simpler_form(
+    centres: Floats, means: Floats, lengths: Floats, square: float, scatter: float
+) -> str:
     """Return which simpler or other form describes the windows as well; nothing where none does."""
     from scipy import stats
 
     free = means.size - 3
-    constant, line = (float(np.sum((means - np.polyval(np.polyfit(centres, means, n), centres)) ** 2)) for n in (0, 1))
+    constant, line = (
+        float(np.sum((means - np.polyval(np.polyfit(centres, means, n), centres)) ** 2))
+        for n in (0, 1)
+    )
     if stats.f.sf((constant - square) / 2 / scatter, 2, free) > CHANCE_OF_CONSTANT:
         return "an exponential describes the windows no better than a constant"
     if stats.f.sf((line - square) / scatter, 1, free) > CHANCE_OF_LINE:
@@ -563,7 +686,10 @@ def _find_simpler_form(centres: Floats, means: Floats, lengths: Floats, square: 
 
 def _structure(approach: Approach, residuals: Floats, neighbours: float, width: float) -> str:
     """Return a description of structure in the residuals of an exponential; empty if there is none."""
-    height, deviation = abs(approach.start - approach.steady), math.sqrt(float(residuals @ residuals) / residuals.size)
+    height, deviation = (
+        abs(approach.start - approach.steady),
+        math.sqrt(float(residuals @ residuals) / residuals.size),
+    )
     if deviation > FINE * height:
         if neighbours * math.sqrt(residuals.size) > MOST_TOGETHER:
             share = f"{100 * deviation / height:.2g} % of its height"
@@ -573,6 +699,8 @@ def _structure(approach: Approach, residuals: Floats, neighbours: float, width: 
             return f"a single window strays from an exponential by {sizes.max():.2g}: a picture (-o mu.png) shows it"
     if not math.isfinite(approach.length_high):
         return "the windows do not determine its length"
-    if approach.start_low < 0 or (approach.start < approach.steady / 2 and approach.length < SHORT_START * width):
+    if approach.start_low < 0 or (
+        approach.start < approach.steady / 2 and approach.length < SHORT_START * width
+    ):
         return "friction comes from 0 at its start, where contact and rig bend; cut the start of the record"
     return ""

@@ -15,7 +15,8 @@ from historysim.errors import FrictionLimitError, InputError
 
 LOAD: int = lib.HS_LOAD
 DISPLACED: int = lib.HS_DISPLACED
-AS_BEFORE: int = lib.HS_HELD  # control of a tangential component that is held as it was controlled last
+# control of a tangential component that is held as it was controlled last
+AS_BEFORE: int = lib.HS_HELD
 
 # Relative difference of two displacements or loads that rounding alone keeps apart.
 TIE = 32 * float(np.finfo(np.float64).eps)
@@ -44,7 +45,8 @@ def _format_code(kind: Any) -> Any:
 PATH, TOTALS, VERTEX = numpy_dtype("hs_path"), numpy_dtype("hs_totals"), numpy_dtype("hs_vertex")
 
 
-# ``hs_state``, what a contact remembers, with its memory along one ``line``; its fields are described in the header.
+# ``hs_state``, what a contact remembers, with its memory along one ``line``; its fields are
+# described in the header.
 Memory = Any
 
 
@@ -69,7 +71,13 @@ def new_contact(
     knots = ffi.NULL if stiffness is None else pointer(stiffness)
     groups = ffi.NULL if group is None else pointer(group)
     struct = lib.hs_contact_new(
-        height.size, pointer(height), pointer(radius), knots, groups, contact_modulus, displacement_ratio
+        height.size,
+        pointer(height),
+        pointer(radius),
+        knots,
+        groups,
+        contact_modulus,
+        displacement_ratio,
     )
     contact = take_ownership(struct, lib.hs_contact_free)
     if watched is not None:
@@ -82,7 +90,9 @@ def check_belongs(memory: Any, like: Any) -> None:
     if not lib.hs_belongs(memory, like):
         mine, expected = _describe_asperities(memory), _describe_asperities(like)
         more = "" if mine != expected else ", with other summits, friction or laws"
-        raise InputError(f"the state is of {mine}; expected one of this ensemble's, of {expected}{more}")
+        raise InputError(
+            f"the state is of {mine}; expected one of this ensemble's, of {expected}{more}"
+        )
 
 
 def _describe_asperities(memory: Any) -> str:
@@ -110,10 +120,17 @@ def copy_state(memory: Any) -> Any:
 
 
 def drive(
-    tolerance: float, compliances: tuple[float, float], saturate: bool, threads: int = 1, *, heeds: bool = True
+    tolerance: float,
+    compliances: tuple[float, float],
+    saturate: bool,
+    threads: int = 1,
+    *,
+    heeds: bool = True,
 ) -> Any:
     """Return how a contact is driven; see ``hs_drive``. One that ``heeds`` stops an integration at a signal."""
-    return ffi.new("hs_drive *", (tolerance, compliances, saturate, threads, _HEARS if heeds else ffi.NULL))
+    return ffi.new(
+        "hs_drive *", (tolerance, compliances, saturate, threads, _HEARS if heeds else ffi.NULL)
+    )
 
 
 _heard = threading.local()
@@ -123,7 +140,8 @@ def _hear(_kind: object, error: BaseException, _trace: object) -> None:
     _heard.error = error
 
 
-# on its way into Python the interpreter runs the handlers of signals, and what they raise ends the walk
+# on its way into Python the interpreter runs the handlers of signals, and what they raise ends the
+# walk
 _HEARS = ffi.callback("int(void *)", lambda _: 0, error=1, onerror=_hear)
 
 
@@ -136,7 +154,9 @@ def check(status: int, refusal: Any = None) -> None:
     if status == lib.HS_OUT_OF_MEMORY:
         raise MemoryError("there is not enough memory for what the asperities remember")
     if status == lib.HS_FOREIGN:
-        raise InputError("an asperity does not exist, or a memory is of other ones; expected those of one ensemble")
+        raise InputError(
+            "an asperity does not exist, or a memory is of other ones; expected those of one ensemble"
+        )
     if status != lib.HS_OK:
         raise RuntimeError(f"the memory's library returned {status}")
 
@@ -150,7 +170,9 @@ def new_stepper() -> tuple[Any, Any]:
     return stepper, numbers
 
 
-def advance_state(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
+def advance_state(
+    memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any
+) -> Any:
     """Return a new memory after one straight path along x: how each channel is controlled, and its target, or NaN."""
     end_state = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)
     if not end_state:
@@ -158,7 +180,9 @@ def advance_state(memory: Any, normal: int, end: float, tangential: int, goal: f
     return _ended_by(end_state, _free)
 
 
-def advanced_in_plane(memory: Any, normal: int, end: float, tangential: Any, goal: Any, driven: Any) -> Any:
+def advanced_in_plane(
+    memory: Any, normal: int, end: float, tangential: Any, goal: Any, driven: Any
+) -> Any:
     """Return a new memory after one straight path in a plane: controls and targets of x and y, NaN if held."""
     controls = tangential if tangential.__class__ is tuple else (tangential, tangential)
     x, y = goal if goal.__class__ is tuple else (_NAN, _NAN)
@@ -168,7 +192,19 @@ def advanced_in_plane(memory: Any, normal: int, end: float, tangential: Any, goa
     targets = x if x == x else 0.0, y if y == y else 0.0  # noqa: PLR0124
     fractions = x == x, y == y  # noqa: PLR0124
     presses = end == end  # noqa: PLR0124
-    fields = end if presses else 0.0, presses, targets, fractions, 1, 0, normal, controls, 0, _NAN, _NAN
+    fields = (
+        end if presses else 0.0,
+        presses,
+        targets,
+        fractions,
+        1,
+        0,
+        normal,
+        controls,
+        0,
+        _NAN,
+        _NAN,
+    )
     path = _new(_PATH, fields)
     end_state = _advance_along(memory, path, driven, _NOTHING)
     if not end_state:
@@ -195,7 +231,10 @@ def group_of_each(memory: Any) -> Integers:
     """Return the friction group of each asperity (asperity)."""
     contact = memory.line.contact
     groups = np.empty(contact.count, dtype=np.int64)
-    order, group_starts = view(contact.order, contact.count), view(contact.first, contact.groups + 1)
+    order, group_starts = (
+        view(contact.order, contact.count),
+        view(contact.first, contact.groups + 1),
+    )
     groups[order] = np.repeat(np.arange(contact.groups), np.diff(group_starts))
     return groups
 
@@ -236,15 +275,20 @@ def to_bytes(memory: Any) -> bytes:
 def from_bytes(content: bytes, like: Any = None) -> Any:
     """Return the memory that bytes are of; which belongs where another one does, and shares its contact."""
     state, problem = ffi.new("hs_state **"), ffi.new("const char **")
-    status = lib.hs_state_read(ffi.from_buffer(content), len(content), like or ffi.NULL, state, problem)
+    status = lib.hs_state_read(
+        ffi.from_buffer(content), len(content), like or ffi.NULL, state, problem
+    )
     if status == lib.HS_FOREIGN:
         check_belongs(from_bytes(content), like)
     if status != lib.HS_OK:
-        raise InputError(f"{ffi.string(problem[0]).decode()}; expected a state that was saved whole")
+        raise InputError(
+            f"{ffi.string(problem[0]).decode()}; expected a state that was saved whole"
+        )
     return take_ownership(state[0])
 
 
-# ---- one tangential direction, or two -------------------------------------------------------------------------------
+# ---- one tangential direction, or two
+# -------------------------------------------------------------------------------
 
 
 def count_directions(memory: Any) -> int:
@@ -261,7 +305,9 @@ def moves_like(memory: Any, other: Any) -> bool:
 def check_one_direction(memory: Any) -> None:
     """Check that a memory moves in one tangential direction."""
     if memory.plane:
-        raise InputError("the state has two tangential directions; expected a state with one, or `advance`")
+        raise InputError(
+            "the state has two tangential directions; expected a state with one, or `advance`"
+        )
 
 
 def check_in_plane(paths: Array) -> Array:
@@ -349,14 +395,18 @@ def positions_along_line(memory: Any, displacement: Floats) -> Floats:
         along: Floats = displacement * scale
         return along
     axes = (plane.origin.x, plane.direction.x), (plane.origin.y, plane.direction.y)
-    return np.stack([scale * (origin + component * displacement) for origin, component in axes], axis=-1)
+    return np.stack(
+        [scale * (origin + component * displacement) for origin, component in axes], axis=-1
+    )
 
 
 def stiffness(memory: Any, direction: Any) -> Any:
     """Return dT/dU for a displacement that continues in a direction, ±1 [N/m]; of a pair in a plane, a matrix."""
     if not memory.plane:
         if isinstance(direction, bool) or direction not in {1, -1}:
-            raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")
+            raise InputError(
+                f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)"
+            )
         return float(lib.hs_stiffness(memory, direction))
     towards = (0.0, 0.0) if direction is None else direction
     pair = isinstance(towards, tuple | list | np.ndarray) and len(towards) == 2

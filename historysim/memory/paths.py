@@ -10,8 +10,9 @@ from historysim.basics.arguments import Array, ArrayLike
 from historysim.basics.library import ffi, pointer
 from historysim.memory.binding import AS_BEFORE, PATH, TOTALS
 
-# Paths (path), in sequence, with the fields of ``hs_path``: targets of the channels, in N or m, and the number of rows
-# that are recorded on the way. In one tangential direction the control of y is `AS_BEFORE`.
+# Paths (path), in sequence, with the fields of ``hs_path``: targets of the channels, in N or m, and
+# the number of rows that are recorded on the way. In one tangential direction the control of y is
+# `AS_BEFORE`.
 Paths = npt.NDArray[Any]
 
 # What is recorded of each asperity together.
@@ -23,7 +24,8 @@ UNTIMED = (np.nan, np.nan)  # beginning and end of a path where they are not kno
 class Goals(NamedTuple):
     """Targets of one channel on several paths; a single entry stands for all of them.
 
-    ``control`` is `LOAD` or `DISPLACED`, ``target`` in N or m; a path covers ``fraction`` of the distance to it.
+    ``control`` is `LOAD` or `DISPLACED`, ``target`` in N or m; a path covers ``fraction`` of the
+    distance to it.
     """
 
     control: npt.ArrayLike
@@ -41,10 +43,10 @@ def straight_paths(
 ) -> Paths:
     """Return the straight paths to the goals of both channels, whose rows follow one another from row 0 on.
 
-    A single entry applies to all paths. Tangential targets may be pairs (path, 2), in x and y; their controls and
-    fractions are one for both components, or pairs. Each path is walked in
-    equal ``parts``, with the inner ends ``recorded``, and its end where that says so. Times are when paths begin and
-    end [s]; NaN where that is not known.
+    A single entry applies to all paths. Tangential targets may be pairs (path, 2), in x and y;
+    their controls and fractions are one for both components, or pairs. Each path is walked in
+    equal ``parts``, with the inner ends ``recorded``, and its end where that says so. Times are
+    when paths begin and end [s]; NaN where that is not known.
     """
     entries = [np.atleast_1d(entry) for entry in (*normal, *tangential, parts, recorded, *times)]
     (count,) = np.broadcast_shapes(*(entry.shape[:1] for entry in entries))
@@ -83,14 +85,19 @@ class Rows:
     """Recorded rows in SI units."""
 
     totals: Array  #: (row) of the whole contact, with the fields of ``hs_totals``
-    each: dict[str, Array]  #: (row, column) of each recorded asperity, by the names of the fields of ``hs_rows``
-    #: (row, 2) of the whole contact in two tangential directions: ``tangential_load`` and ``displacement``; tangential
-    #: loads of asperities are (row, column, 2) then. Empty in one direction.
+    #: (row, column) of each recorded asperity, by the names of the fields of ``hs_rows``
+    each: dict[str, Array]
+    #: (row, 2) of the whole contact in two tangential directions: ``tangential_load`` and
+    #: ``displacement``; tangential loads of asperities are (row, column, 2) then. Empty in one
+    #: direction.
     vectors: dict[str, Array] = attrs.Factory(dict)
 
     def __getitem__(self, where: slice) -> Self:
         """Return some of the rows, which are the same arrays."""
-        parts = ({name: array[where] for name, array in arrays.items()} for arrays in (self.each, self.vectors))
+        parts = (
+            {name: array[where] for name, array in arrays.items()}
+            for arrays in (self.each, self.vectors)
+        )
         return type(self)(self.totals[where], *parts)
 
     def __getattr__(self, name: str) -> Array:
@@ -126,7 +133,10 @@ def blank_rows(count: int, asperities: int | None, *more: str, planar: bool = Fa
     """
     names = () if asperities is None else (*PROJECTED, "dissipated_energy", *more)
     shape = (count, asperities or 0)
-    each = {name: np.empty(shape, dtype=np.int8 if name == "slip_state" else np.float64) for name in names}
+    each = {
+        name: np.empty(shape, dtype=np.int8 if name == "slip_state" else np.float64)
+        for name in names
+    }
     vectors: dict[str, Array] = {}
     if planar:
         vectors = {name: np.empty((count, 2)) for name in ("tangential_load", "displacement")}

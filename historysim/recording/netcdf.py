@@ -1,7 +1,8 @@
 """Write a history to a netCDF file, which gets its name when all rows are written.
 
-Each variable is one contiguous piece, created before the first row. After the first `FileRecorder.flush` only rows
-change in the file until ``complete`` is set: however the process ends, the file opens and has the rows flushed so far.
+Each variable is one contiguous piece, created before the first row. After the first
+`FileRecorder.flush` only rows change in the file until ``complete`` is set: however the process
+ends, the file opens and has the rows flushed so far.
 """
 
 import contextlib
@@ -17,11 +18,24 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import DIRECTION, Array
-from historysim.basics.files import WriterLock, own_file, publish, sync_file, write_errors, write_reason
+from historysim.basics.files import (
+    WriterLock,
+    own_file,
+    publish,
+    sync_file,
+    write_errors,
+    write_reason,
+)
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
 from historysim.recording.recorder import Recorder, asperity_coordinates
-from historysim.recording.variables import COMPONENTS, COORDINATES, OF_DIRECTION, SLIDE_TIME, Variable
+from historysim.recording.variables import (
+    COMPONENTS,
+    COORDINATES,
+    OF_DIRECTION,
+    SLIDE_TIME,
+    Variable,
+)
 
 if TYPE_CHECKING:
     import netCDF4
@@ -33,19 +47,24 @@ COMPRESSIONS: dict[str, dict[str, Any]] = {
     "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
 }
 CHUNK_CELLS, ROWS_OF_A_CHUNK = 1 << 16, 1 << 8
-# Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it reads.
+# Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it
+# reads.
 MOST_CELLS_ACROSS = 1 << 21
 _BEGINS = (bytes(8), b"\x89HDF\r\n\x1a\n")  # the first bytes of an unfinished file
 # Files that could not be written: HDF5 may end the process when one is closed, so none ever is.
 _unwritable: "list[netCDF4.Dataset]" = []
 
 
-def put_attributes(holder: "netCDF4.Dataset | netCDF4.Variable[Any]", attributes: Mapping[str, Any]) -> None:
+def put_attributes(
+    holder: "netCDF4.Dataset | netCDF4.Variable[Any]", attributes: Mapping[str, Any]
+) -> None:
     """Set attributes of a group or a variable; strings as character arrays, as CF requires."""
     for name, value in attributes.items():
         # R and others know no integer attributes of 8 bytes
         small = isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max
-        holder.setncattr(name, value.encode() if isinstance(value, str) else np.int32(value) if small else value)
+        holder.setncattr(
+            name, value.encode() if isinstance(value, str) else np.int32(value) if small else value
+        )
 
 
 def put_variable(
@@ -61,8 +80,12 @@ def put_variable(
     for dimension, size in zip(dimensions, values.shape, strict=True):
         if dimension not in group.dimensions:
             group.createDimension(dimension, size)
-    packing: dict[str, Any] = {"compression": "zlib", "shuffle": True, "fletcher32": True} if values.size else {}
-    variable = group.createVariable(name, values.dtype, dimensions, fill_value=fill_value, **packing)
+    packing: dict[str, Any] = (
+        {"compression": "zlib", "shuffle": True, "fletcher32": True} if values.size else {}
+    )
+    variable = group.createVariable(
+        name, values.dtype, dimensions, fill_value=fill_value, **packing
+    )
     put_attributes(variable, attributes)
     if values.size:
         variable[...] = values
@@ -78,7 +101,8 @@ class FileRecorder(Recorder):
 
     path: Path  #: the file; an existing file is replaced unless the recorder continues it
     attributes: Mapping[str, Any]  #: of the result
-    write_groups: "Callable[[netCDF4.Dataset], None] | None" = None  #: writes further groups into the file
+    #: writes further groups into the file
+    write_groups: "Callable[[netCDF4.Dataset], None] | None" = None
     go_on: int = 0  #: number of rows in the file to continue
     #: Compression of the rows; an unfinished compressed file cannot be continued.
     compression: str = "none"
@@ -114,7 +138,8 @@ class FileRecorder(Recorder):
         """Bytes of all rows."""
         sizes = {"step": self.steps, "asperity": self.columns, DIRECTION: len(COMPONENTS)}
         return sum(
-            np.dtype(variable.dtype).itemsize * math.prod(sizes[name] for name in variable.dimensions)
+            np.dtype(variable.dtype).itemsize
+            * math.prod(sizes[name] for name in variable.dimensions)
             for variable in (TIME, *self.totals, *self.per_asperity)
         )
 
@@ -167,9 +192,13 @@ class FileRecorder(Recorder):
                 self.slide_time = dataset[SLIDE_TIME.name][...]
             for variable in (TIME, *self.totals, *self.per_asperity):
                 target = self._file[variable.name]
-                at_once = target.shape[0] if target.chunking() == "contiguous" else target.chunking()[0]
+                at_once = (
+                    target.shape[0] if target.chunking() == "contiguous" else target.chunking()[0]
+                )
                 for start in range(0, self.steps, at_once):
-                    target[start : start + at_once] = dataset[variable.name][start : start + at_once]
+                    target[start : start + at_once] = dataset[variable.name][
+                        start : start + at_once
+                    ]
 
     def _declare(self) -> None:
         """Create all variables, and write those that do not vary along the rows."""
@@ -184,14 +213,21 @@ class FileRecorder(Recorder):
             file.createDimension(DIRECTION, len(COMPONENTS))
             # CF has no strings of a length of their own
             file.createDimension(f"{DIRECTION}_length", 1)
-            created = file.createVariable(DIRECTION, "S1", (DIRECTION, f"{DIRECTION}_length"), fill_value=False)
+            created = file.createVariable(
+                DIRECTION, "S1", (DIRECTION, f"{DIRECTION}_length"), fill_value=False
+            )
             put_attributes(created, {"long_name": OF_DIRECTION, "_Encoding": "utf-8"})
             created[...] = np.array(COMPONENTS, "S1")
         # what is known at the end alone gets its place now, so that only its bytes change then
         once = [] if self.asperities is None else [(SLIDE_TIME, np.full(self.columns, np.nan))]
         fixed = asperity_coordinates(self.ensemble, self.asperities)
         coordinates = [*(variable for variable, _ in fixed), TIME]
-        for variable_to_make in (*coordinates, *self.totals, *self.per_asperity, *(variable for variable, _ in once)):
+        for variable_to_make in (
+            *coordinates,
+            *self.totals,
+            *self.per_asperity,
+            *(variable for variable, _ in once),
+        ):
             self._make(variable_to_make, coordinates)
         for variable, values in [*fixed, *once]:
             if values.size:
@@ -212,10 +248,13 @@ class FileRecorder(Recorder):
         put_attributes(variable_in_file, variable.attributes)
         if variable not in coordinates:
             auxiliary = [
-                coordinate.name for coordinate in coordinates if coordinate.dimensions[0] in variable.dimensions
+                coordinate.name
+                for coordinate in coordinates
+                if coordinate.dimensions[0] in variable.dimensions
             ]
             put_attributes(
-                variable_in_file, {"coordinates": " ".join(name for name in auxiliary if name != "asperity")}
+                variable_in_file,
+                {"coordinates": " ".join(name for name in auxiliary if name != "asperity")},
             )
 
     def _put_held(self) -> None:
@@ -299,4 +338,6 @@ def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
 def _even(count: int, maximum: int) -> int:
     """Return the size of nearly equal pieces, with little unused space in the last one."""
     size = -(-count // -(-count // maximum))
-    return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))
+    return min(
+        range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size)
+    )

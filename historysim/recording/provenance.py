@@ -24,10 +24,13 @@ from historysim.recording.recorder import largest_approach
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
 
-# Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its events itself.
+# Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its
+# events itself.
 MADE_BY = "replay"
-MOST_TURN = 5e-3  # change of a slope as its spheres move past each other, up to which it is taken as kept
-# Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times [s] by name.
+# change of a slope as its spheres move past each other, up to which it is taken as kept
+MOST_TURN = 5e-3
+# Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times
+# [s] by name.
 VALIDITY = "validity"
 
 
@@ -48,13 +51,19 @@ def _laws(ensemble: Body) -> dict[str, str]:
         name, elsewhere = f"{kind}_law", isinstance(law, FrictionLaw) and not law.same_bits
         texts[name] = f"{law.text}{'; last bits may differ on other machines' if elsewhere else ''}"
         if "package" in law.described:
-            texts |= {"packages": ", ".join(ensemble.packages), f"{name}_settings": json.dumps(law.described)}
+            texts |= {
+                "packages": ", ".join(ensemble.packages),
+                f"{name}_settings": json.dumps(law.described),
+            }
     return texts
 
 
 def attributes(ensemble: Body, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    asperities, loads = count_text(len(ensemble), "asperity", "asperities"), count_text(len(events), "event", "events")
+    asperities, loads = (
+        count_text(len(ensemble), "asperity", "asperities"),
+        count_text(len(events), "event", "events"),
+    )
     optional = {
         "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
         "parallel_stiffness": instrument.parallel_stiffness or None,
@@ -83,12 +92,15 @@ def attributes(ensemble: Body, events: Sequence[Event], instrument: Instrument) 
 
 
 def validity_findings(
-    ensemble: Body, events: Sequence[Event], instrument: Instrument = RIGID, approach: float | None = None
+    ensemble: Body,
+    events: Sequence[Event],
+    instrument: Instrument = RIGID,
+    approach: float | None = None,
 ) -> tuple[Finding, ...]:
     """Return the assumptions of the model that are violated where asperities are loaded most.
 
-    They are those of `asperities.validity.findings` and of the functions below. `approach` is the largest one of the
-    history [m]; computed by default.
+    They are those of `asperities.validity.findings` and of the functions below. `approach` is the
+    largest one of the history [m]; computed by default.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
     of_contact = validity.findings(ensemble, approach, instrument)
@@ -147,7 +159,12 @@ def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Fin
         if 0 < amplitude < resolution:
             reached, resolved = (quantity_text(value, unit, 3) for value in (amplitude, resolution))
             text = f"the greatest tangential {name}, {reached}, is below what the instrument resolves, {resolved}: no "
-            yield Finding("amplitude", amplitude, resolution, text + "instrument would see the history; move further")
+            yield Finding(
+                "amplitude",
+                amplitude,
+                resolution,
+                text + "instrument would see the history; move further",
+            )
 
 
 def named_states_attribute(times: Mapping[str, float]) -> dict[str, str]:

@@ -12,7 +12,13 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.errors import InputError
-from historysim.loads.event_sequence import are_loads, channel_values, check_pressing, is_planar, time_text
+from historysim.loads.event_sequence import (
+    are_loads,
+    channel_values,
+    check_pressing,
+    is_planar,
+    time_text,
+)
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -40,18 +46,24 @@ if TYPE_CHECKING:
 
 Selection = str | Sequence[int]
 
-ROWS_AT_ONCE = 1 << 12  # rows that are walked, at most, before they are recorded and the progress bar moves on
-# Rows times asperities that are held in memory between writes to a file; as many again while they are written.
+# rows that are walked, at most, before they are recorded and the progress bar moves on
+ROWS_AT_ONCE = 1 << 12
+# Rows times asperities that are held in memory between writes to a file; as many again while they
+# are written.
 CELLS_AT_ONCE = 1 << 20
-# Rows times asperities that are walked before the progress bar moves on, where all of them stay in memory.
+# Rows times asperities that are walked before the progress bar moves on, where all of them stay in
+# memory.
 CELLS_IN_MEMORY = 1 << 24
 
 
-def chosen_asperities(ensemble: Body, events: Sequence[Event], record: Selection) -> Integers | None:
+def chosen_asperities(
+    ensemble: Body, events: Sequence[Event], record: Selection
+) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
-    "touching" are those that touch at any time; where that is not known (wear, other geometry) all, of inclined ones
-    those that may. Another word, or an index that does not exist or is given twice, is an InputError.
+    "touching" are those that touch at any time; where that is not known (wear, other geometry) all,
+    of inclined ones those that may. Another word, or an index that does not exist or is given
+    twice, is an InputError.
     """
     if isinstance(record, str) and record == "totals":
         return None
@@ -59,16 +71,22 @@ def chosen_asperities(ensemble: Body, events: Sequence[Event], record: Selection
         if record == "all" or changes_geometry(events):
             return np.arange(len(ensemble))
         load, approach = (_largest(events, kind) for kind in (NormalLoad, NormalDisplacement))
-        displacement = float(np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0))
+        displacement = float(
+            np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0)
+        )
         return np.flatnonzero(ensemble.may_touch(load, approach, displacement))
     selection = np.asarray(record if not isinstance(record, str) else ())
     if selection.ndim != 1 or selection.dtype.kind not in "iu" or selection.size == 0:
-        raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
+        raise InputError(
+            f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices"
+        )
     indices, counts = np.unique(selection.astype(np.int64), return_counts=True)
     outside = indices[(indices < 0) | (indices >= len(ensemble))]
     if outside.size or counts.max() > 1:
         problem = f"names asperity {outside[0]}" if outside.size else "names an asperity twice"
-        raise InputError(f"record {problem}; expected indices from 0 to {len(ensemble) - 1}, each once")
+        raise InputError(
+            f"record {problem}; expected indices from 0 to {len(ensemble) - 1}, each once"
+        )
     return indices
 
 
@@ -76,7 +94,11 @@ def find_changes(ensemble: Body, events: Sequence[Event], instrument: Instrument
     """Return the optional physics of a history; InputError if it does not support two tangential directions."""
     planar = is_planar(events)
     # events of one direction may be arrays, of which no objects are made
-    kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)} if planar else ()
+    kinds = (
+        {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)}
+        if planar
+        else ()
+    )
     if planar and (problem := ensemble.direction_limit or ", ".join(sorted(kinds))):
         raise InputError(
             f"{problem} supports one tangential direction only; expected one number in each load event, not two"
@@ -123,7 +145,9 @@ def _check_supported(ensemble: Body, events: Sequence[Event]) -> None:
 
 def largest_approach(ensemble: Body, events: Sequence[Event]) -> float:
     """Return the largest approach of the highest summit in the events [m], 0 if nothing touches."""
-    return max(_largest(events, NormalDisplacement), ensemble.approach_at(_largest(events, NormalLoad)))
+    return max(
+        _largest(events, NormalDisplacement), ensemble.approach_at(_largest(events, NormalLoad))
+    )
 
 
 def _largest(events: Sequence[Event], kind: type[NormalLoad | NormalDisplacement]) -> float:
@@ -142,7 +166,8 @@ class Recorder(abc.ABC):
     asperities: Integers | None  #: (asperity) Indices to record; None for totals alone
     steps: int  #: rows that the whole history records
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)  #: in series with the contact
-    changes: Changes = attrs.field(default=Changes(), kw_only=True)  #: optional physics of the history
+    #: optional physics of the history
+    changes: Changes = attrs.field(default=Changes(), kw_only=True)
     #: Time at which each recorded asperity first slid [s], NaN for never; known at the end.
     slide_time: Floats | None = attrs.field(default=None, init=False)
     _filled: int = attrs.field(default=0, init=False)
@@ -174,7 +199,9 @@ class Recorder(abc.ABC):
     def new_rows(self, count: int) -> Rows:
         """Return empty rows with arrays for all recorded variables."""
         always = (*PROJECTED, "dissipated_energy")
-        more = {variable.source for variable in self.per_asperity if variable.derived is None} - set(always)
+        more = {
+            variable.source for variable in self.per_asperity if variable.derived is None
+        } - set(always)
         columns = None if self.asperities is None else self.columns
         return blank_rows(count, columns, *sorted(more), planar=self.changes.planar)
 
@@ -195,7 +222,10 @@ class Recorder(abc.ABC):
     def project(self, rows: Rows) -> list[tuple[Variable, Array]]:
         """Return the variables along ``step`` with their values in these rows."""
         variables = *self.totals, *self.per_asperity
-        return [(variable, variable.values(rows, self.ensemble, self.instrument)) for variable in variables]
+        return [
+            (variable, variable.values(rows, self.ensemble, self.instrument))
+            for variable in variables
+        ]
 
 
 @final
@@ -212,7 +242,11 @@ class DatasetRecorder(Recorder):
     @property
     def rows_at_once(self) -> int:
         """As for `Recorder`; fewer for patches, since their rows are made from many more elements."""
-        return self._steps_in_memory(CELLS_IN_MEMORY) if self.ensemble.has_radii else super().rows_at_once
+        return (
+            self._steps_in_memory(CELLS_IN_MEMORY)
+            if self.ensemble.has_radii
+            else super().rows_at_once
+        )
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
@@ -226,8 +260,13 @@ class DatasetRecorder(Recorder):
     def dataset(self, attributes: Mapping[str, Any]) -> "xr.Dataset":
         """Return the recorded history, with these attributes."""
         once = [] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]
-        coordinates = [*asperity_coordinates(self.ensemble, self.asperities), (COORDINATES[0], self._times)]
-        return labelled_dataset([*self.project(self.rows), *once], coordinates, attributes, planar=self.changes.planar)
+        coordinates = [
+            *asperity_coordinates(self.ensemble, self.asperities),
+            (COORDINATES[0], self._times),
+        ]
+        return labelled_dataset(
+            [*self.project(self.rows), *once], coordinates, attributes, planar=self.changes.planar
+        )
 
 
 @final
@@ -274,7 +313,9 @@ def labelled_dataset(
 
     def label(arrays: Iterable[tuple[Variable, Any]]) -> dict[str, xr.Variable]:
         return {
-            one.name: xr.Variable(one.dimensions, values, one.attributes, {"_FillValue": None, "dtype": one.dtype})
+            one.name: xr.Variable(
+                one.dimensions, values, one.attributes, {"_FillValue": None, "dtype": one.dtype}
+            )
             for one, values in arrays
         }
 
@@ -284,10 +325,14 @@ def labelled_dataset(
     return xr.Dataset(label(data), labels, {**attributes, "complete": np.int8(1)})
 
 
-def asperity_coordinates(ensemble: Body, asperities: Integers | None) -> list[tuple[Variable, Array]]:
+def asperity_coordinates(
+    ensemble: Body, asperities: Integers | None
+) -> list[tuple[Variable, Array]]:
     """Coordinates along ``asperity``, with their values."""
     if asperities is None:
         return []
     values: dict[str, Array] = {"asperity": asperities}
     values |= {name: source[asperities] for name, source in ensemble.coordinates.items()}
-    return [(variable, values[variable.name]) for variable in COORDINATES if variable.name in values]
+    return [
+        (variable, values[variable.name]) for variable in COORDINATES if variable.name in values
+    ]

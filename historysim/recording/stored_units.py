@@ -20,7 +20,9 @@ _PACKING = ("scale_factor", "add_offset")
 
 def declared_units() -> dict[str, str]:
     """Return the units of all recorded variables by name."""
-    return {variable.name: variable.units for variable in (*COORDINATES, SLIDE_TIME, *known_variables())}
+    return {
+        variable.name: variable.units for variable in (*COORDINATES, SLIDE_TIME, *known_variables())
+    }
 
 
 def is_as_recorded(attributes: Mapping[str, Any], unit: str) -> bool:
@@ -57,7 +59,11 @@ def to_declared_units(history: "xr.Dataset") -> "xr.Dataset":
     units = declared_units()
     names = [str(name) for name in history.variables if name in units]
     converted = {name: _convert(name, history.variables[name], units[name]) for name in names}
-    changed = {name: variable for name, variable in converted.items() if variable is not history.variables[name]}
+    changed = {
+        name: variable
+        for name, variable in converted.items()
+        if variable is not history.variables[name]
+    }
     if not changed:
         return history
     coordinates = {name: variable for name, variable in changed.items() if name in history.coords}
@@ -71,14 +77,25 @@ def _convert(name: str, variable: "xr.Variable", unit: str) -> "xr.Variable":
     """Return a variable in its declared unit; the same object if it is."""
     from xarray.conventions import decode_cf_variable
 
-    attributes = {key: value for key, value in variable.attrs.items() if key not in {"calendar", "dtype"}}
+    attributes = {
+        key: value for key, value in variable.attrs.items() if key not in {"calendar", "dtype"}
+    }
     kind = variable.dtype.kind
     if kind == "M" or (kind == "O" and name == "time"):
         raise _date_error(name, str(variable.encoding.get("units", variable.dtype)))
     if kind == "m" and unit == "s":
-        return variable.copy(data=variable.values / np.timedelta64(1, "s"))._replace(attrs=attributes | {"units": unit})
-    if "units" not in variable.attrs and unit not in PLAIN and kind == "f" and has_unit(variable.data):
-        return variable.copy(data=to_si(variable.data, unit))._replace(attrs=attributes | {"units": unit})
+        return variable.copy(data=variable.values / np.timedelta64(1, "s"))._replace(
+            attrs=attributes | {"units": unit}
+        )
+    if (
+        "units" not in variable.attrs
+        and unit not in PLAIN
+        and kind == "f"
+        and has_unit(variable.data)
+    ):
+        return variable.copy(data=to_si(variable.data, unit))._replace(
+            attrs=attributes | {"units": unit}
+        )
     if kind not in "iuf" or is_as_recorded(variable.attrs, unit):
         return variable
     factor = unit_factor(name, variable.attrs, unit)

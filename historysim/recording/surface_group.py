@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from historysim.surfaces.summits import Summits
 
 GROUP = "surface"
-# Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show.
+# Points of a height map along each axis that are kept, and as many in all of a profile: what a
+# picture can show.
 MOST_POINTS = 512
 
 SURFACE = (
@@ -45,12 +46,15 @@ VARIABLES = (*SURFACE, *SUMMITS, *SOLUTIONS)
 
 
 def contents(
-    summits: "Summits | None", surface: "Surface | None" = None, solutions: "NormalSolutions | None" = None
+    summits: "Summits | None",
+    surface: "Surface | None" = None,
+    solutions: "NormalSolutions | None" = None,
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Return the arrays of the group by their names, and its attributes.
 
-    They are all summits; the map that they were found on, every so many-th point (``thinning``); and of a map with full
-    interaction the points that touch and their pressures in place of summits.
+    They are all summits; the map that they were found on, every so many-th point (``thinning``);
+    and of a map with full interaction the points that touch and their pressures in place of
+    summits.
     """
     values: list[Array | None] = [None] * len(VARIABLES)
     first_surface = len(SURFACE)
@@ -58,11 +62,19 @@ def contents(
     if summits is not None and summits.nominal_area:
         attributes["nominal_area"] = summits.nominal_area
     if summits is not None and solutions is None:
-        values[first_surface : first_surface + len(SUMMITS)] = summits.height, summits.radius, summits.x, summits.y
+        values[first_surface : first_surface + len(SUMMITS)] = (
+            summits.height,
+            summits.radius,
+            summits.x,
+            summits.y,
+        )
     if solutions is not None:
         points = (solutions.point, solutions.patch, solutions.first_touch)
         values[-len(SOLUTIONS) :] = *points, solutions.approach, solutions.pressure
-        attributes |= {"shape": list(solutions.shape), "change_of_area_at_half_the_points": solutions.coarse[1]}
+        attributes |= {
+            "shape": list(solutions.shape),
+            "change_of_area_at_half_the_points": solutions.coarse[1],
+        }
         attributes["periodic"] = int(surface is not None and surface.periodic)
     if surface is not None:
         maximum = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
@@ -72,12 +84,16 @@ def contents(
         values[:first_surface] = x, y, surface.heights[:: strides[0], :: strides[1]]
     named = zip(VARIABLES, values, strict=True)
     return {
-        variable.name: array.astype(np.float64, copy=False) for variable, array in named if array is not None
+        variable.name: array.astype(np.float64, copy=False)
+        for variable, array in named
+        if array is not None
     }, attributes
 
 
 def dataset(
-    summits: "Summits | None", surface: "Surface | None" = None, solutions: "NormalSolutions | None" = None
+    summits: "Summits | None",
+    surface: "Surface | None" = None,
+    solutions: "NormalSolutions | None" = None,
 ) -> "xr.Dataset":
     """Return the group as a Dataset, with dimensions ``summit`` and, with a map, ``x`` and ``y``."""
     import xarray as xr
@@ -85,7 +101,10 @@ def dataset(
     arrays, attributes = contents(summits, surface, solutions)
     variables = {
         variable.name: xr.Variable(
-            variable.dimensions, arrays[variable.name], variable.attributes, {"_FillValue": _missing(variable) or None}
+            variable.dimensions,
+            arrays[variable.name],
+            variable.attributes,
+            {"_FillValue": _missing(variable) or None},
         )
         for variable in VARIABLES
         if variable.name in arrays
@@ -93,7 +112,9 @@ def dataset(
     return xr.Dataset(variables, attrs=_is_kept(attributes))
 
 
-def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
+def write(
+    file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapping[str, Any]
+) -> None:
     """Write the arrays of `contents` into the group ``surface`` of an open file."""
     group = file.createGroup(GROUP)
     put_attributes(group, _is_kept(attributes))
@@ -111,7 +132,8 @@ def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapp
 
 def _is_kept(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return {
-        key: np.array(value, dtype=np.int32) if isinstance(value, list) else value for key, value in attributes.items()
+        key: np.array(value, dtype=np.int32) if isinstance(value, list) else value
+        for key, value in attributes.items()
     }
 
 

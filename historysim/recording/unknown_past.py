@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 UNTOUCHED, UNKNOWN = "untouched", "unknown"
 PASTS = (UNTOUCHED, UNKNOWN)
 FORGOTTEN = "past_forgotten_time"  # attribute of the history
-SLIDE = 2.5  # distance of a slide, over the displacement at which the virgin contact slides; 2 turn any memory round
+# distance of a slide, over the displacement at which the virgin contact slides; 2 turn any memory
+# round
+SLIDE = 2.5
 NEGLIGIBLE = 1e-12  # width of a bracket that is rounding, relative to the largest values
 BOUNDS = {"lower": "least", "upper": "largest"}
 
@@ -45,15 +47,16 @@ def check_written(past: str) -> None:
 def add_bounds(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
     """Return the history of a replay with the bounds that all pasts of its contact have at each step.
 
-    A past is any history that ends where the contact, or its drive, is at the first event time. Each spring is a play,
-    and plays keep the order of their initial strains: on a path in displacements no past is outside the two that slid
-    there from either side.
+    A past is any history that ends where the contact, or its drive, is at the first event time.
+    Each spring is a play, and plays keep the order of their initial strains: on a path in
+    displacements no past is outside the two that slid there from either side.
 
-    ``total_tangential_load_lower`` and ``_upper``, and the same of ``tangential_load`` of each recorded asperity. Where
-    a tangential load or the drive of an instrument is controlled, springs keep their order only in a contact of one
-    coefficient, and only for the sums over all of them: then there are bounds of ``total_tangential_load`` and
-    ``tangential_displacement``. The attribute ``past_forgotten_time`` is the first recorded time from which on the
-    bounds agree [s]; NaN if they do not.
+    ``total_tangential_load_lower`` and ``_upper``, and the same of ``tangential_load`` of each
+    recorded asperity. Where a tangential load or the drive of an instrument is controlled, springs
+    keep their order only in a contact of one coefficient, and only for the sums over all of them:
+    then there are bounds of ``total_tangential_load`` and ``tangential_displacement``. The
+    attribute ``past_forgotten_time`` is the first recorded time from which on the bounds agree [s];
+    NaN if they do not.
     """
     _check(job)
     start = job.state(until=float(event_times(job.events)[0]))
@@ -71,7 +74,9 @@ def add_bounds(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  
         bounds = dict(zip(BOUNDS, (np.minimum(*both), np.maximum(*both)), strict=True))
         for bound, text in BOUNDS.items():
             variable = history[name].copy(data=bounds[bound])
-            variable.attrs["long_name"] = f"{text} {history[name].attrs.get('long_name', name)} of all pasts"
+            variable.attrs["long_name"] = (
+                f"{text} {history[name].attrs.get('long_name', name)} of all pasts"
+            )
             history[f"{name}_{bound}"] = variable
         width = np.maximum(width, _relative_width(bounds["lower"], bounds["upper"]))
     known_from = int(np.flatnonzero(width > NEGLIGIBLE).max(initial=-1)) + 1
@@ -109,7 +114,9 @@ def _slid_state(job: Any, start: "State", direction: float) -> "State":  # noqa:
 
 def _is_displacement_free(job: Any) -> bool:  # noqa: ANN401 - a Replay, below
     """Return whether the displacement of the contact follows from a load, or from the drive of an instrument."""
-    return not job.instrument.rigid or any(isinstance(event, TangentialLoad) for event in job.events)
+    return not job.instrument.rigid or any(
+        isinstance(event, TangentialLoad) for event in job.events
+    )
 
 
 def _check(job: Any) -> None:  # noqa: ANN401 - a Replay, below

@@ -33,8 +33,8 @@ class Changes:
     sliding: bool = False  #: whether the sliding distance of asperities is followed
     wear: bool = False
     yielding: bool = False
-    #: wear, yielding and geometry: whether asperities wear, whether they yield, and whether heights or radii change
-    #: otherwise.
+    #: wear, yielding and geometry: whether asperities wear, whether they yield, and whether heights
+    #: or radii change otherwise.
     geometry: bool = False
     spring: bool = False  #: whether there is an instrument in series
     parallel: bool = False  #: whether there is a spring in parallel
@@ -64,19 +64,24 @@ class Variable:
     """One output variable."""
 
     name: str
-    #: Of ``step``, ``asperity`` and ``direction``; in the group of the surface ``x``, ``y`` and ``summit``.
+    #: Of ``step``, ``asperity`` and ``direction``; in the group of the surface ``x``, ``y`` and
+    #: ``summit``.
     dimensions: tuple[str, ...]
     units: str  #: UDUNITS string; "1" where dimensionless, empty for flags
     long_name: str
     dtype: str = "float64"  #: numpy's name of the type
     extra: dict[str, Any] = attrs.field(factory=dict, hash=False)  #: further attributes
     #: In which histories it is recorded.
-    when: Callable[[Changes], bool] = attrs.field(default=_always, kw_only=True, eq=False, repr=False)
-    #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name, without
-    #: ``total_`` or ``present_`` in front.
+    when: Callable[[Changes], bool] = attrs.field(
+        default=_always, kw_only=True, eq=False, repr=False
+    )
+    #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the
+    #: same name, without ``total_`` or ``present_`` in front.
     source: str = attrs.field(kw_only=True)
     #: Computes it from rows, the ensemble and the instrument, where it is no such field.
-    derived: "Callable[[Rows, Body, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
+    derived: "Callable[[Rows, Body, Instrument], Array] | None" = attrs.field(
+        default=None, kw_only=True, eq=False
+    )
     #: Whether it has two components where there are two tangential directions.
     directed: bool = attrs.field(default=False, kw_only=True)
 
@@ -103,7 +108,9 @@ class Variable:
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
         else:
-            values = rows.each[self.source] if "asperity" in self.dimensions else rows.total(self.source)
+            values = (
+                rows.each[self.source] if "asperity" in self.dimensions else rows.total(self.source)
+            )
         return np.ascontiguousarray(values, dtype=self.dtype)
 
 
@@ -111,7 +118,10 @@ _STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")
 
 
 def _flags(**meanings: int) -> dict[str, Any]:
-    return {"flag_values": np.array([*meanings.values()], np.int8), "flag_meanings": " ".join(meanings)}
+    return {
+        "flag_values": np.array([*meanings.values()], np.int8),
+        "flag_meanings": " ".join(meanings),
+    }
 
 
 def _separation(rows: "Rows", ensemble: "Body", _: "Instrument") -> Array:
@@ -137,7 +147,9 @@ def _circle(radius: str) -> "Callable[[Rows, Body, Instrument], Array]":
 
 
 def _half_width(radius: str) -> "Callable[[Rows, Body, Instrument], Array]":
-    return lambda rows, body, _: math.pi * rows.each[radius] ** 2 / (2.0 * (body.line_length or 1.0))
+    return lambda rows, body, _: (
+        math.pi * rows.each[radius] ** 2 / (2.0 * (body.line_length or 1.0))
+    )
 
 
 COORDINATES = (
@@ -154,7 +166,11 @@ COORDINATES = (
 # What is recorded once, at the end.
 _AT_THE_END = {"comment": "NaN where it never does", "coverage_content_type": "modelResult"}
 SLIDE_TIME = Variable(
-    "slide_time", _ASPERITY, "s", "elapsed time at which the asperity first slides as a whole", extra=_AT_THE_END
+    "slide_time",
+    _ASPERITY,
+    "s",
+    "elapsed time at which the asperity first slides as a whole",
+    extra=_AT_THE_END,
 )
 
 _SLIPS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
@@ -167,7 +183,9 @@ _RATIO = {
     "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
     "that of a round contact with the same normal curve"
 }
-_YIELDING_WORK = {"comment": "inelastic work of the normal load, in addition to frictional dissipation"}
+_YIELDING_WORK = {
+    "comment": "inelastic work of the normal load, in addition to frictional dissipation"
+}
 
 
 def _total(name: str, units: str, long_name: str, **options: Any) -> Variable:  # noqa: ANN401 - of all its fields
@@ -210,8 +228,18 @@ def _reshapes(changes: Changes) -> bool:
 
 # All that is recorded of a history; `register` adds to it.
 VARIABLES = (
-    _total("total_normal_load", "N", "normal load of all asperities; with attraction the load from outside alone"),
-    _total("total_attraction", "N", "attraction of all touching asperities", when=_ATTRACTS, derived=_attraction),
+    _total(
+        "total_normal_load",
+        "N",
+        "normal load of all asperities; with attraction the load from outside alone",
+    ),
+    _total(
+        "total_attraction",
+        "N",
+        "attraction of all touching asperities",
+        when=_ATTRACTS,
+        derived=_attraction,
+    ),
     # in fields of yielding, which asperities that attract do not have
     _total(
         "jumps",
@@ -221,16 +249,45 @@ VARIABLES = (
         when=_ATTRACTS,
         source="yielded_share",
     ),
-    _total("jump_energy", "J", "energy lost in jumps since the start", when=_ATTRACTS, source="yielding_energy"),
+    _total(
+        "jump_energy",
+        "J",
+        "energy lost in jumps since the start",
+        when=_ATTRACTS,
+        source="yielding_energy",
+    ),
     _total("total_tangential_load", "N", "tangential load of all asperities", directed=True),
-    _total("separation", "m", "height of the rigid flat over the datum of the summit heights", derived=_separation),
-    _total("tangential_displacement", "m", "rigid tangential displacement", source="displacement", directed=True),
+    _total(
+        "separation",
+        "m",
+        "height of the rigid flat over the datum of the summit heights",
+        derived=_separation,
+    ),
+    _total(
+        "tangential_displacement",
+        "m",
+        "rigid tangential displacement",
+        source="displacement",
+        directed=True,
+    ),
     _total("contact_count", "1", "number of asperities in contact", dtype="int64"),
     _total("real_contact_area", "m2", "real contact area", when=_AREAS),
-    _total("tangential_stiffness", "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
-    _total("total_dissipated_energy", "J", "energy dissipated by friction since the start, all asperities"),
+    _total(
+        "tangential_stiffness", "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION
+    ),
+    _total(
+        "total_dissipated_energy",
+        "J",
+        "energy dissipated by friction since the start, all asperities",
+    ),
     _total("friction_limit", "N", "largest tangential load that friction holds"),
-    _total("saturated", "", "whether a tangential load beyond the limit was held at it", dtype="int8", extra=_HELD),
+    _total(
+        "saturated",
+        "",
+        "whether a tangential load beyond the limit was held at it",
+        dtype="int8",
+        extra=_HELD,
+    ),
     _total(
         "drive_displacement",
         "m",
@@ -255,7 +312,12 @@ VARIABLES = (
         source="traction_ratio",
         extra=_RATIO,
     ),
-    _total("present_friction", "1", "friction coefficient of all asperities at the step", when=_has_one_friction),
+    _total(
+        "present_friction",
+        "1",
+        "friction coefficient of all asperities at the step",
+        when=_has_one_friction,
+    ),
     _total(
         "total_slid_distance",
         "m",
@@ -264,9 +326,18 @@ VARIABLES = (
         source="slid_together",
     ),
     _total(
-        "erased_memories", "1", "contacts whose memory a change of geometry has erased", dtype="int64", when=_RESHAPED
+        "erased_memories",
+        "1",
+        "contacts whose memory a change of geometry has erased",
+        dtype="int64",
+        when=_RESHAPED,
     ),
-    _total("erased_energy", "J", "tangential elastic energy that went with erased or worn contacts", when=_RESHAPED),
+    _total(
+        "erased_energy",
+        "J",
+        "tangential elastic energy that went with erased or worn contacts",
+        when=_RESHAPED,
+    ),
     _total(
         "yielded_load_share",
         "1",
@@ -288,8 +359,20 @@ VARIABLES = (
     _each("stick_radius", "m", "stick radius", when=_round),
     _each("normal_load", "N", "normal load of the patch", when=_PATCHES),
     _each("tangential_load", "N", "tangential load of the patch", when=_PATCHES, directed=True),
-    _each("contact_area", "m2", "contact area of the patch", when=_patch_areas, derived=_circle("contact_radius")),
-    _each("stick_area", "m2", "area of the patch that sticks", when=_patch_areas, derived=_circle("stick_radius")),
+    _each(
+        "contact_area",
+        "m2",
+        "contact area of the patch",
+        when=_patch_areas,
+        derived=_circle("contact_radius"),
+    ),
+    _each(
+        "stick_area",
+        "m2",
+        "area of the patch that sticks",
+        when=_patch_areas,
+        derived=_circle("stick_radius"),
+    ),
     _each(
         "contact_half_width",
         "m",
@@ -307,19 +390,36 @@ VARIABLES = (
     # of each of either
     _each("slip_state", "", "slip state", dtype="int8", extra=_SLIPS),
     _each("dissipated_energy", "J", "energy dissipated by friction since the start", when=_round),
-    _each("present_friction", "1", "friction coefficient of the asperity at the step", when=_own_friction),
-    _each("slid_distance", "m", "displacement while the asperity slid, since the start", when=_SLIDES),
+    _each(
+        "present_friction",
+        "1",
+        "friction coefficient of the asperity at the step",
+        when=_own_friction,
+    ),
+    _each(
+        "slid_distance", "m", "displacement while the asperity slid, since the start", when=_SLIDES
+    ),
     _each("worn_volume", "m3", "volume that the asperity has lost since the start", when=_WEARS),
     _each("present_summit_height", "m", "height of the summit at the step", when=_reshapes),
     _each("present_summit_radius", "m", "radius of the summit at the step", when=_reshapes),
-    _each("yielded_depth", "m", "depth by which the summit has been flattened since the start", when=_YIELDS),
+    _each(
+        "yielded_depth",
+        "m",
+        "depth by which the summit has been flattened since the start",
+        when=_YIELDS,
+    ),
     _each(
         "yielding_load",
         "N",
         "largest load under which the asperity has yielded, up to which it is elastic now; 0 where it has not",
         when=_YIELDS,
     ),
-    _each("yielding_energy", "J", "energy that yielding of the asperity has taken since the start", when=_YIELDS),
+    _each(
+        "yielding_energy",
+        "J",
+        "energy that yielding of the asperity has taken since the start",
+        when=_YIELDS,
+    ),
 )
 
 _added: list[Variable] = []
@@ -330,7 +430,8 @@ _OWN = frozenset({"netcdf", "provenance", "recorder", "stored_units", "surface_g
 def register(variable: Variable) -> Variable:
     """Record another variable from now on, in all histories that meet its condition ``when``; return it.
 
-    In this package it is declared in a separate file of this folder. It replaces an earlier variable of the same name.
+    In this package it is declared in a separate file of this folder. It replaces an earlier
+    variable of the same name.
     """
     _added[:] = [
         declaration
@@ -356,4 +457,6 @@ def recorded_variables(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Va
     """Return the recorded variables of a history: totals, and variables of each asperity."""
     present = [variable for variable in known_variables() if variable.when(changes)]
     totals = tuple(variable.along(changes) for variable in present if variable.dimensions == _STEP)
-    return totals, tuple(variable.along(changes) for variable in present if variable.dimensions == _BOTH)
+    return totals, tuple(
+        variable.along(changes) for variable in present if variable.dimensions == _BOTH
+    )

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     P = ParamSpec("P")
     R = TypeVar("R")
 
-    def _typed(function: Callable[Concatenate[Any, P], R]) -> "Callable[Concatenate[Queries, P], R]": ...
+    def _typed(
+        function: Callable[Concatenate[Any, P], R],
+    ) -> "Callable[Concatenate[Queries, P], R]": ...
 
 
 def _method(query: Query) -> Callable[..., Any]:
@@ -102,7 +104,9 @@ class Queries:
     def __getattr__(self, name: str) -> Callable[..., Any]:
         """Return a query that was declared after this class, as in a script."""
         if name not in (queries := all_queries()):
-            raise AttributeError(f"{type(self).__name__} has no query {name}; {nearest(name, queries)}")
+            raise AttributeError(
+                f"{type(self).__name__} has no query {name}; {nearest(name, queries)}"
+            )
         return functools.partial(queries[name].function, self.history)
 
 
@@ -126,9 +130,15 @@ def evaluate_query(history: xr.Dataset, name: str, arguments: Mapping[str, Any])
         if option not in parameters:
             fix = nearest(option, parameters) if parameters else "it has none"
             raise InputError(f"{cli_name}: has no parameter {option!r}; {fix}")
-    needed = [option for option, parameter in parameters.items() if parameter.default is inspect.Parameter.empty]
+    needed = [
+        option
+        for option, parameter in parameters.items()
+        if parameter.default is inspect.Parameter.empty
+    ]
     if missing := [option for option in needed if option not in arguments]:
-        raise InputError(f"{cli_name}: needs {join_words(missing)}; expected --with {missing[0]}=VALUE")
+        raise InputError(
+            f"{cli_name}: needs {join_words(missing)}; expected --with {missing[0]}=VALUE"
+        )
     result = getattr(Queries(history), name)(**arguments)
     return result if isinstance(result, xr.Dataset) else _table(selected_query, result)
 
@@ -144,7 +154,9 @@ def _table(selected_query: Query, result: Any) -> xr.Dataset:
         return xr.Dataset({selected_query.name: ("row", [result], attributes)})
     if isinstance(result, tuple | list) and all(isinstance(item, Finding) for item in result):
         fields = ("name", "value", "limit", "text")
-        return xr.Dataset({field: ("row", [getattr(item, field) for item in result]) for field in fields})
+        return xr.Dataset(
+            {field: ("row", [getattr(item, field) for item in result]) for field in fields}
+        )
     if isinstance(result, list):
         labels, texts = ([str(line[column]) for line in result] for column in range(2))
         return xr.Dataset({"label": ("row", labels), "text": ("row", texts)})

@@ -42,13 +42,14 @@ REST_TOLERANCE = 1e-9  # part of its range by which a channel may move and count
 def branch_drift(history: xr.Dataset, first: int | str, second: int | str) -> float:
     """Return the branch drift between two steps [m]: the backward branch minus 2 δ1, without sign.
 
-    The surface slides forward at the first step, load or friction change to those of the second at a fixed
-    displacement, and it comes back until all of it slides: asperity i then takes min(δ_i1, δ_i2) + δ_i2, and the
-    surface the most of them. The states at the steps are taken as virgin ones, as in `preliminary_displacement`; where
-    of load and friction one rises and the other falls, the rise comes first.
+    The surface slides forward at the first step, load or friction change to those of the second at
+    a fixed displacement, and it comes back until all of it slides: asperity i then takes min(δ_i1,
+    δ_i2) + δ_i2, and the surface the most of them. The states at the steps are taken as virgin
+    ones, as in `preliminary_displacement`; where of load and friction one rises and the other
+    falls, the rise comes first.
 
-    Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
-    does not have, or as for `preliminary_displacement`.
+    Steps are positions, where negative ones count from the end, or names of states. InputError: a
+    step that the history does not have, or as for `preliminary_displacement`.
     """
     first_branches, second_branches = (_displacements(history, step) for step in (first, second))
     branch = one_contact.backward_branch(first_branches, second_branches).max(initial=0.0)
@@ -61,18 +62,27 @@ def cycle_drift(
 ) -> xr.DataArray:
     """Return the change of the preliminary displacement between two friction loops of a history [m].
 
-    It is that of the recorded loops, from a reversal until they slide (see `friction_loops`), and not of virgin states.
-    Along ``direction``, the forward and the backward branch, with its sign: positive where the second is longer.
+    It is that of the recorded loops, from a reversal until they slide (see `friction_loops`), and
+    not of virgin states. Along ``direction``, the forward and the backward branch, with its sign:
+    positive where the second is longer.
 
-    Loops are positions; negative ones count from the end. InputError: a history without these loops.
+    Loops are positions; negative ones count from the end. InputError: a history without these
+    loops.
     """
-    displacements = friction_loops(history, definitions=definitions).to_dataset()["preliminary_displacement"]
+    displacements = friction_loops(history, definitions=definitions).to_dataset()[
+        "preliminary_displacement"
+    ]
     loops = displacements.sizes["loop"]
     for loop in (first, second):
         if not -loops <= loop < loops:
-            raise InputError(f"loop {loop}: the history has {loops} loops; expected {-loops} to {loops - 1}")
+            raise InputError(
+                f"loop {loop}: the history has {loops} loops; expected {-loops} to {loops - 1}"
+            )
     change = displacements.isel(loop=second, drop=True) - displacements.isel(loop=first, drop=True)
-    change.attrs = {"units": "m", "long_name": "change of the preliminary displacement between loops"}
+    change.attrs = {
+        "units": "m",
+        "long_name": "change of the preliminary displacement between loops",
+    }
     return change.rename("cycle_drift").reset_coords(drop=True)
 
 
@@ -80,8 +90,9 @@ def cycle_drift(
 def run_drift(first: xr.Dataset, second: xr.Dataset, step: int | str = -1) -> float:
     """Return the change of the preliminary displacement between two runs at one step, |δ_t,max,2 - δ_t,max,1| [m].
 
-    The step is its position in each of them, where negative ones count from the end, or the name of a state.
-    InputError: a step that one of them does not have, or as for `preliminary_displacement`.
+    The step is its position in each of them, where negative ones count from the end, or the name of
+    a state. InputError: a step that one of them does not have, or as for
+    `preliminary_displacement`.
     """
     first_displacement, second_displacement = (
         _displacements(history, step).max(initial=0.0) for history in (first, second)
@@ -93,16 +104,18 @@ def run_drift(first: xr.Dataset, second: xr.Dataset, step: int | str = -1) -> fl
 def positioning_error(history: xr.Dataset, start: int | str = 0, end: int | str = -1) -> float:
     """Return the positioning error of a there-and-back move [m]: U at its end minus U at its start.
 
-    At the end the tangential load, or behind an instrument the displacement of the drive, is what it was at the start;
-    normal load and friction may differ. Steps are positions, where negative ones count from the end, or names of
-    states.
+    At the end the tangential load, or behind an instrument the displacement of the drive, is what
+    it was at the start; normal load and friction may differ. Steps are positions, where negative
+    ones count from the end, or names of states.
 
     InputError: a step that the history does not have, or neither load nor drive has come back.
     """
     start_step, end_step = (resolve_step(step, history) for step in (start, end))
     driven = [name for name in ("total_tangential_load", "drive_displacement") if name in history]
     ends = {name: history[name].values[[start_step, end_step]] for name in driven}
-    tolerance = {name: REST_TOLERANCE * float(np.abs(history[name].values).max()) for name in driven}
+    tolerance = {
+        name: REST_TOLERANCE * float(np.abs(history[name].values).max()) for name in driven
+    }
     if not any(abs(values[1] - values[0]) <= tolerance[name] for name, values in ends.items()):
         load = ends["total_tangential_load"]
         raise InputError(
@@ -117,9 +130,9 @@ def positioning_error(history: xr.Dataset, start: int | str = 0, end: int | str 
 def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     """Return the changes of loads and displacement that a controller sees when the normal load changes at rest.
 
-    At rest is a step to which the tangential load stays, or the displacement that is driven. For each such ``step``:
-    its time, and the changes since the step before of ``normal_load`` [N], ``tangential_load`` [N] and
-    ``tangential_displacement`` of the contact [m].
+    At rest is a step to which the tangential load stays, or the displacement that is driven. For
+    each such ``step``: its time, and the changes since the step before of ``normal_load`` [N],
+    ``tangential_load`` [N] and ``tangential_displacement`` of the contact [m].
     """
     driven = "drive_displacement" if "drive_displacement" in history else "tangential_displacement"
     sources = {
@@ -131,7 +144,9 @@ def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     still = (changed["tangential_load"] == 0) | (_changes(history[driven].values) == 0)
     where = np.flatnonzero(still & (changed["normal_load"] != 0))
     variables = {
-        name: describe("step", changed[name][where], f"change of the {name.replace('_', ' ')}", unit)
+        name: describe(
+            "step", changed[name][where], f"change of the {name.replace('_', ' ')}", unit
+        )
         for name, (_, unit) in sources.items()
     }
     time = ("step", history["time"].values[where + 1], {"units": "s"})
@@ -142,7 +157,8 @@ def apparent_shift(history: xr.Dataset) -> xr.Dataset:
 class Disturbance:
     """Changes by another normal load: of the tangential load while the drive is held [N], and of its displacement [m].
 
-    The displacement is that while the tangential load is held, of the contact and of the drive alike.
+    The displacement is that while the tangential load is held, of the contact and of the drive
+    alike.
     """
 
     tangential_load: float
@@ -154,8 +170,9 @@ def disturbance_at_rest(
 ) -> Disturbance:
     """Return the changes of load and displacement at rest for a new normal load; ``state`` is unaffected.
 
-    A rise has no effect, since new contacts are not strained. Where the load falls, the strain of the lost contacts is
-    released: a held position needs less force, a held force moves the contact on.
+    A rise has no effect, since new contacts are not strained. Where the load falls, the strain of
+    the lost contacts is released: a held position needs less force, a held force moves the contact
+    on.
 
     Parameters
     ----------
@@ -169,7 +186,9 @@ def disturbance_at_rest(
     """
     load, displacement = state.tangential_load, state.tangential_displacement
     drive = instrument.drive_displacement(displacement, load)
-    held = ensemble.advance(state, normal_load=normal_load, tangential_displacement=drive, instrument=instrument)
+    held = ensemble.advance(
+        state, normal_load=normal_load, tangential_displacement=drive, instrument=instrument
+    )
     pushed = ensemble.advance(state, normal_load=normal_load, tangential_load=load)
     return Disturbance(held.tangential_load - load, pushed.tangential_displacement - displacement)
 

@@ -1,6 +1,7 @@
 """Histories as summaries see them: a Dataset of xarray, or the file of a result read with netCDF4 alone.
 
-Importing xarray takes longer than a small run, so that `run` and `show` summarise a result through a `FileHistory`.
+Importing xarray takes longer than a small run, so that `run` and `show` summarise a result through
+a `FileHistory`.
 """
 
 import sys
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 
 MODULI = ("contact_modulus", "shear_modulus")  # attributes of every history
 #: Variables of every history; a contact that is given by its loads alone has no area.
-NEEDED = frozenset({"time", *(variable.name for variable in recorded_variables(Changes(areas=False))[0])})
+NEEDED = frozenset(
+    {"time", *(variable.name for variable in recorded_variables(Changes(areas=False))[0])}
+)
 
 
 class History(Protocol):

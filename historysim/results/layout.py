@@ -1,7 +1,8 @@
 """The layout of a history: its variables by name, along ``step`` and ``asperity`` in this order.
 
-Users of xarray join, cut, transpose and rename histories. `standard_layout` undoes what can be undone by the names of
-variables and dimensions, and reports the rest, so that queries and pictures deal with one layout only.
+Users of xarray join, cut, transpose and rename histories. `standard_layout` undoes what can be
+undone by the names of variables and dimensions, and reports the rest, so that queries and pictures
+deal with one layout only.
 """
 
 import math
@@ -17,50 +18,63 @@ from historysim.recording.stored_units import to_declared_units
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable, known_variables
 from historysim.results.history_view import MODULI
 
-_LABELS = {"step": "time", "asperity": "asperity"}  # coordinates that remain if one step or asperity is selected
+# coordinates that remain if one step or asperity is selected
+_LABELS = {"step": "time", "asperity": "asperity"}
 _COORDINATES = frozenset(variable.name for variable in COORDINATES)
 _SINGLE_PRECISION = np.dtype(np.float32).itemsize
 
 
 def is_history(data: object) -> bool:
     """Return whether an object is a Dataset with the loads of a history, and not a sweep or a table of such loads."""
-    return isinstance(data, xr.Dataset) and "total_normal_load" in data.variables and "content" not in data.attrs
+    return (
+        isinstance(data, xr.Dataset)
+        and "total_normal_load" in data.variables
+        and "content" not in data.attrs
+    )
 
 
 def selected_axes(history: xr.Dataset) -> tuple[str, ...]:
     """Return the axes, ``step`` or ``asperity``, of which one member was selected, so that they are not dimensions."""
     scalars = {axis: label for axis, label in _LABELS.items() if axis not in history.dims}
     variables = history.variables
-    return tuple(axis for axis, label in scalars.items() if label in variables and not variables[label].dims)
+    return tuple(
+        axis for axis, label in scalars.items() if label in variables and not variables[label].dims
+    )
 
 
 def standard_layout(history: xr.Dataset) -> xr.Dataset:
     """Return a history with its declared dimensions, types and coordinates; the same object if it has them already.
 
-    Undone are ``transpose``, ``swap_dims``, ``reset_coords`` and ``set_coords``, the selection of one step or asperity,
-    the repetition of constants by `xarray.concat`, and flags and counts that became floating-point numbers.
+    Undone are ``transpose``, ``swap_dims``, ``reset_coords`` and ``set_coords``, the selection of
+    one step or asperity, the repetition of constants by `xarray.concat`, and flags and counts that
+    became floating-point numbers.
 
     Raises
     ------
     InputError
-        A history with missing variables, attributes, labels or values, with renamed dimensions, with steps that are not
-        in the order of time, or with numbers of too few bits.
+        A history with missing variables, attributes, labels or values, with renamed dimensions,
+        with steps that are not in the order of time, or with numbers of too few bits.
     """
     _check_complete(history)
     result = _with_axes(to_declared_units(history))
     selected = selected_axes(result)
     declarations = _declarations()
     variables = {
-        str(name): _as_declared(variable, declarations[str(name)], selected) if name in declarations else variable
+        str(name): _as_declared(variable, declarations[str(name)], selected)
+        if name in declarations
+        else variable
         for name, variable in result.variables.items()
     }
     foreign = {name for name in result.coords if name not in declarations}
     coordinates = foreign | (_COORDINATES & variables.keys())
     if coordinates != {*result.coords} or any(
-        variables[str(name)] is not declared_variable for name, declared_variable in result.variables.items()
+        variables[str(name)] is not declared_variable
+        for name, declared_variable in result.variables.items()
     ):
         data = {name: variable for name, variable in variables.items() if name not in coordinates}
-        result = xr.Dataset(data, {name: variables[str(name)] for name in coordinates}, history.attrs)
+        result = xr.Dataset(
+            data, {name: variables[str(name)] for name in coordinates}, history.attrs
+        )
     if result is not history:
         # where it comes from
         result.encoding = history.encoding
@@ -78,7 +92,9 @@ def _declarations() -> Mapping[str, Sequence[Variable]]:
 def _check_complete(history: xr.Dataset) -> None:
     """Check that a history has the variables and attributes that every history has."""
     if not is_history(history):
-        raise InputError("this Dataset is not a history; expected one from historysim, with all its variables")
+        raise InputError(
+            "this Dataset is not a history; expected one from historysim, with all its variables"
+        )
     if "time" not in history.variables:
         raise _missing_variables(["time"])
     for name in MODULI:
@@ -96,7 +112,8 @@ def report_missing_variables(*histories: object) -> Iterator[None]:
     try:
         yield
     except KeyError as error:
-        # queries and pictures need a few variables each, so the error itself tells which one is missing
+        # queries and pictures need a few variables each, so the error itself tells which one is
+        # missing
         names = {name for name in _declarations() if f"'{name}'" in str(error)}
         for history in histories:
             if isinstance(history, xr.Dataset) and (missing := names - history.variables.keys()):
@@ -118,7 +135,11 @@ def _with_axes(history: xr.Dataset) -> xr.Dataset:
         history = history.drop_indexes("time")
     swapped: dict[str, str] = {}
     for axis, label in _LABELS.items():
-        lost = axis not in history.dims and label in history.variables and len(history.variables[label].dims) == 1
+        lost = (
+            axis not in history.dims
+            and label in history.variables
+            and len(history.variables[label].dims) == 1
+        )
         if lost:
             dimension = str(history.variables[label].dims[0])
             if dimension not in history.coords:
@@ -141,11 +162,19 @@ def _name_error(dimension: str, axis: str) -> InputError:
     )
 
 
-def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], selected: Sequence[str]) -> xr.Variable:
+def _as_declared(
+    variable: xr.Variable, declarations: Sequence[Variable], selected: Sequence[str]
+) -> xr.Variable:
     """Return a variable with the dimensions and the type that it is declared with."""
     # friction is declared along the steps, and along the asperities, too, if these differ
-    declared = max(declarations, key=lambda declaration: len({*declaration.dimensions} & {*variable.dims}))
-    undeclared = [str(dimension) for dimension in variable.dims if dimension not in {*declared.dimensions, DIRECTION}]
+    declared = max(
+        declarations, key=lambda declaration: len({*declaration.dimensions} & {*variable.dims})
+    )
+    undeclared = [
+        str(dimension)
+        for dimension in variable.dims
+        if dimension not in {*declared.dimensions, DIRECTION}
+    ]
     missing = [axis for axis in declared.dimensions if axis not in {*variable.dims, *selected}]
     if len(undeclared) == len(missing) == 1:
         raise _name_error(undeclared[0], missing[0])
@@ -156,7 +185,9 @@ def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], select
             variable = variable.set_dims({axis: 1, **variable.sizes})  # type: ignore[no-untyped-call] # of xarray
     if missing:
         along = ", ".join(map(str, variable.dims)) or "nothing"
-        raise InputError(f"{declared.name} of the history varies along {along}; expected {' and '.join(missing)}, too")
+        raise InputError(
+            f"{declared.name} of the history varies along {along}; expected {' and '.join(missing)}, too"
+        )
     order = (*declared.dimensions, *([DIRECTION] if DIRECTION in variable.dims else []))
     return _with_type(variable if variable.dims == order else variable.transpose(*order), declared)
 
@@ -201,7 +232,9 @@ def _check_order(history: xr.Dataset) -> None:
     """Check that times do not decrease and labels of asperities differ."""
     time = history.variables["time"].values
     if not np.isfinite(time).all():
-        raise InputError("the history has steps without a time; expected recorded steps, selected with isel")
+        raise InputError(
+            "the history has steps without a time; expected recorded steps, selected with isel"
+        )
     if falls := np.flatnonzero(np.diff(time) < 0).tolist():
         raise InputError(
             f"time decreases after step {falls[0]} of the history; expected each step once, in the order of time: "
@@ -209,4 +242,6 @@ def _check_order(history: xr.Dataset) -> None:
         )
     labels = history.variables["asperity"].values if "asperity" in history.dims else np.zeros(0)
     if np.unique(labels).size < labels.size:
-        raise InputError("asperities of the history have the same label; expected each asperity once")
+        raise InputError(
+            "asperities of the history have the same label; expected each asperity once"
+        )

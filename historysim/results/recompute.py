@@ -1,7 +1,8 @@
 """Quantities recomputed by replay: traction memory of an asperity, maps of full interaction, theory curves.
 
-Contacts move straight in approach and displacement between recorded steps as a rule, so the memory of one asperity is
-replayed from those; where its loads then differ from the recorded ones, the events are replayed.
+Contacts move straight in approach and displacement between recorded steps as a rule, so the memory
+of one asperity is replayed from those; where its loads then differ from the recorded ones, the
+events are replayed.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,7 +43,8 @@ from historysim.results.queries import query
 from historysim.results.source import ReplaySource, query_source
 from historysim.results.steps import find_step, resolve_step
 
-# difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
+# difference of loads, over the greatest ones, up to which a memory replayed from steps is that of
+# the history
 AGREEMENT = 1e-6
 STEPS_AT_ONCE = 1 << 16  # steps whose paths and rows are held in memory together
 
@@ -69,17 +71,23 @@ def asperity(
     step : int or str, optional
         Position of the step, where negative ones count from the end, or the name of a state.
     time : float or str, optional
-        In place of a step, a time [s]: of a recorded step, or any time of a history with its events.
+        In place of a step, a time [s]: of a recorded step, or any time of a history with its
+        events.
     state : str, optional
         In place of a step, the name of a state of the scenario.
 
     Raises
     ------
     InputError
-        A step, a time or an asperity that the history does not have, several of step, time and state, a history without
-        asperities or of patches, or one whose steps leave out part of the load history, without events in its file.
+        A step, a time or an asperity that the history does not have, several of step, time and
+        state, a history without asperities or of patches, or one whose steps leave out part of the
+        load history, without events in its file.
     """
-    chosen = [name for name, value in (("step", step), ("time", time), ("state", state)) if value is not None]
+    chosen = [
+        name
+        for name, value in (("step", step), ("time", time), ("state", state))
+        if value is not None
+    ]
     if len(chosen) > 1:
         raise InputError(f"{' and '.join(chosen)} are given; expected one of step, time and state")
     position: int | str = -1
@@ -113,16 +121,22 @@ def _between_steps(history: xr.Dataset, asperity: int, time: float) -> Asperity:
     return asperities[0]
 
 
-def replay_asperities(history: xr.Dataset, asperity: int, steps: Sequence[int | str]) -> list[Asperity]:
+def replay_asperities(
+    history: xr.Dataset, asperity: int, steps: Sequence[int | str]
+) -> list[Asperity]:
     """Return one asperity at several steps; parameters and errors as for `asperity`."""
-    check_recorded(history, "normal_load", "tangential_load", "summit_radius", "summit_height", "friction")
+    check_recorded(
+        history, "normal_load", "tangential_load", "summit_radius", "summit_height", "friction"
+    )
     column = find_column(asperity, history)
     positions = [resolve_step(step, history) for step in steps]
     # in two directions the path between steps is unknown
     result = None if DIRECTION in history.sizes else _from_steps(history, column, positions)
     if result is None:
         result = _from_events(
-            history, int(history["asperity"].values[column]), history["time"].values[positions].tolist()
+            history,
+            int(history["asperity"].values[column]),
+            history["time"].values[positions].tolist(),
         )
     if result is None:
         raise InputError(
@@ -136,8 +150,9 @@ def replay_asperities(history: xr.Dataset, asperity: int, steps: Sequence[int | 
 def reversal_points(history: xr.Dataset, asperity: int, step: int | str) -> xr.Dataset:
     """Return the reversals in the traction memory of an asperity at a step, from the edge inward.
 
-    Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
-    displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity`.
+    Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the
+    tangential displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and
+    errors: `asperity`.
     """
     (at_step,) = replay_asperities(history, asperity, [step])
     points = at_step.reversal_points
@@ -166,9 +181,9 @@ def profiles(
     Returns
     -------
     xarray.Dataset
-        Along ``step`` and ``radius`` [m]: ``pressure`` p(r), ``traction`` τ(r) with the sign of the tangential load,
-        and ``friction_limit`` μ p(r), all in Pa; 0 outside the contact. Along ``step``: ``time``, ``contact_radius``,
-        ``stick_radius``, and the positions of the steps.
+        Along ``step`` and ``radius`` [m]: ``pressure`` p(r), ``traction`` τ(r) with the sign of the
+        tangential load, and ``friction_limit`` μ p(r), all in Pa; 0 outside the contact. Along
+        ``step``: ``time``, ``contact_radius``, ``stick_radius``, and the positions of the steps.
 
     Raises
     ------
@@ -191,8 +206,12 @@ def profiles(
         "pressure": describe(along, pressure, "normal pressure", "Pa"),
         "traction": describe(along, traction, "tangential traction", "Pa"),
         "friction_limit": describe(along, limit, "friction limit of the traction", "Pa"),
-        "contact_radius": describe("step", [contact.contact_radius for contact in asperities], "contact radius", "m"),
-        "stick_radius": describe("step", [contact.stick_radius for contact in asperities], "stick radius", "m"),
+        "contact_radius": describe(
+            "step", [contact.contact_radius for contact in asperities], "contact radius", "m"
+        ),
+        "stick_radius": describe(
+            "step", [contact.stick_radius for contact in asperities], "stick radius", "m"
+        ),
     }
     coords = {
         "step": describe("step", positions, "position of the step in the history"),
@@ -202,45 +221,66 @@ def profiles(
     return xr.Dataset(variables, coords, {"asperity": int(asperity)})
 
 
-def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[Asperity] | None:
+def _from_steps(
+    history: xr.Dataset, column: int, positions: Sequence[int]
+) -> list[Asperity] | None:
     """Return the asperity at steps, replayed from step to step; None where its loads differ from the recorded ones."""
     if "largest_traction_ratio" in history:
-        # where friction changes under a held load the displacement jumps, and a step records its end only
+        # where friction changes under a held load the displacement jumps, and a step records its
+        # end only
         return None
     rows = slice(0, max(positions) + 1)
     column_data = history.isel(asperity=column)
     height, highest = float(column_data["summit_height"]), float(history["summit_height"].max())
     pair = MaterialPair.from_moduli(
-        contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
+        contact_modulus=float(history.attrs["contact_modulus"]),
+        shear_modulus=float(history.attrs["shear_modulus"]),
     )
     # no other asperity affects this traction memory
-    single = Ensemble(pair, height, float(column_data["summit_radius"]), float(column_data["friction"]))
+    single = Ensemble(
+        pair, height, float(column_data["summit_radius"]), float(column_data["friction"])
+    )
     approach = height - history["separation"].isel(step=rows).values
     displacement = history["tangential_displacement"].isel(step=rows).values
-    recorded = np.stack([column_data[name].isel(step=rows).values for name in ("normal_load", "tangential_load")])
+    recorded = np.stack(
+        [column_data[name].isel(step=rows).values for name in ("normal_load", "tangential_load")]
+    )
     # before the first step the highest summit just touched
-    state = single.advance(single.initial_state(), normal_displacement=height - highest, tangential_displacement=0.0)
+    state = single.advance(
+        single.initial_state(), normal_displacement=height - highest, tangential_displacement=0.0
+    )
     replayed: dict[int, Asperity] = {}
     loads = np.empty_like(recorded)
     start = 0
     for stop in sorted({*positions, *range(STEPS_AT_ONCE, max(positions), STEPS_AT_ONCE)}):
         block = slice(start, stop + 1)
-        paths = straight_paths(Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block]))
+        paths = straight_paths(
+            Goals(DISPLACED, approach[block]), Goals(DISPLACED, displacement[block])
+        )
         path_rows = blank_rows(stop + 1 - start, 1)
         state = single.advance_along(state, paths, rows=path_rows, asperities=[0])
         loads[:, block] = path_rows.normal_load[:, 0], path_rows.tangential_load[:, 0]
         if stop in positions:
-            replayed[stop] = Asperity.from_readout(Readout(single, state, [0]), 0, int(column_data["asperity"]))
+            replayed[stop] = Asperity.from_readout(
+                Readout(single, state, [0]), 0, int(column_data["asperity"])
+            )
         start = stop + 1
     off = np.abs(loads - recorded).max(axis=1)
-    return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [replayed[step] for step in positions]
+    return (
+        None
+        if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any()
+        else [replayed[step] for step in positions]
+    )
 
 
 def _from_events(history: xr.Dataset, label: int, times: Sequence[float]) -> list[Asperity] | None:
     """Return the asperity at times [s], replayed from the events of the history; None if it has none."""
     return query_source(
         history,
-        lambda origin: [require_asperities(origin.job.ensemble).asperity(label, origin.state(time)) for time in times],
+        lambda origin: [
+            require_asperities(origin.job.ensemble).asperity(label, origin.state(time))
+            for time in times
+        ],
     )
 
 
@@ -263,7 +303,9 @@ def compute_point_maps(origin: ReplaySource, state: State) -> PointMaps:
     arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
     ensemble = origin.job.ensemble
     if not isinstance(ensemble, Patches):
-        raise InputError("the ensemble has no normal curves; expected an ensemble from normal curves")
+        raise InputError(
+            "the ensemble has no normal curves; expected an ensemble from normal curves"
+        )
     position, modulus = ensemble.superposition(state), ensemble.pair.contact_modulus
     first_touch, point = arrays["first_touch"], arrays["point"].astype(np.int64)
     maps = np.zeros((3, int(np.prod(shape))))
@@ -284,7 +326,9 @@ def map_sides(origin: ReplaySource) -> tuple[float, float]:
 
 def query_map_source(history: xr.Dataset, function: Callable[[ReplaySource], Answer]) -> Answer:
     """Evaluate a function of the source of a history with maps; InputError without source or maps."""
-    reply = query_source(history, lambda origin: (origin, function(origin) if SOLVED in origin.surface else None))
+    reply = query_source(
+        history, lambda origin: (origin, function(origin) if SOLVED in origin.surface else None)
+    )
     if reply is None:
         raise InputError(
             "contact maps need the event log: pass the file written by `historysim run`, or keep "
@@ -303,12 +347,12 @@ def query_map_source(history: xr.Dataset, function: Callable[[ReplaySource], Ans
 def point_maps(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     """Return pressures, tractions, stick and slip of all points of the map at a step.
 
-    ``pressure`` and ``traction`` [Pa] and ``contact_state`` along ``x`` and ``y`` [m], of a run with
-    ``interaction = "full"``, from its file. The step is a position, where negative ones count from the end, or the name
-    of a state.
+    ``pressure`` and ``traction`` [Pa] and ``contact_state`` along ``x`` and ``y`` [m], of a run
+    with ``interaction = "full"``, from its file. The step is a position, where negative ones count
+    from the end, or the name of a state.
 
-    InputError: a step that the history does not have, or a history that is not from a file with its events, or without
-    maps.
+    InputError: a step that the history does not have, or a history that is not from a file with its
+    events, or without maps.
     """
     step = resolve_step(step, history)
     at = float(history["time"].values[step])
@@ -327,7 +371,9 @@ def point_maps(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     }
     flags = np.array([SEPARATED, STICKS, SLIPS], dtype=np.int8)
     variables["contact_state"][2].update(flag_values=flags, flag_meanings="separated sticks slips")
-    return xr.Dataset(variables, axes, {"title": history.attrs.get("title", ""), "time": at, "step": step})
+    return xr.Dataset(
+        variables, axes, {"title": history.attrs.get("title", ""), "time": at, "step": step}
+    )
 
 
 FEWEST_OF_GREENWOOD_WILLIAMSON = 20  # summits, below which a deviation of their heights says little
@@ -342,11 +388,13 @@ CURVES = {
 def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
     """Return normal load, real contact area and normal stiffness over the approach, on first loading.
 
-    ``normal_load`` [N], ``contact_area`` [m²], ``normal_stiffness`` dN/dδ [N/m] and ``contact_count`` along
-    ``approach`` [m] of the highest summit from first touch, evenly up to that at the greatest load of the history; the
-    area is left out if it is unknown. ``theory_normal_load`` and so on hold, for 20 summits or more, the integrals of
-    Greenwood and Williamson with the mean radius, and the mean and deviation of the heights, of all summits; for fewer
-    the highest summit, after Hertz. The attribute ``theory`` names the theory; patches have none.
+    ``normal_load`` [N], ``contact_area`` [m²], ``normal_stiffness`` dN/dδ [N/m] and
+    ``contact_count`` along ``approach`` [m] of the highest summit from first touch, evenly up to
+    that at the greatest load of the history; the area is left out if it is unknown.
+    ``theory_normal_load`` and so on hold, for 20 summits or more, the integrals of Greenwood and
+    Williamson with the mean radius, and the mean and deviation of the heights, of all summits; for
+    fewer the highest summit, after Hertz. The attribute ``theory`` names the theory; patches have
+    none.
 
     Raises
     ------
@@ -354,32 +402,50 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         A history without its file or replay, without a normal load, or fewer than two points.
     """
     check_recorded(history)
-    count, largest = int(scalar("points", points, least=2)), float(history["total_normal_load"].values.max(initial=0.0))
+    count, largest = (
+        int(scalar("points", points, least=2)),
+        float(history["total_normal_load"].values.max(initial=0.0)),
+    )
     if largest == 0:
-        raise InputError("the history has no normal load, so it has no approach; expected one that presses")
+        raise InputError(
+            "the history has no normal load, so it has no approach; expected one that presses"
+        )
 
     def curve(origin: ReplaySource) -> xr.Dataset:
         ensemble = origin.job.ensemble
         state = ensemble.initial_state()
         approach = np.linspace(0.0, ensemble.advance(state, normal_load=largest).approach, count)
-        events = [NormalDisplacement(float(step), depth) for step, depth in enumerate(approach.tolist())]
+        events = [
+            NormalDisplacement(float(step), depth) for step, depth in enumerate(approach.tolist())
+        ]
         rows = Replay(ensemble, events, record="totals").dataset()
         stiffness = np.zeros(count)
         for step, depth in enumerate(approach[1:].tolist(), start=1):
             state = ensemble.advance(state, normal_displacement=depth)
             stiffness[step] = state.normal_stiffness
-        theory, theory_values = _theory(require_asperities(ensemble), approach) if ensemble.has_radii else ("", {})
+        theory, theory_values = (
+            _theory(require_asperities(ensemble), approach) if ensemble.has_radii else ("", {})
+        )
         simulated: dict[str, Any] = {
             "normal_load": rows["total_normal_load"],
             "contact_area": rows.get("real_contact_area"),
         }
         simulated["normal_stiffness"] = stiffness
         curves = [(name, *of) for name, of in CURVES.items() if simulated[name] is not None]
-        data = {name: describe("approach", np.asarray(simulated[name]), text, unit) for name, text, unit in curves}
+        data = {
+            name: describe("approach", np.asarray(simulated[name]), text, unit)
+            for name, text, unit in curves
+        }
         for name, text, unit in curves if theory_values else []:
-            data[f"theory_{name}"] = describe("approach", theory_values[name], f"{text}, {theory}", unit)
-        data["contact_count"] = describe("approach", rows["contact_count"].values, "asperities in contact")
-        along = describe("approach", approach, "approach of the highest summit from first touch", "m")
+            data[f"theory_{name}"] = describe(
+                "approach", theory_values[name], f"{text}, {theory}", unit
+            )
+        data["contact_count"] = describe(
+            "approach", rows["contact_count"].values, "asperities in contact"
+        )
+        along = describe(
+            "approach", approach, "approach of the highest summit from first touch", "m"
+        )
         attributes = {"title": history.attrs.get("title", ""), "theory": theory}
         return xr.Dataset(data, {"approach": along}, attributes)
 
@@ -405,29 +471,35 @@ def _theory(ensemble: AsperitySet, approach: Floats) -> tuple[str, dict[str, Flo
         name = "the highest summit alone, after Hertz" if height.size > 1 else "Hertz"
         return name, {key: getattr(hertz_contact, key) for key in CURVES}
     separation = height.max() - approach
-    return "Greenwood and Williamson", {key: getattr(greenwood_williamson, key)(separation) for key in CURVES}
+    return "Greenwood and Williamson", {
+        key: getattr(greenwood_williamson, key)(separation) for key in CURVES
+    }
 
 
 @query(per_step=True, table="rank,displacement", earlier="sliding_order")
 def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     """Return the tangential displacements at which the first, the second, … of all asperities in contact slides.
 
-    Along ``rank``, from 1: ``displacement`` θ μ_i δ_i [m] in ascending order, for one-way loading from the virgin state
-    at the normal load and friction of the step, and the label ``asperity``. The last one is the preliminary
-    displacement. ``greenwood_williamson`` [m] is the result for Gaussian heights with the mean and deviation of all
-    summits, the mean radius and the mean friction, under the same load: of n in contact, (k - 1/2)/n slide
-    at the k-th. It is left out of fewer than 20 summits, or where these are not known (a history without its file or
-    replay). The attribute ``equal_asperities`` [m] is that of n equal ones of the mean radius, which share the load
-    (Winogrodzka, section 6.2.1).
+    Along ``rank``, from 1: ``displacement`` θ μ_i δ_i [m] in ascending order, for one-way loading
+    from the virgin state at the normal load and friction of the step, and the label ``asperity``.
+    The last one is the preliminary displacement. ``greenwood_williamson`` [m] is the result for
+    Gaussian heights with the mean and deviation of all summits, the mean radius and the mean
+    friction, under the same load: of n in contact, (k - 1/2)/n slide at the k-th. It is left out of
+    fewer than 20 summits, or where these are not known (a history without its file or replay). The
+    attribute ``equal_asperities`` [m] is that of n equal ones of the mean radius, which share the
+    load (Winogrodzka, section 6.2.1).
 
-    The step is a position, where negative ones count from the end, or the name of a state. InputError: a step that the
-    history does not have, a history without some or all of the asperities that touch, or of patches.
+    The step is a position, where negative ones count from the end, or the name of a state.
+    InputError: a step that the history does not have, a history without some or all of the
+    asperities that touch, or of patches.
     """
     at = resolve_step(step, history)
     check_recorded(history, "summit_radius")
     check_all_recorded(history.isel(step=[at]))
     reach = sliding_reach(history, at)
-    touching = np.flatnonzero(shape_in_step(history, "summit_height", at) > float(history["separation"].values[at]))
+    touching = np.flatnonzero(
+        shape_in_step(history, "summit_height", at) > float(history["separation"].values[at])
+    )
     order = touching[np.argsort(reach[touching], kind="stable")]
     text = "tangential displacement at which it slides"
     data: dict[str, Any] = {
@@ -446,7 +518,10 @@ def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Datas
         )
         share = (np.arange(count) + 0.5) / count
         approaches = query_source(
-            history, lambda origin: _gaussian_approaches(require_asperities(origin.job.ensemble), load, share)
+            history,
+            lambda origin: _gaussian_approaches(
+                require_asperities(origin.job.ensemble), load, share
+            ),
         )
         if approaches is not None:
             text = f"{text}, Greenwood and Williamson"
@@ -475,4 +550,6 @@ def _greenwood_williamson(ensemble: AsperitySet) -> GreenwoodWilliamson | None:
         return None
     radius = float(np.broadcast_to(ensemble.summit_radius, height.shape).mean())
     modulus = ensemble.pair.contact_modulus
-    return GreenwoodWilliamson(modulus, radius, float(height.std()), height.size, 1.0, float(height.mean()))
+    return GreenwoodWilliamson(
+        modulus, radius, float(height.std()), height.size, 1.0, float(height.mean())
+    )

@@ -22,7 +22,8 @@ from historysim.results.history_view import MODULI, NEEDED, FileHistory, History
 if TYPE_CHECKING:
     import xarray as xr
 
-# Type of a netCDF file by its attribute ``content``; the modules that write them are slow to import.
+# Type of a netCDF file by its attribute ``content``; the modules that write them are slow to
+# import.
 KINDS: Mapping[str, str] = {
     "friction loops": "loops",
     "statistics of friction loops": "loops",
@@ -51,7 +52,8 @@ CALLED: Mapping[str, str] = {
 class FileKind(abc.ABC):
     """Another type of file that `show`, `plot` and `report` read.
 
-    Its content has a method ``summary``, and functions registered with `make_figure` and `render_page`.
+    Its content has a method ``summary``, and functions registered with `make_figure` and
+    `render_page`.
     """
 
     kind: ClassVar[str]  #: its name, also in messages
@@ -114,8 +116,9 @@ def _kind_of_netcdf(path: Path) -> str:
 def open_history(path: Path, *, exclusive: bool = False) -> "xr.Dataset":
     """Open the result of a run, read lazily; its ``close()`` closes the file.
 
-    xarray also closes files that were left open. The Dataset must not be held open by a suspended generator: the
-    garbage collector would end it at any allocation, and wait for a lock of xarray that the same thread may hold.
+    xarray also closes files that were left open. The Dataset must not be held open by a suspended
+    generator: the garbage collector would end it at any allocation, and wait for a lock of xarray
+    that the same thread may hold.
 
     Parameters
     ----------
@@ -167,8 +170,8 @@ def _to_declared_units(history: "xr.Dataset", path: Path) -> "xr.Dataset":
 def open_result(path: Path, *, exclusive: bool = False) -> Iterator["xr.Dataset"]:
     """Open the result of a run, and close it when the block ends; also damage found while reading is an InputError.
 
-    Parameters and errors as for `open_history`. The result may be a zarr store, or a log, whose history is computed
-    when it is read.
+    Parameters and errors as for `open_history`. The result may be a zarr store, or a log, whose
+    history is computed when it is read.
     """
     with _open_checked(path, exclusive=exclusive) as history, report_damage(path):
         yield history
@@ -188,7 +191,8 @@ def _open_checked(path: Path, *, exclusive: bool) -> "xr.Dataset":
 def open_file_history(path: Path, *, exclusive: bool = False) -> Iterator[History]:
     """Open the result of a run for a summary, a netCDF file without xarray, and close it when the block ends.
 
-    Parameters and errors as for `open_history`; damage found while reading is an InputError as well.
+    Parameters and errors as for `open_history`; damage found while reading is an InputError as
+    well.
     """
     if is_zarr(path):
         with open_zarr_history(path) as stored:
@@ -204,7 +208,11 @@ def open_file_history(path: Path, *, exclusive: bool = False) -> Iterator[Histor
             raise _damage_error(path, error) from error
         files.enter_context(report_damage(path))
         _check_history(history, path)
-        if all(is_as_recorded(history[name].attrs, unit) for name, unit in declared_units().items() if name in history):
+        if all(
+            is_as_recorded(history[name].attrs, unit)
+            for name, unit in declared_units().items()
+            if name in history
+        ):
             yield history
             return
     with open_result(path, exclusive=True) as converted:
@@ -258,7 +266,16 @@ def report_damage(path: Path) -> Iterator[None]:
 
 
 STRINGS = (
-    *("content", "date_created", "event_digest", "friction_law", "historysim_version", "history", "id", "license"),
+    *(
+        "content",
+        "date_created",
+        "event_digest",
+        "friction_law",
+        "historysim_version",
+        "history",
+        "id",
+        "license",
+    ),
     *("log_digest", "made_with", "scenario", "source", "summary", "title", "validity", "wear_law"),
 )
 KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
@@ -269,9 +286,13 @@ def _check_history(history: History, path: Path) -> None:
     if kind := KINDS.get(str(history.attrs.get("content", ""))):
         raise InputError(f"{path}: is {CALLED[kind]}; {EXPECTED}")
     if not history.attrs.get("complete"):
-        raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
+        raise InputError(
+            f"{path}: is not a finished result of historysim run; run the scenario again"
+        )
     if problem := next(_wrong(history), ""):
-        raise InputError(f"{path}: is not a result of historysim run, or damaged: {problem}; run the scenario again")
+        raise InputError(
+            f"{path}: is not a result of historysim run, or damaged: {problem}; run the scenario again"
+        )
 
 
 def _wrong(history: History) -> Iterator[str]:

@@ -41,23 +41,33 @@ def query_source(history: xr.Dataset, function: Callable[[ReplaySource], Answer]
     elif isinstance(job, LogReference):
         with suppress(InputError):
             lazy = job.history
-            return function(ReplaySource(lazy.job, lazy.state, lazy.head.surface, lazy.head.settings))
+            return function(
+                ReplaySource(lazy.job, lazy.state, lazy.head.surface, lazy.head.settings)
+            )
     elif source:
         with suppress(InputError), EventLog(log_path_for(Path(source))) as log:
-            if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
+            if (
+                history.attrs.get("log_digest")
+                == digest_attribute(bytes.fromhex(log.digest))["log_digest"]
+            ):
                 # with its snapshots, while it is open
-                return function(ReplaySource(log.job(), lambda at: log.state(at=at), log.surface, log.settings))
+                return function(
+                    ReplaySource(log.job(), lambda at: log.state(at=at), log.surface, log.settings)
+                )
         with suppress(InputError):
             head, content = embedded_log.read(Path(source))
             replay = head.replay(content.events)
-            return function(ReplaySource(replay, lambda at: replay.state(until=at), head.surface, head.settings))
+            return function(
+                ReplaySource(replay, lambda at: replay.state(until=at), head.surface, head.settings)
+            )
     return None
 
 
 def refine(history: xr.Dataset) -> xr.Dataset:
     """Return the totals of a history at enough steps for smooth curves.
 
-    A history with few steps and a source is replayed with more substeps, which do not change the result.
+    A history with few steps and a source is replayed with more substeps, which do not change the
+    result.
     """
     steps = history.sizes["step"]
     if steps >= FEW_STEPS or steps < 2:
@@ -70,7 +80,9 @@ def refine(history: xr.Dataset) -> xr.Dataset:
     replayed = query_source(history, replay)
     if replayed is None:
         return history
-    replayed_limits, recorded_limits = (item["time"].values[[0, -1]] for item in (replayed, history))
+    replayed_limits, recorded_limits = (
+        item["time"].values[[0, -1]] for item in (replayed, history)
+    )
     # a part of a history is drawn unchanged
     return (
         replayed.assign_attrs(history.attrs)

@@ -27,15 +27,17 @@ def _named_times(history: History) -> dict[str, float]:
 
 def find_step(history: History, time: float) -> int | None:
     """Return the last step recorded at a time [s]; None if there is none."""
-    near = np.flatnonzero(np.isclose(np.asarray(history["time"].values), time, rtol=1e-9, atol=1e-12))
+    near = np.flatnonzero(
+        np.isclose(np.asarray(history["time"].values), time, rtol=1e-9, atol=1e-12)
+    )
     return int(near[-1]) if near.size else None
 
 
 def resolve_step(step: object, history: History) -> int:
     """Return a step of a history as a number from 0.
 
-    The step is a number, where negative ones count from the end, also as a string, or the name of a state. InputError
-    for another one.
+    The step is a number, where negative ones count from the end, also as a string, or the name of a
+    state. InputError for another one.
     """
     if isinstance(step, str) and not NUMBER.fullmatch(step):
         states = named_states(history)
@@ -43,13 +45,21 @@ def resolve_step(step: object, history: History) -> int:
             return states[step]
         times = _named_times(history)
         if step in times:
-            raise InputError(f"step {step!r}: the history has no step at its time, {times[step]:g} s")
-        expected = f"{join_words(states)}, or a number" if states else "a number, since no waypoint has a name"
+            raise InputError(
+                f"step {step!r}: the history has no step at its time, {times[step]:g} s"
+            )
+        expected = (
+            f"{join_words(states)}, or a number"
+            if states
+            else "a number, since no waypoint has a name"
+        )
         raise InputError(f"step {step!r} is not a named state of the history; expected {expected}")
     steps = len(history["time"].values)
     is_number = isinstance(step, int | np.integer | str) and not isinstance(step, bool)
     if not is_number or not -steps <= int(step) < steps:  # type: ignore[call-overload] # it is a number
-        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+        raise InputError(
+            f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}"
+        )
     return int(step) % steps  # type: ignore[call-overload,no-any-return] # as above
 
 

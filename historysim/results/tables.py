@@ -31,7 +31,8 @@ LINE_END = "\r\n"  # of a table in CSV (RFC 4180)
 ALONG_THE_HISTORY = ("step", "elapsed_time")  # dimensions that may be too long for memory
 # attributes that do not describe the numbers
 FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
-CALCULATED, MEASURED = "modelResult", "physicalMeasurement"  # source of numbers, in the terms of ACDD
+# source of numbers, in the terms of ACDD
+CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
 # beginnings of strings that a spreadsheet reads as a formula (OWASP, "CSV Injection")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 # a name, the member of a second dimension, a unit
@@ -42,9 +43,9 @@ MOST_VARIABLES_LISTED = 40
 def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
     """Write a table to a CSV file, which appears under its name when it is complete.
 
-    Rows are the members of the first dimension. The header has names, the members of further dimensions, and units:
-    ``energy 17 [J]`` is the energy of asperity 17. Variables with another first dimension are left out. A table that is
-    larger than memory is read in blocks.
+    Rows are the members of the first dimension. The header has names, the members of further
+    dimensions, and units: ``energy 17 [J]`` is the energy of asperity 17. Variables with another
+    first dimension are left out. A table that is larger than memory is read in blocks.
 
     Parameters
     ----------
@@ -74,28 +75,44 @@ def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
 def _dataset(table: xr.Dataset | xr.DataArray) -> xr.Dataset:
     if not isinstance(table, xr.Dataset | xr.DataArray):
         raise InputError(f"table is {brief(table)}; expected a Dataset or DataArray of xarray")
-    return table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
+    return (
+        table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
+    )
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[Sequence[Any]]:
-    along = next((variable.dims[0] for variable in dataset.data_vars.values() if variable.dims), None)
+    along = next(
+        (variable.dims[0] for variable in dataset.data_vars.values() if variable.dims), None
+    )
     if along is None:
-        raise InputError("the table has no dimension; expected one with a row for each member of its first dimension")
-    header = [with_unit(label, attributes) for label, _, attributes in _columns(dataset.isel({along: slice(0)}), along)]
+        raise InputError(
+            "the table has no dimension; expected one with a row for each member of its first dimension"
+        )
+    header = [
+        with_unit(label, attributes)
+        for label, _, attributes in _columns(dataset.isel({along: slice(0)}), along)
+    ]
     yield header
     at_once = max(1, CELLS_AT_ONCE // len(header))
     for start in range(0, dataset.sizes[along], at_once):
         block = dataset.isel({along: slice(start, start + at_once)})
-        yield from zip(*(map(_plain, values.tolist()) for _, values, _ in _columns(block, along)), strict=True)
+        yield from zip(
+            *(map(_plain, values.tolist()) for _, values, _ in _columns(block, along)), strict=True
+        )
 
 
-def _columns(dataset: xr.Dataset, along: Hashable) -> Iterator[tuple[str, np.ndarray, dict[Any, Any]]]:
+def _columns(
+    dataset: xr.Dataset, along: Hashable
+) -> Iterator[tuple[str, np.ndarray, dict[Any, Any]]]:
     """Yield label, values and attributes of each column of a table with a row for each member of a dimension."""
     names = [name for name, variable in dataset.variables.items() if variable.dims[:1] == (along,)]
     # labels of the rows come first
     for name in sorted(names, key=lambda name: name not in dataset.coords):
         further = dict(list(dataset[name].sizes.items())[1:])
-        members = (dataset[dim].values if dim in dataset.coords else range(size) for dim, size in further.items())
+        members = (
+            dataset[dim].values if dim in dataset.coords else range(size)
+            for dim, size in further.items()
+        )
         values = dataset[name].values.reshape(-1, math.prod(further.values()))
         if name in dataset.coords and "flag_meanings" in dataset[name].attrs:
             values = _flag_words(values, dataset[name].attrs)
@@ -105,8 +122,16 @@ def _columns(dataset: xr.Dataset, along: Hashable) -> Iterator[tuple[str, np.nda
 
 def _flag_words(values: np.ndarray, attributes: "dict[Any, Any]") -> np.ndarray:
     """Return the words of flags that label rows, such as the regime of a loop."""
-    words = dict(zip(np.ravel(attributes["flag_values"]).tolist(), attributes["flag_meanings"].split(), strict=True))
-    return np.array([words[value] for value in values.ravel().tolist()], dtype=object).reshape(values.shape)
+    words = dict(
+        zip(
+            np.ravel(attributes["flag_values"]).tolist(),
+            attributes["flag_meanings"].split(),
+            strict=True,
+        )
+    )
+    return np.array([words[value] for value in values.ravel().tolist()], dtype=object).reshape(
+        values.shape
+    )
 
 
 def with_unit(name: object, attributes: "dict[Any, Any]") -> str:
@@ -135,7 +160,8 @@ class WrittenTable:
     """A table of a file."""
 
     name: str  #: of the file
-    columns: xr.Dataset = attrs.field(repr=False)  #: along ``row``, each with its unit in SI, or of strings
+    #: along ``row``, each with its unit in SI, or of strings
+    columns: xr.Dataset = attrs.field(repr=False)
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -152,19 +178,30 @@ class WrittenTable:
         for column, cell in enumerate(heading):
             match = HEADING.fullmatch(cell)
             name, unit = (match["name"], match["unit"]) if match else (cell, None)
-            columns[name] = ("row", _values([row[column] for row in rows]), {"units": unit} if unit else {})
+            columns[name] = (
+                "row",
+                _values([row[column] for row in rows]),
+                {"units": unit} if unit else {},
+            )
         return cls(path.name, xr.Dataset(columns))
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset, name: str) -> Self:
         """Return a Dataset as the table that `write_csv` would write of it."""
         (along, *_) = (dim for variable in dataset.data_vars.values() for dim in variable.dims)
-        columns = {label: ("row", values, attributes) for label, values, attributes in _columns(dataset, along)}
+        columns = {
+            label: ("row", values, attributes)
+            for label, values, attributes in _columns(dataset, along)
+        }
         return cls(name, xr.Dataset(columns))
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): the number of rows, and the range of each column."""
-        return [("table", self.name), ("rows", f"{self.columns.sizes.get('row', 0):,}"), *_ranges(self.columns)]
+        return [
+            ("table", self.name),
+            ("rows", f"{self.columns.sizes.get('row', 0):,}"),
+            *_ranges(self.columns),
+        ]
 
 
 def _values(cells: list[str]) -> np.ndarray:
@@ -174,12 +211,14 @@ def _values(cells: list[str]) -> np.ndarray:
         return np.array(cells, dtype=object)
 
 
-def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: str = CALCULATED) -> None:
+def write_netcdf(
+    table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: str = CALCULATED
+) -> None:
     """Write a history or a table to a netCDF file, which appears under its name when it is complete.
 
-    Strings are written as characters, since many tools support no others, and missing catalogue attributes (CF-1.11,
-    ACDD-1.3) are added. Variables along the steps of a history are written in blocks.
-    `hs.open`, `hs.show` and `hs.plot` read what is written.
+    Strings are written as characters, since many tools support no others, and missing catalogue
+    attributes (CF-1.11, ACDD-1.3) are added. Variables along the steps of a history are written in
+    blocks. `hs.open`, `hs.show` and `hs.plot` read what is written.
 
     Parameters
     ----------
@@ -212,7 +251,9 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
 def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
     """Return whether a dimension of a table precedes all others."""
     positions = [
-        variable.dims.index(dimension) for variable in dataset.variables.values() if dimension in variable.dims
+        variable.dims.index(dimension)
+        for variable in dataset.variables.values()
+        if dimension in variable.dims
     ]
     return bool(positions) and not any(positions)
 
@@ -244,7 +285,9 @@ def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]
         elif name in dataset.coords or variable.dtype.kind in "iub":
             encoding["_FillValue"] = None
         if along in variable.dims and variable.ndim <= 2 and variable.size:
-            rows, columns = chunk_shape(variable.sizes[along], variable.size // variable.sizes[along])
+            rows, columns = chunk_shape(
+                variable.sizes[along], variable.size // variable.sizes[along]
+            )
             encoding["chunksizes"] = (rows, columns)[: variable.ndim]
     return encodings
 
@@ -256,7 +299,9 @@ def _is_small(variable: xr.Variable) -> bool:
 def _with_metadata(dataset: xr.Dataset, origin: str) -> xr.Dataset:
     """Return a table with the attributes of a catalogue, in types that every tool knows."""
     result = dataset.copy()
-    title = dataset.attrs.get("title") or " and ".join(map(str, list(dataset.data_vars)[:2])).replace("_", " ")
+    title = dataset.attrs.get("title") or " and ".join(
+        map(str, list(dataset.data_vars)[:2])
+    ).replace("_", " ")
     usual = {
         "Conventions": CONVENTIONS,
         "title": title,
@@ -272,7 +317,9 @@ def _with_metadata(dataset: xr.Dataset, origin: str) -> xr.Dataset:
     result.attrs = _encode_attributes(usual | dataset.attrs | {"date_created": timestamp})
     for name, variable in result.variables.items():
         # a variable that was read from a file keeps its encoding
-        variable.encoding = {key: value for key, value in variable.encoding.items() if key == "_FillValue"}
+        variable.encoding = {
+            key: value for key, value in variable.encoding.items() if key == "_FillValue"
+        }
         content = {"coverage_content_type": origin} if name in result.data_vars else {}
         variable.attrs = _encode_attributes(content | variable.attrs)
     return result
@@ -284,7 +331,11 @@ def _encode_attributes(attributes: dict[Any, Any]) -> dict[Any, Any]:
     def encode(value: Any) -> Any:
         if isinstance(value, str) and value:
             return value.encode()
-        return np.int32(value) if isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max else value
+        return (
+            np.int32(value)
+            if isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max
+            else value
+        )
 
     return {name: encode(value) for name, value in attributes.items()}
 
@@ -292,7 +343,11 @@ def _encode_attributes(attributes: dict[Any, Any]) -> dict[Any, Any]:
 def table_summary(table: xr.Dataset) -> list[tuple[str, str]]:
     """Return lines of (label, text) of a table that `write_netcdf` wrote: its size, and the range of each variable."""
     sizes = ", ".join(f"{size:,} along {name}" for name, size in table.sizes.items())
-    return [("title", str(table.attrs.get("title", ""))), ("size", sizes or "one value each"), *_ranges(table)]
+    return [
+        ("title", str(table.attrs.get("title", ""))),
+        ("size", sizes or "one value each"),
+        *_ranges(table),
+    ]
 
 
 def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
@@ -322,8 +377,8 @@ def _range(values: xr.DataArray) -> str:
 def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     """Return lines of (label, text) of a sweep.
 
-    They state the number of cells, the swept quantities, the range of each number over all cells, failed cells, and a
-    warning for each assumption of the model that does not hold in some cells.
+    They state the number of cells, the swept quantities, the range of each number over all cells,
+    failed cells, and a warning for each assumption of the model that does not hold in some cells.
     """
     swept = _swept(sweep)
     dims = {dim for name in swept for dim in sweep[name].dims}
@@ -331,7 +386,9 @@ def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     for name in swept:
         values = sweep[name]
         text = ", ".join(dict.fromkeys(map(str, values.values.ravel())))
-        lines.append((str(values.attrs["long_name"]), _range(values) if values.dtype.kind in "fiu" else text))
+        lines.append(
+            (str(values.attrs["long_name"]), _range(values) if values.dtype.kind in "fiu" else text)
+        )
     lines += [
         (str(name), _range(values))
         for name, values in sweep.data_vars.items()
@@ -339,7 +396,9 @@ def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     ]
     if "failure" in sweep:
         reasons = [str(reason) for reason in sweep["failure"].values.ravel() if reason]
-        lines.append(("failed", f"{count_text(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
+        lines.append(
+            ("failed", f"{count_text(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}")
+        )
     warnings = read_findings(str(sweep.attrs.get("validity", "[]")))
     return [*lines, *(("warning", finding.text) for finding in warnings)]
 
@@ -347,16 +406,26 @@ def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
 def sweep_rows(sweep: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[Any]]:
     """Yield a sweep as a heading with units and one row per cell: swept values and results.
 
-    Outputs along ``step`` and ``asperity`` have a row for each of these, with columns of their labels; steps that a
-    cell does not have are left out, without ``steps`` all of these.
+    Outputs along ``step`` and ``asperity`` have a row for each of these, with columns of their
+    labels; steps that a cell does not have are left out, without ``steps`` all of these.
     """
     along = {"step", "asperity"}
     if not steps:
-        sweep = sweep.drop_vars([name for name, values in sweep.variables.items() if along & {*values.dims}])
+        sweep = sweep.drop_vars(
+            [name for name, values in sweep.variables.items() if along & {*values.dims}]
+        )
     swept = _swept(sweep)
     dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in sweep[name].dims))
-    row_dims = [dim for dim in ("step", "asperity") if any(dim in values.dims for values in sweep.data_vars.values())]
-    labels = [name for name in ("time", "summit_height", "summit_radius") if name in sweep.variables and row_dims]
+    row_dims = [
+        dim
+        for dim in ("step", "asperity")
+        if any(dim in values.dims for values in sweep.data_vars.values())
+    ]
+    labels = [
+        name
+        for name in ("time", "summit_height", "summit_radius")
+        if name in sweep.variables and row_dims
+    ]
     names = list(dict.fromkeys([*labels, *map(str, sweep.data_vars)]))
     if not dims and not row_dims:
         # a design at one point has no dimension to make rows of
@@ -371,7 +440,11 @@ def sweep_rows(sweep: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[An
         and not {*sweep[name].dims} <= {*row_dims}
     ]
     # a copy: pandas lends its own arrays read-only
-    valid = frame[padded].notna().any(axis=1).to_numpy(copy=True) if padded else np.ones(len(frame), dtype=np.bool_)
+    valid = (
+        frame[padded].notna().any(axis=1).to_numpy(copy=True)
+        if padded
+        else np.ones(len(frame), dtype=np.bool_)
+    )
     # a cell without any number, which has failed, keeps a row
     per_cell = valid.reshape(*(sweep.sizes[dim] for dim in dims), -1)
     per_cell[..., 0] |= ~per_cell.any(axis=-1)
@@ -386,31 +459,46 @@ def write_sweep(sweep: xr.Dataset, path: Path) -> None:
     if path.suffix.lower() != ".csv":
         write_netcdf(sweep, path)
         return
-    with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream, lineterminator=LINE_END).writerows(map(_plain, row) for row in sweep_rows(sweep))
+    with (
+        replacing(path) as unfinished,
+        unfinished.open("w", encoding="utf-8", newline="") as stream,
+    ):
+        csv.writer(stream, lineterminator=LINE_END).writerows(
+            map(_plain, row) for row in sweep_rows(sweep)
+        )
 
 
 def _swept(sweep: xr.Dataset) -> list[str]:
     """Return the names of the swept quantities, in their order."""
     keys = str(sweep.attrs["swept_keys"]).split()
-    by_key = {str(values.attrs.get("long_name")): str(name) for name, values in sweep.coords.items()}
+    by_key = {
+        str(values.attrs.get("long_name")): str(name) for name, values in sweep.coords.items()
+    }
     return [by_key[f"{key} of the scenario"] for key in keys]
 
 
 def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     """Return lines of (label, text) of friction loops, as `Loops.to_dataset` or `LoopTable.to_dataset` gives them.
 
-    Mean ± standard deviation of each quantity over the loops, or for each load or amplitude of a table, in both
-    directions, and the criteria by which the loops were found.
+    Mean ± standard deviation of each quantity over the loops, or for each load or amplitude of a
+    table, in both directions, and the criteria by which the loops were found.
     """
     criteria = [
         ("", ""),
-        *((str(name), str(value)) for name, value in loops.attrs.items() if name not in FOR_CATALOGUES),
+        *(
+            (str(name), str(value))
+            for name, value in loops.attrs.items()
+            if name not in FOR_CATALOGUES
+        ),
     ]
     if "loop" not in loops.dims:
         return [*_levels(loops), *criteria]
     count = int(_large(loops).sum())
-    some = "" if count == loops.sizes["loop"] else f", of which {count:,} are large enough for the means below"
+    some = (
+        ""
+        if count == loops.sizes["loop"]
+        else f", of which {count:,} are large enough for the means below"
+    )
     means = [
         (str(values.attrs["long_name"]), _mean_text(loops, name, count))
         for name, values in loops.data_vars.items()
@@ -452,11 +540,18 @@ def _levels(table: xr.Dataset) -> list[tuple[str, str]]:
     lines = []
     for level, value in enumerate(both[along].values):
         at = both.isel({along: level})
-        lines.append((quantity_text(float(value), both[along].attrs["units"]), f"{int(at['loops']):,} loops"))
+        lines.append(
+            (quantity_text(float(value), both[along].attrs["units"]), f"{int(at['loops']):,} loops")
+        )
         for name, mean in at.data_vars.items():
             if f"{name}_count" in at:
                 statistics = LoopStatistics(
                     float(mean), float(at[f"{name}_standard_deviation"]), int(at[f"{name}_count"])
                 )
-                lines.append((f"  {mean.attrs['long_name']}", statistics.text(mean.attrs["units"], int(at["loops"]))))
+                lines.append(
+                    (
+                        f"  {mean.attrs['long_name']}",
+                        statistics.text(mean.attrs["units"], int(at["loops"])),
+                    )
+                )
     return lines

@@ -53,7 +53,9 @@ class BuiltScenario:
                 chosen_asperities(self.ensemble, (), record)
         for event in self.events if to_loads(self.events) is None else ():
             if problem := event.problem(len(self.ensemble)):
-                raise InputError(f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+                raise InputError(
+                    f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}"
+                )
 
     @property
     def replay(self) -> Replay:
@@ -127,13 +129,17 @@ def _surface_at_largest_load(
 ) -> BuiltSurface:
     """Add the quantities of a surface that depend on the largest load.
 
-    These are the normal contact of a map with interaction, and the nominal area of a map on a ball: the Hertzian
-    contact area of the smooth ball at that load.
+    These are the normal contact of a map with interaction, and the nominal area of a map on a ball:
+    the Hertzian contact area of the smooth ball at that load.
     """
-    load = float(channel_values(events, NormalLoad).max(initial=0.0)) / sections.pair().contact_modulus
+    load = (
+        float(channel_values(events, NormalLoad).max(initial=0.0)) / sections.pair().contact_modulus
+    )
     approach = float(channel_values(events, NormalDisplacement).max(initial=0.0))
     if surface.ball_radius:
-        pressed = float(hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0))
+        pressed = float(
+            hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0)
+        )
         area = math.pi * surface.ball_radius * max(pressed, approach)
         if surface.summits is not None and area > 0:
             surface = attrs.evolve(surface, summits=surface.summits.with_area(area))
@@ -143,7 +149,11 @@ def _surface_at_largest_load(
 
     with located_errors(name), error_path("surface", "interaction"):
         solutions = NormalSolutions.solve(
-            surface.surface, largest_load=load, largest_approach=approach, progress=True, notify=notify
+            surface.surface,
+            largest_load=load,
+            largest_approach=approach,
+            progress=True,
+            notify=notify,
         )
     for notice in solutions.notices:
         notify(f"{name}: {notice}")
@@ -164,12 +174,16 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body
         _check_supported(kind, sections, surface)
         with error_path("surface"):
             if surface.curve is not None:
-                return Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
+                return Ensemble.from_normal_curves(
+                    pair, *surface.curve, coefficients, rings=sections.rings
+                )
             if surface.cylinder is not None:
                 radius, length, depth = surface.cylinder
                 return LineContact(pair, radius, length, coefficients, depth)
             if surface.solutions is not None:
-                return Ensemble.from_solutions(pair, surface.solutions, coefficients, rings=sections.rings)
+                return Ensemble.from_solutions(
+                    pair, surface.solutions, coefficients, rings=sections.rings
+                )
             if kind is InclinedEnsemble:
                 return InclinedEnsemble.from_summits(pair, surface.summits, coefficients)
             return Ensemble.from_summits(
@@ -199,7 +213,10 @@ def _check_supported(kind: type[Body], sections: Sections, surface: BuiltSurface
     requested: dict[Feature, tuple[bool, tuple[str, ...]]] = {
         "wear": (sections.wear is not None, ("wear",)),
         "sliding": (sections.record.sliding, ("record", "sliding")),
-        "friction law": (not isinstance(sections.friction, Coefficients | None), ("friction", "law")),
+        "friction law": (
+            not isinstance(sections.friction, Coefficients | None),
+            ("friction", "law"),
+        ),
         "attraction": (sections.attraction is not None, ("attraction",)),
         "yielding": (surface.yielding is not None, ("surface", "yielding")),
     }

@@ -20,8 +20,20 @@ from historysim.errors import InputError, field_error
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
-from historysim.scenario.schema import from_table, kind_from_toml, register_column_hooks, schema_converter, table
-from historysim.scenario.sections import MaterialEntry, Pictures, Sections, course_from_toml, material_from_toml
+from historysim.scenario.schema import (
+    from_table,
+    kind_from_toml,
+    register_column_hooks,
+    schema_converter,
+    table,
+)
+from historysim.scenario.sections import (
+    MaterialEntry,
+    Pictures,
+    Sections,
+    course_from_toml,
+    material_from_toml,
+)
 from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, SurfaceKind
 from historysim.tables.readers import list_files
 
@@ -33,7 +45,9 @@ def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[
     source = _source(path)
     document = parse_toml(source)
     if not document:
-        raise InputError("is empty; expected at least [materials], [surface], [friction] and [loading]")
+        raise InputError(
+            "is empty; expected at least [materials], [surface], [friction] and [loading]"
+        )
     if not values:
         return source, structure_sections(document)
     return text_with_values(source, values), structure_sections(with_values(document, values))
@@ -44,7 +58,9 @@ def parse_toml(source: str) -> dict[str, Any]:
     most_parts = most("KEY_PARTS")
     if match := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{most_parts}}}", source):
         line = source.count("\n", 0, match.start()) + 1
-        raise InputError(f"line {line}: a key of more than {most_parts} parts; {at_most('KEY_PARTS')}")
+        raise InputError(
+            f"line {line}: a key of more than {most_parts} parts; {at_most('KEY_PARTS')}"
+        )
     try:
         document = tomllib.loads(source)
     except (ValueError, RecursionError) as error:
@@ -58,7 +74,9 @@ def parse_toml(source: str) -> dict[str, Any]:
             if isinstance(inner, dict | list)
         ]
     if level:
-        raise InputError(f"tables or arrays within one another, more than {most_parts} deep; {at_most('KEY_PARTS')}")
+        raise InputError(
+            f"tables or arrays within one another, more than {most_parts} deep; {at_most('KEY_PARTS')}"
+        )
     return document
 
 
@@ -90,7 +108,9 @@ def _explain_toml_error(source: str, problem: str) -> str:
     line = lines[min(number, len(lines)) - 1]
     mend = _fix_for_line(line, column) if len(line) <= _LONGEST else ""
     excerpt = printable(line.strip()[:MOST_QUOTED])
-    return f"line {number}: {excerpt}: {mend or _REASONS.get(reason, reason[:1].lower() + reason[1:])}"
+    return (
+        f"line {number}: {excerpt}: {mend or _REASONS.get(reason, reason[:1].lower() + reason[1:])}"
+    )
 
 
 def _fix_for_line(line: str, column: int) -> str:
@@ -101,7 +121,9 @@ def _fix_for_line(line: str, column: int) -> str:
         return "a backslash in quotes starts an escape sequence; expected / between folders"
     if re.match(r"\s*\[", line) and not re.match(r"\s*\[+[^\[\]\s]+\]+\s*(#|$)", line):
         return "expected the name of a section in brackets, with a point between its parts, as [loading.columns]"
-    values = sorted(_BARE_VALUE.finditer(line), key=lambda value: not value.start() <= column <= value.end() + 1)
+    values = sorted(
+        _BARE_VALUE.finditer(line), key=lambda value: not value.start() <= column <= value.end() + 1
+    )
     return next((mend for value in values if (mend := _fix_for_value(**value.groupdict()))), "")
 
 
@@ -127,7 +149,11 @@ def _fix_for_word(key: str, word: str) -> str:
     if word in {"True", "False", "TRUE", "FALSE"}:
         return f"{word} is not a value of TOML; expected {key} = {word.lower()}"
     toml_words = {"", "inf", "nan", "true", "false"}
-    return "" if word in toml_words else f'a string needs quotes; expected {key[:MOST_QUOTED]} = "{word[:MOST_QUOTED]}"'
+    return (
+        ""
+        if word in toml_words
+        else f'a string needs quotes; expected {key[:MOST_QUOTED]} = "{word[:MOST_QUOTED]}"'
+    )
 
 
 def structure_pictures(document: Mapping[str, Any]) -> Pictures:
@@ -165,7 +191,9 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
     entry = dict(table(value))
     if base is not SurfaceKind:
         for key in {"rule", "prune", "ball_radius"} & entry.keys():
-            raise field_error("belongs to the surface as a whole; expected it next to first and second", key)
+            raise field_error(
+                "belongs to the surface as a whole; expected it next to first and second", key
+            )
         return kind_from_toml(converter, entry, SURFACES, among=base)
     level, depth = _summands(value), 0
     while level:
@@ -180,7 +208,11 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
 
 def _summands(entry: object) -> list[object]:
     """Return the two surfaces of a sum; empty for another surface."""
-    return [entry[key] for key in ("first", "second") if key in entry] if isinstance(entry, dict) else []
+    return (
+        [entry[key] for key in ("first", "second") if key in entry]
+        if isinstance(entry, dict)
+        else []
+    )
 
 
 def _pictures_from_toml(converter: Converter, value: object, kind: object) -> Pictures:
@@ -196,7 +228,9 @@ def _source(path: Path) -> str:
     if kind.startswith("is "):
         raise InputError(f"{kind}; {expected}")
     if not kind and (size := path.stat().st_size) > most("SCENARIO_BYTES"):
-        raise InputError(f"has {size:,} bytes; {at_most('SCENARIO_BYTES')}; put long tables into a separate file")
+        raise InputError(
+            f"has {size:,} bytes; {at_most('SCENARIO_BYTES')}; put long tables into a separate file"
+        )
     try:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
@@ -237,5 +271,7 @@ def named_paths(path: Path) -> list[Path]:
 
 
 def _names(value: object) -> Iterator[str]:
-    for name in (value,) if isinstance(value, str) else value if isinstance(value, tuple | list) else ():
+    for name in (
+        (value,) if isinstance(value, str) else value if isinstance(value, tuple | list) else ()
+    ):
         yield from (name,) if isinstance(name, str) else _names(name)

@@ -8,7 +8,15 @@ import xarray as xr
 
 from historysim.basics.wording import silent
 from historysim.errors import InputError
-from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, make_figure
+from historysim.results.plots.pictures import (
+    HISTORY,
+    PICTURES,
+    SCENARIO,
+    SWEEP,
+    draw,
+    draw_figure,
+    make_figure,
+)
 from historysim.scenario.document import parse_toml, structure_pictures, structure_sections
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
@@ -31,7 +39,9 @@ def drawable(content: xr.Dataset | Scenario) -> Pictures:
     # e.g. a picture of a package that is not installed
     with located_errors(f"{IN_RESULT}: picture"):
         pictures = structure_pictures(parse_toml(str(text)))
-    return tuple(picture for picture in pictures if {_content_type(content), SCENARIO} & {*picture.of})
+    return tuple(
+        picture for picture in pictures if {_content_type(content), SCENARIO} & {*picture.of}
+    )
 
 
 def _content_type(content: xr.Dataset) -> str:
@@ -47,8 +57,8 @@ def draw_scenario_figure(
 ) -> "FigureOrAxes":
     """Draw the pictures of a scenario or its result, with its title.
 
-    Pictures of the scenario itself, such as its height map, are drawn from `scenario`, by default the text in the
-    result; InputError if files that it names are not found.
+    Pictures of the scenario itself, such as its height map, are drawn from `scenario`, by default
+    the text in the result; InputError if files that it names are not found.
     """
     if isinstance(content, Scenario):
         return draw_figure([content] * len(pictures), pictures, content.title, target)
@@ -92,7 +102,9 @@ def _draw_scenario(
     kind = picture or ("adhesion-map" if adhesion else "surface")
     if kind in PICTURES and HISTORY in PICTURES[kind].of and SCENARIO not in PICTURES[kind].of:
         if scenario.sections.sweep is not None:
-            raise InputError(f"{scenario.path}: picture {kind}: has [sweep]; expected a result of historysim sweep")
+            raise InputError(
+                f"{scenario.path}: picture {kind}: has [sweep]; expected a result of historysim sweep"
+            )
         # the surface is stored in the file of the history
         with (
             tempfile.TemporaryDirectory() as folder,

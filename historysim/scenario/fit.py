@@ -40,8 +40,9 @@ from historysim.scenario.sections import FitSection
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
-# Samples of a record beyond which a fit averages neighbours, and how many are then left: a fit replays them some 1,000
-# times, each in about 1.5 µs per sample. A hundred branches have a hundred means each.
+# Samples of a record beyond which a fit averages neighbours, and how many are then left: a fit
+# replays them some 1,000 times, each in about 1.5 µs per sample. A hundred branches have a hundred
+# means each.
 MANY_SAMPLES, AVERAGED_SAMPLES = 50_000, 10_000
 
 
@@ -54,10 +55,14 @@ def build_model(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]
             raise InputError('fit: missing; expected [fit] with parameters = ["friction", …]')
         with error_path("fit", "parameters"):
             if "friction" in section.parameters and scenario.sections.friction is None:
-                raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
+                raise InputError(
+                    "friction: is a column of the surface; expected [friction] with a coefficient to fit"
+                )
             model = fit_model.build_model(ensemble, instrument)
             start = {
-                name: _offset_start(scenario) if name == OFFSET else starting_value(name, ensemble, instrument)
+                name: _offset_start(scenario)
+                if name == OFFSET
+                else starting_value(name, ensemble, instrument)
                 for name in section.parameters
             }
     return section, model, start
@@ -68,7 +73,9 @@ def _offset_start(scenario: Scenario) -> float:
     loading = scenario.measured_loading()
     channel = loading.columns.tangential_displacement or loading.response.tangential_displacement
     if channel is None or channel.constant is not None:
-        raise InputError(f"{OFFSET}: no displacement was measured; expected a column for tangential_displacement")
+        raise InputError(
+            f"{OFFSET}: no displacement was measured; expected a column for tangential_displacement"
+        )
     if channel.centred:
         raise InputError(
             f"{OFFSET}: centred removes any offset of the tangential displacement; expected one of them: remove "
@@ -134,12 +141,14 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison | A
     -------
     Comparison, or Runs
         Of several runs a sequence, as from `loops`.
-        Its loops use the dead band of the tangential displacement in the scenario, or else the default of `loops`.
+        Its loops use the dead band of the tangential displacement in the scenario, or else the
+        default of `loops`.
 
     Raises
     ------
     InputError
-        A scenario that cannot be used or has no measured tangential load, too few loops, or loops in the wrong sense.
+        A scenario that cannot be used or has no measured tangential load, too few loops, or loops
+        in the wrong sense.
     LoadError
         A normal load that the contact cannot carry.
 
@@ -155,7 +164,9 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison | A
     scenario.check_comparable()
     measurement = scenario.measurement()
     with located_errors(scenario.path.name), error_path("loading"):
-        observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
+        observation = observe(
+            measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness
+        )
     ensemble, instrument = scenario.ensemble(), scenario.instrument
     response = compute_response(ensemble, instrument, observation)
     with located_errors(scenario.path.name), error_path("loading"):
@@ -170,15 +181,16 @@ def creep(scenario: Scenario | str | Path) -> Creep | Any:  # noqa: ANN401 - Run
     Parameters
     ----------
     scenario : Scenario or path
-        A scenario with a measured loading that has tangential displacement, tangential load and normal load. Its model
-        gives the change of the load by memory, from displacement and normal load in the holds.
+        A scenario with a measured loading that has tangential displacement, tangential load and
+        normal load. Its model gives the change of the load by memory, from displacement and normal
+        load in the holds.
 
     Returns
     -------
     Creep, or Runs
         Of several runs a sequence, as from `loops`.
-        Fraction of the load that relaxes per decade of time, with its interval, or why it is not determined; drift of
-        the sensor; contributions to the change in each hold.
+        Fraction of the load that relaxes per decade of time, with its interval, or why it is not
+        determined; drift of the sensor; contributions to the change in each hold.
 
     Raises
     ------
@@ -206,8 +218,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any
     scenario : Scenario or path
         A scenario with ``[fit]`` and a measured loading, with a tangential load to fit to.
     progress : bool
-        Show a progress bar on standard error if that is a terminal and the fit takes long; the number of replays is
-        an estimate.
+        Show a progress bar on standard error if that is a terminal and the fit takes long; the
+        number of replays is an estimate.
 
     Returns
     -------
@@ -230,7 +242,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
-    # as `compare` of the fitted scenario: all samples, with the fitted zero and, for loops, without the fitted spring
+    # as `compare` of the fitted scenario: all samples, with the fitted zero and, for loops, without
+    # the fitted spring
     observation = _observe_record(scenario, instrument, offset, average=False)
     response = compute_response(ensemble, instrument, observation)
     measurement = scenario.measurement().add_displacement_offset(offset)
@@ -254,12 +267,17 @@ def _observe_record(
     scenario: Scenario, instrument: Instrument, offset: float = 0.0, *, average: bool = True
 ) -> Observation:
     """Observe the record of a fit, with an offset added to its displacement [m]; its loops refer to the contact."""
-    measurement, section = scenario.measurement().add_displacement_offset(offset), scenario.sections.fit
+    measurement, section = (
+        scenario.measurement().add_displacement_offset(offset),
+        scenario.sections.fit,
+    )
     if section is not None and OFFSET in section.parameters:
         measurement = attrs.evolve(measurement, starts_displaced=True)
     noise: dict[str, Any] = {}
     if section is not None:
-        noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
+        noise = {
+            name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")
+        }
     with located_errors(scenario.path.name), error_path("loading"):
         seen = observe(measurement, parallel_stiffness=instrument.parallel_stiffness, **noise)
     return seen.average(AVERAGED_SAMPLES) if average and seen.time.size > MANY_SAMPLES else seen
@@ -286,7 +304,11 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
         if section == "materials" and key not in document[section]:
             _put_pair(document, scenario)
         # an existing height_scale is multiplied
-        scale = getattr(scenario.sections.surface, "height_scale", None) if key == "height_scale" else None
+        scale = (
+            getattr(scenario.sections.surface, "height_scale", None)
+            if key == "height_scale"
+            else None
+        )
         _put(document[section], key, parameter, scale or 1.0)
     if scenario.run is not None:
         document["loading"]["run"] = scenario.run
@@ -296,7 +318,9 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
     return tomlkit.dumps(document)
 
 
-def _put(table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: float = 1.0) -> None:
+def _put(
+    table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: float = 1.0
+) -> None:
     """Write a fitted value to its key, in front of an existing comment."""
     value = tomlkit.float_(parameter.value * unit)
     comment = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
@@ -343,7 +367,9 @@ def _move_files(table: MutableMapping[str, Any], old_folder: Path, new_folder: P
         elif key == "file":
             names = [value] if isinstance(value, str) else value
             moved = [
-                name if Path(name).is_absolute() else Path(os.path.relpath(old_folder / name, new_folder)).as_posix()
+                name
+                if Path(name).is_absolute()
+                else Path(os.path.relpath(old_folder / name, new_folder)).as_posix()
                 for name in names
             ]
             table[key] = moved[0] if isinstance(value, str) else moved

@@ -17,9 +17,14 @@ from historysim.scenario.schema import Place
 
 SPACINGS = ("linear", "logarithmic")
 _RANGE = ("from", "to", "count", "spacing")
-_QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9.])\s*(.*)", re.DOTALL)
-_STEP = re.compile(r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{1,9}\])*)\s*(\.|$)""")
-Point = dict[str, Any]  # values of the swept keys: ``{"friction.coefficient": 0.3, "surface.seed": 7}``
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9.])\s*(.*)", re.DOTALL
+)
+_STEP = re.compile(
+    r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{1,9}\])*)\s*(\.|$)"""
+)
+# values of the swept keys: ``{"friction.coefficient": 0.3, "surface.seed": 7}``
+Point = dict[str, Any]
 
 
 def path_of_key(key: str) -> Place:
@@ -96,7 +101,9 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - any TOML value
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if not isinstance(value, str | int | float):
-        raise InputError(f"{value!r}; expected a number, a string, true or false, an array or a table")
+        raise InputError(
+            f"{value!r}; expected a number, a string, true or false, an array or a table"
+        )
     return value
 
 
@@ -105,8 +112,14 @@ def _check(container: object, parent_path: Place, step: str | int) -> None:
     where = path_text(parent_path)
     if isinstance(step, int):
         if not isinstance(container, list):
-            quoted = f"; a name that contains [{step}] itself needs quotes" if isinstance(container, dict) else ""
-            raise InputError(f"{where}: {format_value(container)}; expected an array, for [{step}]{quoted}")
+            quoted = (
+                f"; a name that contains [{step}] itself needs quotes"
+                if isinstance(container, dict)
+                else ""
+            )
+            raise InputError(
+                f"{where}: {format_value(container)}; expected an array, for [{step}]{quoted}"
+            )
         if step >= len(container):
             expected = f"expected [0] to [{len(container) - 1}]" if container else "it is empty"
             raise InputError(f"{where}[{step}]: does not exist; {expected}")
@@ -119,7 +132,8 @@ class Axis:
     """One dimension of a grid: a key with its values, or several keys whose values vary together."""
 
     keys: tuple[str, ...]
-    values: tuple[tuple[Any, ...], ...]  #: for each position the values of the keys, as in a scenario
+    #: for each position the values of the keys, as in a scenario
+    values: tuple[tuple[Any, ...], ...]
 
     @property
     def name(self) -> str:
@@ -155,7 +169,8 @@ class Grid:
     def ends(self) -> dict[int, Point]:
         """Return the first and the last point by their numbers."""
         return {
-            position % len(self): self._point([axis.values[position] for axis in self.axes]) for position in (0, -1)
+            position % len(self): self._point([axis.values[position] for axis in self.axes])
+            for position in (0, -1)
         }
 
     def _point(self, values: Sequence[Sequence[Any]]) -> Point:
@@ -174,20 +189,25 @@ def build_grid(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) 
     Parameters
     ----------
     over : dict
-        By key an array of values, or a range: ``{"from": "1 nm", "to": "10 nm", "count": 4}``, both ends included,
-        [``"spacing": "logarithmic"``]; without ``to`` consecutive whole numbers, such as seeds. Nested tables are
-        equivalent to keys with dots.
+        By key an array of values, or a range: ``{"from": "1 nm", "to": "10 nm", "count": 4}``, both
+        ends included, [``"spacing": "logarithmic"``]; without ``to`` consecutive whole numbers,
+        such as seeds. Nested tables are equivalent to keys with dots.
     together : sequence of sequence of str
-        Keys whose values vary together, as one dimension; all other keys are combined with each other.
+        Keys whose values vary together, as one dimension; all other keys are combined with each
+        other.
     """
     with error_path("over"):
         values: dict[str, Any] = {}
         for key, value in _flat(over):
             if key in values:
-                raise InputError(f"{key} appears twice, with quotes and without; expected its values once")
+                raise InputError(
+                    f"{key} appears twice, with quotes and without; expected its values once"
+                )
             values[key] = value
         if not values:
-            raise InputError("no keys; expected one or more, such as friction.coefficient = [0.1, 0.2]")
+            raise InputError(
+                "no keys; expected one or more, such as friction.coefficient = [0.1, 0.2]"
+            )
         expanded: dict[str, list[Any]] = {}
         for key, value in values.items():
             with error_path(*path_of_key(key)):
@@ -199,7 +219,8 @@ def build_grid(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) 
     names = [variable_name(key) for key in expanded]
     if doubled := {name for name in names if names.count(name) > 1}:
         raise field_error(
-            f"two keys have the variable name {min(doubled)}; expected keys that differ in their letters", "over"
+            f"two keys have the variable name {min(doubled)}; expected keys that differ in their letters",
+            "over",
         )
     return grid
 
@@ -220,7 +241,9 @@ def expand(value: object) -> list[Any]:
 def _flat(over: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield keys with dots; a table with ``from`` is a range, any other table holds further keys."""
     if not isinstance(over, Mapping):
-        raise InputError(f"{brief(over)}; expected keys with values, as {{'friction.coefficient': [0.1, 0.2]}}")
+        raise InputError(
+            f"{brief(over)}; expected keys with values, as {{'friction.coefficient': [0.1, 0.2]}}"
+        )
     for name, value in over.items():
         key = f"{prefix}.{name}" if prefix else str(name)
         if isinstance(value, Mapping) and "from" not in value:
@@ -239,7 +262,9 @@ def _axes(values: Mapping[str, list[Any]], together: Sequence[Sequence[str]]) ->
         yield Axis(keys, tuple(zip(*(values[key] for key in keys), strict=True)))
 
 
-def _check_group(keys: Sequence[str], values: Mapping[str, list[Any]], groups: Mapping[str, tuple[str, ...]]) -> None:
+def _check_group(
+    keys: Sequence[str], values: Mapping[str, list[Any]], groups: Mapping[str, tuple[str, ...]]
+) -> None:
     """Check that the values of keys can vary together."""
     if len(keys) < 2 or len(set(keys)) < len(keys):
         raise InputError("expected two or more keys, each of them once")
@@ -266,18 +291,25 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
     start = entry["from"]
     if "to" not in entry:
         if not isinstance(start, int) or isinstance(start, bool) or "spacing" in entry:
-            raise InputError("a range without to counts whole numbers; expected to, or a whole number as from")
+            raise InputError(
+                "a range without to counts whole numbers; expected to, or a whole number as from"
+            )
         return list(range(start, start + count))
     spacing = entry.get("spacing", SPACINGS[0])
     if spacing not in SPACINGS:
         raise field_error(f"{format_value(spacing)}; {nearest(str(spacing), SPACINGS)}", "spacing")
     (low, unit), (high, end_unit) = _number(start), _number(entry["to"])
     if unit != end_unit:
-        raise field_error(f"in {end_unit or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
+        raise field_error(
+            f"in {end_unit or 'no unit'}, and from in {unit or 'none'}; expected one unit for both",
+            "to",
+        )
     if count < 2:
         raise field_error(f"{count}; expected 2 or more, including from and to", "count")
     if spacing == "logarithmic" and not low * high > 0:
-        raise InputError("expected from and to of one sign, neither of them 0, for a logarithmic range")
+        raise InputError(
+            "expected from and to of one sign, neither of them 0, for a logarithmic range"
+        )
     import numpy as np
 
     numbers = (np.geomspace if spacing == "logarithmic" else np.linspace)(low, high, count)

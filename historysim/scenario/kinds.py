@@ -54,7 +54,9 @@ def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, s
     if name is None:
         return [(kind_name, _line(registry, kind)) for kind_name, kind in registry.items()]
     kind = registry.lookup(name)
-    fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)]
+    fields = [
+        (field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)
+    ]
     return [(name, _line(registry, kind)), *fields]
 
 

@@ -33,10 +33,16 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     Raises InputError: an unknown kind, or keys that do not fit it.
     """
     structured = partial(_picture_from_toml, converter)
-    pictures = structure_array(value, structured) if isinstance(value, list) else (structured(value),)
+    pictures = (
+        structure_array(value, structured) if isinstance(value, list) else (structured(value),)
+    )
     for index, picture in enumerate(pictures):
         if len(pictures) > 1 and picture.own_figure:
-            raise field_error(f"{picture.kind!r} fills a whole figure; expected it as the only picture", index, "kind")
+            raise field_error(
+                f"{picture.kind!r} fills a whole figure; expected it as the only picture",
+                index,
+                "kind",
+            )
     return pictures
 
 
@@ -46,7 +52,9 @@ def _picture_from_toml(converter: Converter, value: object) -> Picture:
         raise field_error(f"missing; expected one of {', '.join(names)}", "kind")
     picture: Picture = kind_from_toml(converter, value, PICTURES)
     if not IN_SCENARIOS & {*picture.of}:
-        raise field_error(f"{picture.kind!r} is not a picture of a scenario, its result or its sweep", "kind")
+        raise field_error(
+            f"{picture.kind!r} is not a picture of a scenario, its result or its sweep", "kind"
+        )
     return picture
 
 
@@ -63,7 +71,9 @@ def _surface(scenario: Scenario) -> "xr.Dataset":
 def _heights(scenario: Scenario) -> "Surface":
     surface: Surface | None = scenario.surface().surface
     if surface is None:
-        raise InputError(f"{scenario.path.name}: picture: the surface is not a height map; expected one")
+        raise InputError(
+            f"{scenario.path.name}: picture: the surface is not a height map; expected one"
+        )
     return surface
 
 
@@ -77,13 +87,20 @@ def _pressed_map(scenario: Scenario) -> "PressedMap":
     pair = scenario.sections.materials.pair()
     loads = (float(event.value) for event in scenario.events() if isinstance(event, NormalLoad))
     if not (largest := max(loads, default=0.0)) > 0:
-        raise InputError(f"{scenario.path.name}: picture: no normal load is given; expected one for the kind area-laws")
+        raise InputError(
+            f"{scenario.path.name}: picture: no normal load is given; expected one for the kind area-laws"
+        )
     hardnesses = [
         material.hardness
         for material in (pair.first, pair.second)
         if material is not None and material.hardness is not None
     ]
-    return PressedMap(_heights(scenario), pair, np.geomspace(largest / 100, largest, 13), min(hardnesses, default=None))
+    return PressedMap(
+        _heights(scenario),
+        pair,
+        np.geomspace(largest / 100, largest, 13),
+        min(hardnesses, default=None),
+    )
 
 
 def _summits(scenario: Scenario) -> "dict[str, Summits]":
@@ -94,8 +111,12 @@ def _summits(scenario: Scenario) -> "dict[str, Summits]":
     for point in points:
         summits = scenario.at(point).surface().summits
         if summits is None:
-            raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one with summits")
-        by_name[", ".join(_label(key, value) for key, value in point.items()) or "summits"] = summits
+            raise InputError(
+                f"{scenario.path.name}: picture: the surface has no summits; expected one with summits"
+            )
+        by_name[", ".join(_label(key, value) for key, value in point.items()) or "summits"] = (
+            summits
+        )
     return by_name
 
 
@@ -108,11 +129,14 @@ def find_adhering(scenario: Scenario) -> "AdheringAsperities":
     """Return the adhering asperities of a scenario with ``[adhesion]``."""
     contact: AdheringAsperities | None = scenario.build().adhering()
     if contact is None:
-        raise InputError(f"{scenario.path}: has no [adhesion], or no contact; expected both for the adhesion map")
+        raise InputError(
+            f"{scenario.path}: has no [adhesion], or no contact; expected both for the adhesion map"
+        )
     return contact
 
 
-# Data of pictures by name; other pictures, such as those of other packages, receive the scenario itself.
+# Data of pictures by name; other pictures, such as those of other packages, receive the scenario
+# itself.
 DATA: "dict[str, Callable[[Scenario], Any]]" = {
     "adhesion-map": find_adhering,
     "area-laws": _pressed_map,

@@ -49,10 +49,11 @@ def loops(
     Parameters
     ----------
     record : xarray.Dataset, Measurement, Scenario or path
-        A history; a measurement; a scenario that replays one; or the file of a scenario (TOML) or a result (netCDF).
+        A history; a measurement; a scenario that replays one; or the file of a scenario (TOML) or a
+        result (netCDF).
     dead_band : float, optional
-        The smallest swing of the tangential displacement that counts as a reversal [m]; by default the dead band of
-        the measurement or its scenario, else 5 % of the range of the displacement.
+        The smallest swing of the tangential displacement that counts as a reversal [m]; by default
+        the dead band of the measurement or its scenario, else 5 % of the range of the displacement.
     skip : int
         Loops at the start that are left out.
     skip_per_level : int
@@ -63,14 +64,14 @@ def loops(
     Returns
     -------
     Loops, or Runs
-        With ``run = "each"``, or a folder or pattern of files, a sequence of `Run`: the ``number`` of each run and its
-        ``result``, None if it cannot be evaluated.
+        With ``run = "each"``, or a folder or pattern of files, a sequence of `Run`: the ``number``
+        of each run and its ``result``, None if it cannot be evaluated.
 
     Raises
     ------
     InputError
-        An unsupported object, a file that cannot be used, a record without a complete loop, or with loops in the wrong
-        sense.
+        An unsupported object, a file that cannot be used, a record without a complete loop, or with
+        loops in the wrong sense.
 
     Examples
     --------
@@ -78,7 +79,11 @@ def loops(
     >>> len(loops)
     8
     """
-    options: dict[str, Any] = {"dead_band": dead_band, "skip": skip, "skip_per_level": skip_per_level}
+    options: dict[str, Any] = {
+        "dead_band": dead_band,
+        "skip": skip,
+        "skip_per_level": skip_per_level,
+    }
     options["definitions"] = DEFAULT if definitions is None else definitions
     record = _load_scenario(record)
     if isinstance(record, Scenario) and record.run == EACH:
@@ -89,8 +94,14 @@ def loops(
             return loops_of_history(channels, **options)
         instrument = RIGID if scenario is None else scenario.instrument
         contact = channels.without_spring(instrument.parallel_stiffness)
-        evaluation = loops_of_measurement(contact, lateral_stiffness=instrument.stiffness, **options)
-        return evaluation if scenario is None else attrs.evolve(evaluation, columns=_columns_question(scenario))
+        evaluation = loops_of_measurement(
+            contact, lateral_stiffness=instrument.stiffness, **options
+        )
+        return (
+            evaluation
+            if scenario is None
+            else attrs.evolve(evaluation, columns=_columns_question(scenario))
+        )
 
 
 def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> Sliding | Any:  # noqa: ANN401 - Runs, for several runs
@@ -113,7 +124,8 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
     Raises
     ------
     InputError
-        An unsupported object, a file that cannot be used, or a record that reverses or is never pressed.
+        An unsupported object, a file that cannot be used, or a record that reverses or is never
+        pressed.
     """
     record = _load_scenario(record)
     if isinstance(record, Scenario) and record.run == EACH:
@@ -143,8 +155,15 @@ def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Sce
                 yield history, None
             return
         if kind != "scenario":
-            again = f"historysim run {shell_word(record)} recomputes the result of a log" if kind == "log" else ""
-            mend = again or f"of a record `historysim columns {shell_word(record)} -o my.toml` writes a scenario"
+            again = (
+                f"historysim run {shell_word(record)} recomputes the result of a log"
+                if kind == "log"
+                else ""
+            )
+            mend = (
+                again
+                or f"of a record `historysim columns {shell_word(record)} -o my.toml` writes a scenario"
+            )
             raise InputError(
                 f"{record}: is neither a scenario (.toml) nor a result of historysim run; expected one of them; {mend}"
             )
@@ -180,13 +199,20 @@ def _deprecated_alias(name: str, function: Callable[..., Any]) -> Callable[..., 
     @functools.wraps(function)
     def call_renamed(*args: Any, **options: Any) -> Any:  # noqa: ANN401 - of the function
         new_name = function.__name__
-        warnings.warn(f"hs.{name} is called hs.{new_name} now, as its command is", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            f"hs.{name} is called hs.{new_name} now, as its command is",
+            DeprecationWarning,
+            stacklevel=2,
+        )
         return function(*args, **options)
 
     return call_renamed
 
 
-find_loops, find_sliding = _deprecated_alias("find_loops", loops), _deprecated_alias("find_sliding", sliding)
+find_loops, find_sliding = (
+    _deprecated_alias("find_loops", loops),
+    _deprecated_alias("find_sliding", sliding),
+)
 
 Rows = list[tuple[str, ...]]
 
@@ -194,11 +220,16 @@ Rows = list[tuple[str, ...]]
 def loop_rows(runs: Runs[Loops]) -> Rows:
     """Return a table of the loops of each run; the first row has the headings."""
     every = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
-    labels = {name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))}
+    labels = {
+        name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))
+    }
     return _rows(
         ("loops", *(text[0] for text in labels.values())),
         runs,
-        lambda loops: (str(len(loops)), *(loops.text(name, unit) for name, (_, unit, *_) in labels.items())),
+        lambda loops: (
+            str(len(loops)),
+            *(loops.text(name, unit) for name, (_, unit, *_) in labels.items()),
+        ),
     )
 
 
@@ -229,7 +260,11 @@ def fit_rows(runs: "Runs[Fit]") -> Rows:
 
     def row(fitted: "Fit") -> tuple[str, ...]:
         rms = quantity_text(fitted.comparison.residuals.rms, "N", 3)
-        return (*(parameter.text() for parameter in fitted.parameters), f"{fitted.estimates.misfit:.3g}", rms)
+        return (
+            *(parameter.text() for parameter in fitted.parameters),
+            f"{fitted.estimates.misfit:.3g}",
+            rms,
+        )
 
     return _rows((*names, "misfit over noise", "rms difference"), runs, row)
 
@@ -256,7 +291,11 @@ def _summary_rows(labels: tuple[str, ...], runs: Runs[Any]) -> Rows:
     return _rows(labels, runs, row)
 
 
-def _rows(heading: tuple[str, ...], runs: Runs[Result], row: Callable[[Result], tuple[str, ...]]) -> Rows:
+def _rows(
+    heading: tuple[str, ...], runs: Runs[Result], row: Callable[[Result], tuple[str, ...]]
+) -> Rows:
     missing = ("–",) * len(heading)
-    cells = [(str(run.number), *(missing if run.result is None else row(run.result))) for run in runs]
+    cells = [
+        (str(run.number), *(missing if run.result is None else row(run.result))) for run in runs
+    ]
     return [("run", *heading), *cells]

@@ -46,48 +46,53 @@ def run(  # noqa: PLR0913 - the options of the command
     Parameters
     ----------
     path : path or Scenario
-        A scenario or its file (TOML), a log (``NAME.history``), or a result, which is recomputed from its own content.
+        A scenario or its file (TOML), a log (``NAME.history``), or a result, which is recomputed
+        from its own content.
     output : path, optional
-        A netCDF file (.nc) to write the history to, with the surface in the group ``surface``; an earlier result is
-        replaced when the new one is complete. The log of a scenario, ``NAME.history``, is next to it. Or a
-        zarr store (.zarr), whose blocks are computed in parallel.
+        A netCDF file (.nc) to write the history to, with the surface in the group ``surface``; an
+        earlier result is replaced when the new one is complete. The log of a scenario,
+        ``NAME.history``, is next to it. Or a zarr store (.zarr), whose blocks are computed in
+        parallel.
     progress : bool
         Show a progress bar on standard error if that is a terminal and the run is long.
     resume : bool
-        Continue an earlier, interrupted run of the same scenario to the same output from the last valid snapshot of
-        its log. The result is bit-identical.
+        Continue an earlier, interrupted run of the same scenario to the same output from the last
+        valid snapshot of its log. The result is bit-identical.
     snapshot_every : int, optional
-        Rows between snapshots of the state in the log; by default some seconds of replay, and more if all snapshots
-        would be larger than 1 GB.
+        Rows between snapshots of the state in the log; by default some seconds of replay, and more
+        if all snapshots would be larger than 1 GB.
     compression : {"none", "zlib", "zstd"}
         Compression of the output.
     threads : int, optional
-        Threads that record many asperities, and write them; by default one for each processor, up to 4. The result
-        is bit-identical.
+        Threads that record many asperities, and write them; by default one for each processor, up
+        to 4. The result is bit-identical.
     force : bool
-        Also replace files of these names that are not an earlier result or log; never one that the scenario reads.
+        Also replace files of these names that are not an earlier result or log; never one that the
+        scenario reads.
     record : "totals", optional
-        Write the log, its snapshots and the totals, but no variables of asperities. These are computed on access by
-        ``hs.open("NAME.history", chunks=…)``. Unless given, the variables that the scenario records.
+        Write the log, its snapshots and the totals, but no variables of asperities. These are
+        computed on access by ``hs.open("NAME.history", chunks=…)``. Unless given, the variables
+        that the scenario records.
     cluster : str, optional
-        Address of the scheduler of a dask cluster that computes the blocks of a zarr store; it reads the log under the
-        same path.
+        Address of the scheduler of a dask cluster that computes the blocks of a zarr store; it
+        reads the log under the same path.
     notify : callable, optional
-        Called with each notice (str), such as an unused snapshot; by default notices on the reading of a
-        measured record are issued as UserWarning.
+        Called with each notice (str), such as an unused snapshot; by default notices on the reading
+        of a measured record are issued as UserWarning.
 
     Returns
     -------
     xarray.Dataset, or Runs
-        The history; read lazily from ``output`` if given. Of a record with ``run = "each"``, or of a folder or pattern
-        of files, a sequence with the ``number`` of each run and its history as ``result``; each has an output with its
-        number, as ``NAME_1.nc``.
+        The history; read lazily from ``output`` if given. Of a record with ``run = "each"``, or of
+        a folder or pattern of files, a sequence with the ``number`` of each run and its history as
+        ``result``; each has an output with its number, as ``NAME_1.nc``.
 
     Raises
     ------
     InputError
-        The scenario, or a file that it names, cannot be used; the log is damaged, or belongs to another scenario
-        than the one to resume; ``output`` is an input, or is not an earlier result.
+        The scenario, or a file that it names, cannot be used; the log is damaged, or belongs to
+        another scenario than the one to resume; ``output`` is an input, or is not an earlier
+        result.
     LoadError
         The contact cannot support a load; the message names the event.
     OSError
@@ -101,7 +106,15 @@ def run(  # noqa: PLR0913 - the options of the command
     """
     notify = notify or _drop_notice
     options = RunOptions(
-        progress, resume, snapshot_every, compression, threads, force, notify, record=record, cluster=cluster
+        progress,
+        resume,
+        snapshot_every,
+        compression,
+        threads,
+        force,
+        notify,
+        record=record,
+        cluster=cluster,
     )
     source = open_source(path)
     if source.each_run is not None:
@@ -158,14 +171,18 @@ def _drop_notice(_: str) -> None:
 def write(source: "Source", output: Path, options: RunOptions, *further_outputs: Output) -> None:
     """Replay a source into a result file, after a check that it and further outputs can be written."""
     log = [Output(log_path_for(output), (LOG,))] if source.makes_log else []
-    check_outputs([Output(output, (RESULT, STORE)), *log, *further_outputs], source.files, force=options.force)
+    check_outputs(
+        [Output(output, (RESULT, STORE)), *log, *further_outputs], source.files, force=options.force
+    )
     in_store = is_store_name(output)
     if in_store:
         from historysim.log.zarr_result import check_options, write_zarr
 
         check_options(output, options)
     elif options.cluster is not None:
-        raise InputError(f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output")
+        raise InputError(
+            f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output"
+        )
     with source.log(log_path_for(output), options) as file, source.locate_errors():
         if in_store:
             write_zarr(file, output, options)
@@ -231,7 +248,9 @@ class _ScenarioSource(Source):
     def log(self, path: Path, options: RunOptions) -> LogFile:
         if not (options.resume and path.exists()):
             if options.resume:
-                options.notify(f"{path}: there is no log to resume from; the run starts from the beginning")
+                options.notify(
+                    f"{path}: there is no log to resume from; the run starts from the beginning"
+                )
             return LogFile.create(path, *self._header_and_events(options.notify))
         file = LogFile(path, write=True)
         if file.head.settings["scenario"] != self.scenario.text:
@@ -289,7 +308,9 @@ class _ResultSource(Source):
         return file
 
 
-def open_source(target: str | Path | Scenario | Source, values: Mapping[str, Any] | None = None) -> Source:
+def open_source(
+    target: str | Path | Scenario | Source, values: Mapping[str, Any] | None = None
+) -> Source:
     """Open the source of a run: a scenario, log or result; ``values`` replace values of a scenario file, as for `load`.
 
     Raises InputError: a scenario that cannot be used, or ``values`` for a log or a result.
@@ -302,5 +323,7 @@ def open_source(target: str | Path | Scenario | Source, values: Mapping[str, Any
         scenario = target if isinstance(target, Scenario) else load(target, values)
         return _ScenarioSource(scenario.path, scenario)
     if values:
-        raise InputError(f"{target}: is not a scenario (.toml), so --set does not apply; leave it out")
+        raise InputError(
+            f"{target}: is not a scenario (.toml), so --set does not apply; leave it out"
+        )
     return Source(path) if is_log(path) else _ResultSource(path)

@@ -8,7 +8,15 @@ import attrs
 from historysim.basics.wording import columns, count_text
 from historysim.errors import HistorySimError, InputError
 from historysim.results.plots.pictures import make_figure
-from historysim.results.report.page import Section, collapsible, page, paragraph, picture, render_page, table
+from historysim.results.report.page import (
+    Section,
+    collapsible,
+    page,
+    paragraph,
+    picture,
+    render_page,
+    table,
+)
 from historysim.scenario.scenario import Scenario
 
 Result = TypeVar("Result")
@@ -68,7 +76,9 @@ def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> Runs[Res
         except HistorySimError as error:
             runs.append(Run(number, scenario_of_run, None, str(error)))
     if all(run.result is None for run in runs):
-        raise InputError(f"none of {count_text(len(runs), 'run', 'runs')} can be used; {runs[0].problem}")
+        raise InputError(
+            f"none of {count_text(len(runs), 'run', 'runs')} can be used; {runs[0].problem}"
+        )
     return Runs(scenario, tuple(runs))
 
 
@@ -76,7 +86,11 @@ def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> Runs[Res
 def _page(runs: Runs[Any]) -> str:
     sections = []
     for index, run in enumerate(runs):
-        blocks = [paragraph(run.problem, "note")] if run.result is None else [table(run.result.summary())]
+        blocks = (
+            [paragraph(run.problem, "note")]
+            if run.result is None
+            else [table(run.result.summary())]
+        )
         if run.result is not None and index < MOST_PICTURES:
             blocks.append(picture(make_figure(run.result, target=None), f"Run {run.number}."))
         sections.append(Section(f"Run {run.number}", tuple(blocks)))

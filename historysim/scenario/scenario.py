@@ -17,7 +17,12 @@ from historysim.basics.wording import Notify, brief, count_text, html_table, she
 from historysim.errors import InputError, LoadError, error_path, field_error
 from historysim.loads.events import Event
 from historysim.loads.friction_course import FrictionCourse
-from historysim.scenario.document import find_named_files, parse_toml, read_sections, structure_sections
+from historysim.scenario.document import (
+    find_named_files,
+    parse_toml,
+    read_sections,
+    structure_sections,
+)
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.schema import located_errors
@@ -74,14 +79,24 @@ class Scenario:
             for section in _within(self.sections)
             if hasattr(section, "registry")
         )
-        packages = ", ".join(dict.fromkeys(str(provider) for provider in providers if provider is not None))
+        packages = ", ".join(
+            dict.fromkeys(str(provider) for provider in providers if provider is not None)
+        )
         foreign = {"packages": packages} if packages else {}
-        return self.sections.metadata.values | named_states_attribute(self.sections.loading.names) | foreign
+        return (
+            self.sections.metadata.values
+            | named_states_attribute(self.sections.loading.names)
+            | foreign
+        )
 
     @property
     def seeds(self) -> list[int]:
         """Seeds of the surface, in the order of the file, and of friction."""
-        sections = [section for section in (self.sections.surface, self.sections.friction) if section is not None]
+        sections = [
+            section
+            for section in (self.sections.surface, self.sections.friction)
+            if section is not None
+        ]
         seeds = [getattr(within, "seed", None) for item in sections for within in _within(item)]
         return [seed for seed in seeds if seed is not None]
 
@@ -93,7 +108,9 @@ class Scenario:
     def at(self, point: Mapping[str, Any]) -> "Scenario":
         """Return the scenario at a point of a sweep, with its text unchanged; errors as for `load`."""
         with located_errors(self.path.name):
-            return attrs.evolve(self, sections=structure_sections(with_values(self.document, point)))
+            return attrs.evolve(
+                self, sections=structure_sections(with_values(self.document, point))
+            )
 
     def surface(self) -> BuiltSurface:
         """Build the surface and its summits, without the quantities that depend on the load.
@@ -113,10 +130,13 @@ class Scenario:
         with located_errors(self.path.name), error_path("surface"):
             return plain.build(self.path.parent) if plain else None
 
-    def build(self, notify: Notify = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
+    def build(
+        self, notify: Notify = silent, surface: BuiltSurface | None = None
+    ) -> "BuiltScenario":
         """Check the scenario and build its surface, ensemble and events.
 
-        ``notify`` receives notices on the reading of files and, unless ``surface`` is given, on the surface.
+        ``notify`` receives notices on the reading of files and, unless ``surface`` is given, on the
+        surface.
 
         Raises InputError: wrong input, or an event that does not fit the number of asperities.
         """
@@ -133,7 +153,8 @@ class Scenario:
     def ensemble(self) -> "Body":
         """Build the ensemble.
 
-        Raises InputError: materials, summits or friction that cannot be used; the message names file and field.
+        Raises InputError: materials, summits or friction that cannot be used; the message names
+        file and field.
         """
         surface = self.surface()
         # events may come from a large file, and few surfaces need them
@@ -155,7 +176,8 @@ class Scenario:
     def events(self, notify: Notify = silent) -> Sequence[Event]:
         """Build the events, in time order; ``notify`` receives notices on the reading of files.
 
-        Raises InputError: loads that cannot be used; the message names file and field, or line and column.
+        Raises InputError: loads that cannot be used; the message names file and field, or line and
+        column.
         """
         with located_errors(self.path.name):
             events = self.sections.loading.events(self.path.parent, notify)
@@ -163,7 +185,11 @@ class Scenario:
                 raise field_error("no waypoints; expected one or more", "loading")
             if (course := self.sections.course) is not None:
                 with error_path("friction", "course"):
-                    written = course if isinstance(course, FrictionCourse) else course.course(self.path.parent)
+                    written = (
+                        course
+                        if isinstance(course, FrictionCourse)
+                        else course.course(self.path.parent)
+                    )
                     events = written.along(events)
             steps = len(events) * self.sections.loading.substeps
             if steps > most("STEPS"):
@@ -253,7 +279,10 @@ class Scenario:
     def check_comparable(self) -> None:
         """Check that a record can be compared; InputError for a course of friction or blocks before the record."""
         with located_errors(self.path.name):
-            if getattr(self.sections.loading, "kind", "") == "file" and self.measured_loading().blocks:
+            if (
+                getattr(self.sections.loading, "kind", "") == "file"
+                and self.measured_loading().blocks
+            ):
                 problem = (
                     "only run replays blocks before a record: compare, fit and creep start with the record itself, "
                     "unloaded; expected none: remove them here, and skip the loops that depend on them (skip = 1)"
@@ -286,7 +315,8 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
         A TOML file.
     values : dict, optional
         Values that replace those in the file, by key, as ``{"friction.coefficient": 0.3}`` or
-        ``{"loading.waypoints[1].tangential_load": "5 mN"}``; a key that is not in the file is added.
+        ``{"loading.waypoints[1].tangential_load": "5 mN"}``; a key that is not in the file is
+        added.
 
     Returns
     -------
@@ -296,7 +326,8 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
     Raises
     ------
     InputError
-        Not a path, a file that cannot be read or is not TOML, or wrong fields: one line for each, with its path.
+        Not a path, a file that cannot be read or is not TOML, or wrong fields: one line for each,
+        with its path.
 
     Examples
     --------
@@ -364,13 +395,19 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
         *((name, law.text) for name, law in ensemble.laws.items()),
         *([("sweep", _sweep_line(sweep))] if sweep else []),
         *(
-            [("map as it comes", _map_line(raw_surface)), ("map as prepared", _map_line(built.surface))]
+            [
+                ("map as it comes", _map_line(raw_surface)),
+                ("map as prepared", _map_line(built.surface)),
+            ]
             if raw_surface
             else []
         ),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
-        *(("warning", finding.text) for finding in validity_findings(ensemble, events, scenario.instrument)),
+        *(
+            ("warning", finding.text)
+            for finding in validity_findings(ensemble, events, scenario.instrument)
+        ),
     ]
 
 

@@ -49,8 +49,12 @@ def located_errors(source: str) -> Iterator[None]:
             key, _, problem = line.partition(": ")
             first_key = first_keys.setdefault(problem, key)
             is_repeated = first_key != key and len(problem) > LONG_PROBLEM
-            problems.append(f"{source}: {f'{key}: the same problem as above' if is_repeated else line}")
-        more = [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
+            problems.append(
+                f"{source}: {f'{key}: the same problem as above' if is_repeated else line}"
+            )
+        more = (
+            [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
+        )
         raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error
 
 
@@ -120,7 +124,9 @@ class KindIn:
 AnyFrictionLaw = Annotated[Any, KindIn("historysim.asperities.laws:LAWS", "law")]
 AnyAttraction = Annotated[Any, KindIn("historysim.asperities.attraction:ATTRACTIONS", "law")]
 AnyWearLaw = Annotated[Any, KindIn("historysim.asperities.wear:WEAR_LAWS", "law")]
-AnyYieldingLaw = Annotated[Any, KindIn("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)]
+AnyYieldingLaw = Annotated[
+    Any, KindIn("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)
+]
 
 
 def _is_marked(kind: object, mark: type) -> bool:
@@ -146,7 +152,9 @@ class ColumnsOf:
     needed: str
     optional: str = ""
 
-    def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Mapping[str, object]) -> None:
+    def __call__(
+        self, _: object, attribute: "attrs.Attribute[Any]", value: Mapping[str, object]
+    ) -> None:
         """Check the keys."""
         needed = self.needed.split()
         allowed = [*needed, *self.optional.split()]
@@ -158,7 +166,9 @@ class ColumnsOf:
                 raise field_error("missing; expected a column", attribute.name, key)
 
 
-def _table_of_hook(kind: object, converter: Converter) -> Callable[[object, object], dict[str, object]]:
+def _table_of_hook(
+    kind: object, converter: Converter
+) -> Callable[[object, object], dict[str, object]]:
     of = get_args(kind)[1]
 
     def structure(value: object, _: object) -> dict[str, object]:
@@ -178,7 +188,9 @@ def _is_one_of_several(kind: object) -> bool:
     if get_origin(kind) not in {Union, UnionType}:
         return False
     members = [member for member in get_args(kind) if member is not NoneType]
-    return len(members) > 1 and all(member in _SCALARS or get_origin(member) is tuple for member in members)
+    return len(members) > 1 and all(
+        member in _SCALARS or get_origin(member) is tuple for member in members
+    )
 
 
 def _several_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
@@ -199,7 +211,9 @@ def _several_hook(kind: object, converter: Converter) -> Callable[[object, objec
     return structure
 
 
-def _array_hook(kind: object, converter: Converter) -> Callable[[object, object], tuple[object, ...]]:
+def _array_hook(
+    kind: object, converter: Converter
+) -> Callable[[object, object], tuple[object, ...]]:
     of = get_args(kind)[0]
     return lambda value, _: structure_array(value, lambda item: converter.structure(item, of))
 
@@ -224,15 +238,18 @@ def from_table(cls: type[T], value: object, converter: Converter, *as_given: str
 def _structure_hook(
     cls: Hashable, converter: Converter, as_given: tuple[str, ...]
 ) -> Callable[[object, object], object]:
-    plainly: dict[str, Any] = {name: override(struct_hook=lambda value, _: value) for name in as_given}
+    plainly: dict[str, Any] = {
+        name: override(struct_hook=lambda value, _: value) for name in as_given
+    }
     return make_table_hook(cast("Any", cls), converter, **plainly)
 
 
 def with_kinds(cls: type[T], value: object, converter: Converter, *, in_turn: bool = False) -> T:
     """Structure a table as a class, with further keys that are names of registered kinds.
 
-    ``cls.event_keys`` names the field for these keys and their registry. A single value of an event becomes a tuple of
-    its fields without the time; a table becomes the event. With ``in_turn`` the value is an array.
+    ``cls.event_keys`` names the field for these keys and their registry. A single value of an event
+    becomes a tuple of its fields without the time; a table becomes the event. With ``in_turn`` the
+    value is an array.
     """
     of: Any = cls
     field, kinds = of.event_keys
@@ -243,7 +260,9 @@ def with_kinds(cls: type[T], value: object, converter: Converter, *, in_turn: bo
             raise field_error("unknown key", key)
         if key in kinds:
             with cattrs_note(key):
-                changes[key] = _structure_event(kinds[key], entry.pop(key), converter, in_turn=in_turn)
+                changes[key] = _structure_event(
+                    kinds[key], entry.pop(key), converter, in_turn=in_turn
+                )
     return from_table(cls, {**entry, field: changes}, converter, field)
 
 
@@ -257,7 +276,12 @@ def single_value_type(kind: Any) -> tuple[Any, bool]:  # noqa: ANN401 - classes 
 def _structure_event(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> object:  # noqa: ANN401 - of TOML
     of, timed = single_value_type(kind)
     quantity = get_args(of)[1] if _is_marked(of, Quantity) else None
-    by_component = quantity is not None and quantity.components and isinstance(value, dict) and "value" not in value
+    by_component = (
+        quantity is not None
+        and quantity.components
+        and isinstance(value, dict)
+        and "value" not in value
+    )
     if isinstance(value, dict) and not by_component:
         return converter.structure({"time": 0.0, **value} if timed else value, kind)
     if in_turn:
@@ -283,7 +307,11 @@ def make_table_hook(
 
 
 def kind_from_toml(
-    converter: Converter, value: object, kinds: Registry[type[T]], key: str = "kind", among: type = object
+    converter: Converter,
+    value: object,
+    kinds: Registry[type[T]],
+    key: str = "kind",
+    among: type = object,
 ) -> T:
     """Structure a TOML table as the class that its ``key`` names in ``kinds``, a subclass of ``among``.
 
@@ -294,12 +322,18 @@ def kind_from_toml(
         raise field_error(f"missing; expected one of {', '.join(kinds.names(among))}", key)
     with error_path(key):
         kind: Any = kinds.lookup(entry.pop(key), among)
-    return cast("T", converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind))
+    return cast(
+        "T", converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind)
+    )
 
 
 def explicit_fields(section: attrs.AttrsInstance) -> dict[str, Any]:
     """Return the fields of a section that are not None, by name."""
-    return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
+    return {
+        key: value
+        for key, value in attrs.asdict(section, recurse=False).items()
+        if value is not None
+    }
 
 
 def table(value: object) -> dict[str, Any]:
@@ -322,7 +356,9 @@ def _integer(value: object, _: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise InputError(f"{format_value(value)}; expected an integer")
     if value.bit_length() > 63:
-        raise InputError(f"{format_value(value)}; expected an integer of 64 bits at most, as TOML has them")
+        raise InputError(
+            f"{format_value(value)}; expected an integer of 64 bits at most, as TOML has them"
+        )
     return value
 
 
@@ -340,7 +376,10 @@ def schema_converter() -> Converter:
     converter.register_structure_hook(bool, _boolean)
     converter.register_structure_hook_factory(attrs.has, make_table_hook)
     factories: tuple[tuple[Callable[[Any], bool], Any], ...] = (
-        (lambda kind: hasattr(kind, "from_toml"), lambda cls, within: lambda value, _: cls.from_toml(value, within)),
+        (
+            lambda kind: hasattr(kind, "from_toml"),
+            lambda cls, within: lambda value, _: cls.from_toml(value, within),
+        ),
         (lambda kind: get_origin(kind) is tuple, _array_hook),
         (lambda kind: get_origin(kind) is dict, _table_of_hook),
         (_is_one_of_several, _several_hook),
@@ -365,7 +404,9 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
                 yield from _problems(inner, above)
         case ForbiddenExtraKeysError():
             field, kinds = getattr(error.cl, "event_keys", ("", None))
-            keys = [attribute.name for attribute in attrs.fields(error.cl) if attribute.name != field]
+            keys = [
+                attribute.name for attribute in attrs.fields(error.cl) if attribute.name != field
+            ]
             keys += [] if kinds is None else kinds.own()
             for key in sorted(error.extra_fields):
                 hint = getattr(error.cl, "hint_for_key", lambda _: "")(key) or nearest(key, keys)
@@ -374,8 +415,13 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
             yield _line(above, f"missing; expected {_expected_value(kind, above)}")
         case InputError():
             path, problem = (*above, *error.place), str(error.args[0])
-            section = problem.endswith("; expected a table") and all(isinstance(step, str) for step in path)
-            yield _line(path, problem + (f", such as [{path_text(path)}] with its keys below" if section else ""))
+            section = problem.endswith("; expected a table") and all(
+                isinstance(step, str) for step in path
+            )
+            yield _line(
+                path,
+                problem + (f", such as [{path_text(path)}] with its keys below" if section else ""),
+            )
         case _:
             raise error
 
@@ -395,7 +441,8 @@ def _line(path: Place, problem: str) -> str:
     return f"{path_text(path)}: {problem}" if path else problem
 
 
-# -- files of numbers: sections that name a file, and its columns -----------------------------------------------
+# -- files of numbers: sections that name a file, and its columns
+# -----------------------------------------------
 
 
 # sections that name a file inherit from a second class, and two bases with slots cannot be combined
@@ -403,10 +450,13 @@ def _line(path: Place, problem: str) -> str:
 class NumbersFile(Format):
     """One or several consecutive files of numbers, and their text format."""
 
-    #: Path, relative to the scenario; an array of paths is one record in several files, in this order. A folder, or a
-    #: pattern such as ``"cycles/*.csv"``, is all its files in natural order; of a record each of them is a run.
+    #: Path, relative to the scenario; an array of paths is one record in several files, in this
+    #: order. A folder, or a pattern such as ``"cycles/*.csv"``, is all its files in natural order;
+    #: of a record each of them is a run.
     file: str | tuple[str, ...] = attrs.field(
-        validator=Key(lambda files: files != (), "the path of a file, or of several consecutive files")
+        validator=Key(
+            lambda files: files != (), "the path of a file, or of several consecutive files"
+        )
     )
 
     @property
@@ -443,7 +493,9 @@ class NumbersFile(Format):
                     problem += ", with / between folders"
                 raise field_error(f"{path.name}: {problem}", "file")
             try:
-                tables.append(read_table(path, columns, units, self, missing=missing, by_time=by_time))
+                tables.append(
+                    read_table(path, columns, units, self, missing=missing, by_time=by_time)
+                )
             except InputError as error:
                 # errors without a key concern the file
                 error.place = error.place or ("file",)
@@ -453,7 +505,13 @@ class NumbersFile(Format):
         with error_path("file"):
             return join_tables([path.name for path in paths], tables)
 
-    def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], build: Callable[..., T]) -> T:
+    def read(
+        self,
+        folder: Path,
+        columns: Mapping[str, Column],
+        units: Mapping[str, str],
+        build: Callable[..., T],
+    ) -> T:
         """Pass its columns to a function by key and return the result; errors of the function name the file."""
         values = self.table(folder, columns, units).columns
         try:
@@ -478,7 +536,9 @@ def column_from_toml(value: object, kind: type[Column] = Column) -> Column:
 def register_column_hooks(converter: Converter) -> None:
     """Register hooks for columns and for keys of a text format; the classes check these themselves (blanks count)."""
     converter.register_structure_hook(Column, column_from_toml)
-    as_given = override(struct_hook=lambda value, _: tuple(value) if isinstance(value, list) else value)
+    as_given = override(
+        struct_hook=lambda value, _: tuple(value) if isinstance(value, list) else value
+    )
     keys = {field.name: as_given for field in attrs.fields(Format)}
     converter.register_structure_hook_factory(
         lambda kind: isinstance(kind, type) and issubclass(kind, Format),

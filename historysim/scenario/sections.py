@@ -63,10 +63,11 @@ class MaterialsSection:
 
     first: MaterialEntry | None = None  #: A built-in material by its name, or a table as below
     second: MaterialEntry | None = None  #: the other material
-    contact_modulus: Pressure | None = None  #: E* of the pair, in place of materials, together with ``shear_modulus``
+    #: E* of the pair, in place of materials, together with ``shear_modulus``
+    contact_modulus: Pressure | None = None
     shear_modulus: Pressure | None = None  #: G* of the pair
-    #: Of the softer one, if the pair is given by its moduli. Without ``yielding`` it changes no result: it is used to
-    #: check the validity of the model.
+    #: Of the softer one, if the pair is given by its moduli. Without ``yielding`` it changes no
+    #: result: it is used to check the validity of the model.
     hardness: Pressure | None = None
     yield_stress: Pressure | None = None  #: of the softer one, likewise
 
@@ -75,7 +76,9 @@ class MaterialsSection:
         limits = {"hardness", "yield_stress"} & explicit_fields(self).keys()
         keys = [key for key in explicit_fields(self) if key not in limits]
         if self.first is not None and limits:
-            raise field_error("belongs to one material; expected it in first or second", min(limits))
+            raise field_error(
+                "belongs to one material; expected it in first or second", min(limits)
+            )
         if keys not in (["first", "second"], ["contact_modulus", "shear_modulus"]):
             raise InputError(
                 f"{' and '.join(keys) or 'nothing'} given; expected either first and second, or contact_modulus and "
@@ -96,7 +99,9 @@ def material_from_toml(converter: Converter, value: object, _: object) -> "Mater
     """Structure a built-in material from its name, or a custom one from a table."""
     from historysim.contact.materials import Material, material
 
-    return from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
+    return (
+        from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
+    )
 
 
 @attrs.frozen(kw_only=True)
@@ -113,7 +118,9 @@ class CourseFile(NumbersFile):
 
     def course(self, folder: Path) -> FrictionCourse:
         """Read the course from the file; its path is relative to the folder."""
-        return self.read(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}, FrictionCourse)
+        return self.read(
+            folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}, FrictionCourse
+        )
 
 
 def course_from_toml(converter: Converter, value: object, _: object) -> FrictionCourse | CourseFile:
@@ -129,7 +136,8 @@ class Coefficients:
 
     #: Coefficient of friction μ, or an array with one for each asperity.
     coefficient: Numbers = attrs.field(validator=NOT_NEGATIVE)
-    course: FrictionCourse | None = None  #: A coefficient that changes over time or distance, as below
+    #: A coefficient that changes over time or distance, as below
+    course: FrictionCourse | None = None
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
@@ -138,7 +146,9 @@ class Coefficients:
         if "law" in entry:
             return converter.structure(entry, AnyFrictionLaw)
         if not entry:
-            raise field_error("missing; expected a coefficient, or law with its keys", "coefficient")
+            raise field_error(
+                "missing; expected a coefficient, or law with its keys", "coefficient"
+            )
         return from_table(cls, entry, converter)
 
     @classmethod
@@ -154,7 +164,8 @@ class Coefficients:
 class AdhesionSection:
     """``[adhesion]``: adhesion parameters for the regime of the asperities; the replay itself has no adhesion.
 
-    The default work of adhesion follows from the surface energies of the two materials (Girifalco and Good).
+    The default work of adhesion follows from the surface energies of the two materials (Girifalco
+    and Good).
 
     Examples
     --------
@@ -175,11 +186,21 @@ class AdhesionSection:
         energies = [material.surface_energy for material in (pair.first, pair.second) if material]
         available = [energy for energy in energies if energy is not None]
         if len(available) < 2:
-            raise field_error("missing; the materials have no surface energies to compute it from", "work_of_adhesion")
+            raise field_error(
+                "missing; the materials have no surface energies to compute it from",
+                "work_of_adhesion",
+            )
         return float(work_of_adhesion(*available))
 
 
-FITTED = ("friction", "shear_modulus", "lateral_stiffness", "parallel_stiffness", "height_scale", "displacement_offset")
+FITTED = (
+    "friction",
+    "shear_modulus",
+    "lateral_stiffness",
+    "parallel_stiffness",
+    "height_scale",
+    "displacement_offset",
+)
 
 
 @attrs.frozen
@@ -193,9 +214,10 @@ class FitSection:
     skip = 1
     """
 
-    #: Fitted parameters, which start from the values of the scenario: any of ``"friction"``, ``"shear_modulus"``,
-    #: ``"lateral_stiffness"``, ``"parallel_stiffness"``, ``"height_scale"``, ``"displacement_offset"``. The last is the
-    #: ``offset`` of the tangential displacement, whose zero is the displacement without a load.
+    #: Fitted parameters, which start from the values of the scenario: any of ``"friction"``,
+    #: ``"shear_modulus"``, ``"lateral_stiffness"``, ``"parallel_stiffness"``, ``"height_scale"``,
+    #: ``"displacement_offset"``. The last is the ``offset`` of the tangential displacement, whose
+    #: zero is the displacement without a load.
     parameters: tuple[str, ...]
     #: Loops at the start of the record that are not compared.
     skip: int = attrs.field(default=0, validator=NOT_NEGATIVE)
@@ -210,7 +232,9 @@ class FitSection:
             raise field_error("expected one or more parameters, each of them once", "parameters")
         for index, name in enumerate(self.parameters):
             if name not in FITTED:
-                raise field_error(f"{format_value(name)}; {nearest(name, FITTED)}", "parameters", index)
+                raise field_error(
+                    f"{format_value(name)}; {nearest(name, FITTED)}", "parameters", index
+                )
 
 
 # Attributes of a result that describe how it was computed.
@@ -254,8 +278,8 @@ COMPUTED_ATTRIBUTES = frozenset(
 class MetadataSection:
     """``[metadata]``: attributes of the written files, such as author, purpose and licence.
 
-    Any name of letters, digits and underscores; catalogues read those of ACDD 1.3. A value is a string, a number or an
-    array of strings, which become one string with commas.
+    Any name of letters, digits and underscores; catalogues read those of ACDD 1.3. A value is a
+    string, a number or an array of strings, which become one string with commas.
 
     Examples
     --------
@@ -279,9 +303,13 @@ class MetadataSection:
     @staticmethod
     def _attribute(key: str, entry: object) -> str:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", key):
-            raise InputError("is not the name of an attribute; expected letters, digits and underscores")
+            raise InputError(
+                "is not the name of an attribute; expected letters, digits and underscores"
+            )
         if key in COMPUTED_ATTRIBUTES:
-            raise InputError(f"describes how a result was computed; choose another name, such as my_{key}")
+            raise InputError(
+                f"describes how a result was computed; choose another name, such as my_{key}"
+            )
         if isinstance(entry, list):
             return ", ".join(structure_array(entry, text))
         is_number = isinstance(entry, int | float) and not isinstance(entry, bool)
@@ -301,8 +329,8 @@ class RecordSection:
     asperities = "totals"
     """
 
-    #: ``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the order of
-    #: the surface.
+    #: ``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from
+    #: 0 in the order of the surface.
     asperities: str | tuple[int, ...] = attrs.field(
         default="touching",
         validator=Key(
@@ -310,14 +338,18 @@ class RecordSection:
             ", ".join(f'"{word}"' for word in RECORDS) + " or an array of indices",
         ),
     )
-    #: Also records the slid distance of each asperity, ∫|dU| in gross slip: ``slid_distance``. With wear or evolving
-    #: friction it is always recorded.
+    #: Also records the slid distance of each asperity, ∫|dU| in gross slip: ``slid_distance``. With
+    #: wear or evolving friction it is always recorded.
     sliding: bool = False
 
     @property
     def text(self) -> str:
         """Short description of the recorded asperities."""
-        return self.asperities if isinstance(self.asperities, str) else f"{len(self.asperities):,} chosen"
+        return (
+            self.asperities
+            if isinstance(self.asperities, str)
+            else f"{len(self.asperities):,} chosen"
+        )
 
 
 @attrs.frozen
@@ -333,9 +365,12 @@ class SweepSection:
     friction.coefficient = [0.1, 0.2, 0.3]
     """
 
-    over: dict[str, Any]  #: keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``
-    together: tuple[tuple[str, ...], ...] = ()  #: lists of keys whose values vary together, as one dimension
-    outputs: tuple[str, ...] = ()  #: summary values, totals or variables of each cell; by default ten summary values
+    #: keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``
+    over: dict[str, Any]
+    #: lists of keys whose values vary together, as one dimension
+    together: tuple[tuple[str, ...], ...] = ()
+    #: summary values, totals or variables of each cell; by default ten summary values
+    outputs: tuple[str, ...] = ()
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a grid."""
@@ -366,17 +401,24 @@ class DesignSection:
     above: Any = None  #: lower limit, likewise
     quantile: Number | None = None  #: that fraction; by default 0.95
     output: str = "drift"  #: summary value of a sweep
-    over: dict[str, Any] | None = None  #: keys over which the search is repeated, as in ``[sweep.over]``
+    #: keys over which the search is repeated, as in ``[sweep.over]``
+    over: dict[str, Any] | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check the range, the target and the grid."""
         if len(self.between) != 2:
-            raise field_error(f"{len(self.between)} values; expected two, the smallest and the largest", "between")
+            raise field_error(
+                f"{len(self.between)} values; expected two, the smallest and the largest", "between"
+            )
         goals = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
         if len(goals) != 1:
-            raise InputError(f"{' and '.join(goals) or 'no target'}; expected one of target, below and above")
+            raise InputError(
+                f"{' and '.join(goals) or 'no target'}; expected one of target, below and above"
+            )
         if self.quantile is not None and (goals == ["target"] or not 0.5 <= self.quantile < 1):
-            raise field_error("expected a fraction from 0.5 to below 1, with below or above", "quantile")
+            raise field_error(
+                "expected a fraction from 0.5 to below 1, with below or above", "quantile"
+            )
         self.grid()
 
     def grid(self) -> Grid:
@@ -422,7 +464,9 @@ class Sections:
             "materials": (MaterialsSection,),
         }
         homes = [
-            name for name, of in kinds.items() if any(key == field.name for kind in of for field in list_fields(kind))
+            name
+            for name, of in kinds.items()
+            if any(key == field.name for kind in of for field in list_fields(kind))
         ]
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 

@@ -12,7 +12,12 @@ from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError, field_error
 from historysim.recording.variables import COORDINATES, known_variables
 from historysim.results.analysis.per_asperity import nominal_pressure, total_mean_pressure
-from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
+from historysim.results.analysis.preliminary import (
+    critical_asperity,
+    drift,
+    preliminary_displacement,
+    presliding_work,
+)
 from historysim.results.analysis.recorded import sizes
 from historysim.results.history_drift import branch_drift
 from historysim.scenario.document import find_named_files
@@ -38,7 +43,9 @@ def _at_peak(history: xr.Dataset) -> xr.Dataset:
 
 
 def _approach(history: xr.Dataset) -> float:
-    heights = history["present_summit_height" if "present_summit_height" in history else "summit_height"]
+    heights = history[
+        "present_summit_height" if "present_summit_height" in history else "summit_height"
+    ]
     highest = heights.transpose(..., "asperity").values.max(axis=-1, initial=-np.inf)
     return float((highest - history["separation"].values).max(initial=0.0))
 
@@ -60,9 +67,13 @@ def _first(history: xr.Dataset) -> int:
 
 # Numbers that sum a history up, by name.
 SUMMARIES = {
-    "peak_normal_load": Summary("N", "greatest normal load", lambda h: h["total_normal_load"].values.max()),
+    "peak_normal_load": Summary(
+        "N", "greatest normal load", lambda h: h["total_normal_load"].values.max()
+    ),
     "peak_tangential_load": Summary(
-        "N", "greatest tangential load, of either sign", lambda h: sizes(h, "total_tangential_load").max()
+        "N",
+        "greatest tangential load, of either sign",
+        lambda h: sizes(h, "total_tangential_load").max(),
     ),
     "preliminary_displacement": Summary(
         "m",
@@ -87,10 +98,16 @@ SUMMARIES = {
     "peak_contact_count": Summary(
         "1", "greatest number of asperities in contact", lambda h: h["contact_count"].values.max()
     ),
-    "peak_contact_area": Summary("m2", "greatest real contact area", lambda h: h["real_contact_area"].values.max()),
-    "peak_approach": Summary("m", "greatest approach of the highest summit from first touch", _approach),
+    "peak_contact_area": Summary(
+        "m2", "greatest real contact area", lambda h: h["real_contact_area"].values.max()
+    ),
+    "peak_approach": Summary(
+        "m", "greatest approach of the highest summit from first touch", _approach
+    ),
     "final_dissipated_energy": Summary(
-        "J", "energy dissipated by friction in the whole history", lambda h: h["total_dissipated_energy"].values[-1]
+        "J",
+        "energy dissipated by friction in the whole history",
+        lambda h: h["total_dissipated_energy"].values[-1],
     ),
     "presliding_work": Summary(
         "J",
@@ -98,35 +115,51 @@ SUMMARIES = {
         lambda h: presliding_work(_at_peak(h)).values[0],
     ),
     "peak_mean_pressure": Summary(
-        "Pa", "greatest mean pressure over the real contact area", lambda h: total_mean_pressure(h).values.max()
+        "Pa",
+        "greatest mean pressure over the real contact area",
+        lambda h: total_mean_pressure(h).values.max(),
     ),
     "peak_nominal_pressure": Summary(
-        "Pa", "greatest normal load over the nominal area", lambda h: nominal_pressure(h).values.max()
+        "Pa",
+        "greatest normal load over the nominal area",
+        lambda h: nominal_pressure(h).values.max(),
     ),
     "initial_stiffness": Summary(
         "N m-1",
         "tangential stiffness at the greatest normal load, before anything slips",
         lambda h: _initial_stiffness(_at_peak(h)),
     ),
-    "mean_summit_height": Summary("m", "mean height of all summits", lambda h: h["summit_height"].values.mean()),
-    "mean_summit_radius": Summary("m", "mean radius of all summits", lambda h: h["summit_radius"].values.mean()),
+    "mean_summit_height": Summary(
+        "m", "mean height of all summits", lambda h: h["summit_height"].values.mean()
+    ),
+    "mean_summit_radius": Summary(
+        "m", "mean radius of all summits", lambda h: h["summit_radius"].values.mean()
+    ),
     "summit_height_deviation": Summary(
-        "m", "standard deviation of the heights of all summits", lambda h: _deviation(h["summit_height"])
+        "m",
+        "standard deviation of the heights of all summits",
+        lambda h: _deviation(h["summit_height"]),
     ),
     "summit_radius_deviation": Summary(
-        "m", "standard deviation of the radii of all summits", lambda h: _deviation(h["summit_radius"])
+        "m",
+        "standard deviation of the radii of all summits",
+        lambda h: _deviation(h["summit_radius"]),
     ),
     "summit_count": Summary("1", "number of all summits", lambda h: h.sizes["asperity"]),
 }
 
 # those that are of all summits, whether they touch or not
 OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)
-# outputs of a sweep that names none: all that any contact has, also one of patches, or without areas
+# outputs of a sweep that names none: all that any contact has, also one of patches, or without
+# areas
 DEFAULT_OUTPUTS = tuple(SUMMARIES)[: tuple(SUMMARIES).index("presliding_work")]
 
 # variables of each asperity along step, by name
-OF_EACH = frozenset(variable.name for variable in known_variables() if "asperity" in variable.dimensions)
-ROWS = frozenset(variable.name for variable in known_variables()) - OF_EACH  # totals along step, by name
+OF_EACH = frozenset(
+    variable.name for variable in known_variables() if "asperity" in variable.dimensions
+)
+# totals along step, by name
+ROWS = frozenset(variable.name for variable in known_variables()) - OF_EACH
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
@@ -135,7 +168,9 @@ def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
     names_known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
     for index, name in enumerate(names):
         if name not in names_known:
-            raise field_error(f"{format_value(name)}; {nearest(str(name), names_known)}", "outputs", index)
+            raise field_error(
+                f"{format_value(name)}; {nearest(str(name), names_known)}", "outputs", index
+            )
     return tuple(dict.fromkeys(names)) or DEFAULT_OUTPUTS
 
 
@@ -144,13 +179,15 @@ def asks_for_each(outputs: Sequence[str]) -> bool:
     return not OF_EACH.isdisjoint(outputs)
 
 
-SURFACES_KEPT = 2  # surfaces that a process keeps, so that cells which stand on the same one do not make it again
+# surfaces that a process keeps, so that cells which stand on the same one do not make it again
+SURFACES_KEPT = 2
 
 
 def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> xr.Dataset:
     """Return the outputs of a scenario at one point of a sweep, for any engine that computes cells.
 
-    It depends on its arguments, and the files that the scenario names, alone: any process gives the same bits.
+    It depends on its arguments, and the files that the scenario names, alone: any process gives the
+    same bits.
 
     Parameters
     ----------
@@ -158,8 +195,8 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     point : dict
         Values of its keys, as ``{"friction.coefficient": 0.3, "surface.seed": 7}``.
     outputs : sequence of str
-        As for `historysim.sweep`; by default `DEFAULT_OUTPUTS`. The attribute ``validity`` has the assumptions of the
-        model that do not hold, as in a history.
+        As for `historysim.sweep`; by default `DEFAULT_OUTPUTS`. The attribute ``validity`` has the
+        assumptions of the model that do not hold, as in a history.
 
     Raises
     ------
@@ -174,13 +211,17 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     for name in outputs:
         if name in SUMMARIES:
             summary = SUMMARIES[name]
-            if name in OF_ALL_SUMMITS and history.sizes.get("asperity") != int(history.attrs["number_of_asperities"]):
+            if name in OF_ALL_SUMMITS and history.sizes.get("asperity") != int(
+                history.attrs["number_of_asperities"]
+            ):
                 raise InputError(
                     f"{name}: not all summits are recorded together with rows of each asperity; expected "
                     'record.asperities = "all", or it in a sweep without these rows'
                 )
             summaries[name] = xr.Variable(
-                (), float(summary.of(history)), {"long_name": summary.long_name, "units": summary.units}
+                (),
+                float(summary.of(history)),
+                {"long_name": summary.long_name, "units": summary.units},
             )
         elif name in history:
             rows.append(name)
@@ -207,7 +248,8 @@ def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
     job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
     records_rows = with_rows or not job.changes.steady
     with loaded.locate_errors():
-        # the cost of totals does not depend on the number of asperities; only coordinates that summaries read are added
+        # the cost of totals does not depend on the number of asperities; only coordinates that
+        # summaries read are added
         history = (job if records_rows else attrs.evolve(job, record="totals")).dataset()
     if records_rows:
         return history
@@ -215,7 +257,8 @@ def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
     summit_values = {
         coordinate.name: ("asperity", values[coordinate.name], coordinate.attributes)
         for coordinate in COORDINATES
-        if coordinate.name in values and coordinate.name in {"summit_height", "summit_radius", "friction"}
+        if coordinate.name in values
+        and coordinate.name in {"summit_height", "summit_radius", "friction"}
     }
     return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **summit_values})
 

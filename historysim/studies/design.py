@@ -21,12 +21,20 @@ from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
 from historysim.studies.sweep import describe_point, notify_first
-from historysim.studies.sweep_table import FAILURE, failures, find_unit, swept_coordinates, table_attributes
+from historysim.studies.sweep_table import (
+    FAILURE,
+    failures,
+    find_unit,
+    swept_coordinates,
+    table_attributes,
+)
 from historysim.studies.workers import map_in_order, open_executor
 
-SCANNED_VALUES = 9  # values from one end to the other at which the output is computed before a root is sought
+# values from one end to the other at which the output is computed before a root is sought
+SCANNED_VALUES = 9
 ROOT_TOLERANCE = 1e-9  # relative accuracy of the value that is found
-LARGEST_JUMP = 1e-3  # difference of the output at a root from the target, over the target, beyond which it jumps there
+# difference of the output at a root from the target, over the target, beyond which it jumps there
+LARGEST_JUMP = 1e-3
 DEFAULT_QUANTILE = 0.95  # fraction of the points at which an output is below, or above, a limit
 Limit = Literal["below", "above"]
 T = TypeVar("T")
@@ -36,7 +44,8 @@ T = TypeVar("T")
 class Problem:
     """The value of a key, between low and high, at which an output is a target, in SI.
 
-    With a limit it is the value at which the output is below or above the target in a fraction of the points.
+    With a limit it is the value at which the output is below or above the target in a fraction of
+    the points.
     """
 
     scenario: Scenario
@@ -58,7 +67,9 @@ class Problem:
         with warnings.catch_warnings():
             # a trial may be implausible; the answer is the user's to judge
             warnings.simplefilter("ignore", UnlikelyValueWarning)
-            return float(cell(self.scenario, {**point, self.key: value}, (self.output,))[self.output])
+            return float(
+                cell(self.scenario, {**point, self.key: value}, (self.output,))[self.output]
+            )
 
 
 @attrs.frozen
@@ -68,9 +79,12 @@ class Root:
     value: float = math.nan  #: value of the key
     output: float = math.nan  #: output of the scenario there
     reason: str = ""  #: reason why none was found
-    further_crossings: int = 0  #: further values in the range at which the output crosses the target
-    rises: bool = False  #: whether the output is larger at the largest value of the key than at the smallest
-    throughout: Limit | None = None  #: side of the limit on which the output is at all values of the key
+    #: further values in the range at which the output crosses the target
+    further_crossings: int = 0
+    #: whether the output is larger at the largest value of the key than at the smallest
+    rises: bool = False
+    #: side of the limit on which the output is at all values of the key
+    throughout: Limit | None = None
 
 
 def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
@@ -95,8 +109,8 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     ----------
     scenario : Scenario or path
     key : str, optional
-        The key that is free, of a number: ``"surface.rms_height"``. By default it and all up to `over` are those of
-        ``[design]`` in the scenario.
+        The key that is free, of a number: ``"surface.rms_height"``. By default it and all up to
+        `over` are those of ``[design]`` in the scenario.
     between : sequence of two
         The least and the greatest value of the key, in SI or with a unit.
     target : float or str
@@ -104,21 +118,25 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     output : str
         The name of a number that sums a history up, see the page on sweeps.
     over : dict, optional
-        Keys with values for each of which a value is found, such as ``{"surface.seed": range(20)}``.
+        Keys with values for each of which a value is found, such as ``{"surface.seed":
+        range(20)}``.
     below, above : float or str, optional
-        In place of the target a limit, in SI or with a unit: the output is to be below it, or above it.
+        In place of the target a limit, in SI or with a unit: the output is to be below it, or above
+        it.
     quantile : float, optional
-        With a limit, the fraction of the points of `over` in which it is to be kept, .5 or more; .95 by default.
+        With a limit, the fraction of the points of `over` in which it is to be kept, .5 or more;
+        .95 by default.
     workers, executor, progress, notify
         As for `historysim.sweep`; one search is one task.
 
     Returns
     -------
     xarray.Dataset
-        Along the keys of `over`: the value of the key, under its name with ``_`` for all but letters and digits; the
-        output there; and ``OUTPUT_at_median``, the output if all had the median of these values. With a limit that is
-        ``OUTPUT_at_quantile``, at the value of the attribute ``chosen``. Where there is no value, NaN, and ``failure``
-        says why. Where the output crosses the target more than once, the least value counts, and a notice says so.
+        Along the keys of `over`: the value of the key, under its name with ``_`` for all but
+        letters and digits; the output there; and ``OUTPUT_at_median``, the output if all had the
+        median of these values. With a limit that is ``OUTPUT_at_quantile``, at the value of the
+        attribute ``chosen``. Where there is no value, NaN, and ``failure`` says why. Where the
+        output crosses the target more than once, the least value counts, and a notice says so.
 
     Raises
     ------
@@ -127,14 +145,17 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
 
     Notes
     -----
-    The output is computed for nine values over the range, evenly or, where both ends are positive, evenly in their
-    logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
+    The output is computed for nine values over the range, evenly or, where both ends are positive,
+    evenly in their logarithm; where it crosses the target between two of them the root is found by
+    Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
     section = None
     if key is not None:
         share = None if quantile is None else scalar("quantile", quantile)
-        ends = tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
+        ends = (
+            tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
+        )
         with located_errors(scenario.path.name), error_path("design"):
             keys: Any = over
             section = DesignSection(key, ends, target, below, above, share, output, keys)
@@ -143,16 +164,24 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     with open_executor(workers, executor) as (chosen, count):
 
         def solve_all(function: Callable[[Point], T]) -> list[T]:
-            with progress_bar(progress, "point", len(points), desc="searching", leave=False) as done:
+            with progress_bar(
+                progress, "point", len(points), desc="searching", leave=False
+            ) as done:
                 return map_in_order(function, points, chosen, count, done)
 
         roots = solve_all(functools.partial(_search, problem))
         values = np.array([root.value for root in roots])
         if not np.isfinite(values).any():
-            raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
+            raise InputError(
+                f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}"
+            )
         _notify_results(problem, points, roots, notify)
         with located_errors(scenario.path.name), error_path("design"):
-            middle = float(np.nanmedian(values)) if problem.limit is None else _value_at_quantile(problem, roots)
+            middle = (
+                float(np.nanmedian(values))
+                if problem.limit is None
+                else _value_at_quantile(problem, roots)
+            )
         # the spread over the points if all had the one value that is recommended
         outputs_at_value = solve_all(functools.partial(_compute_output_or_nan, problem, middle))
     return _dataset(problem, grid, roots, outputs_at_value, middle)
@@ -173,12 +202,18 @@ def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tu
     unit = find_unit(scenario.at({**next(grid.points()), key: section.between[0]}).sections, key)
     with located_errors(scenario.path.name), error_path("design"):
         if not unit:
-            raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
+            raise InputError(
+                f"{key} takes no plain number or quantity; expected one such as surface.rms_height"
+            )
         with error_path("between"):
             low, high = (quantity(value, unit) for value in section.between)
             if not low < high:
-                raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
-        limit: Limit | None = "below" if section.below is not None else "above" if section.above is not None else None
+                raise InputError(
+                    f"{low:g} and {high:g}; expected the least value, then the greatest"
+                )
+        limit: Limit | None = (
+            "below" if section.below is not None else "above" if section.above is not None else None
+        )
         with error_path(limit or "target"):
             target = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
     swept_coordinates(scenario, grid)
@@ -186,7 +221,9 @@ def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tu
     return Problem(scenario, key, low, high, section.output, target, limit, fraction), grid
 
 
-def _notify_results(problem: Problem, points: Sequence[Point], roots: Sequence[Root], notify: Notify) -> None:
+def _notify_results(
+    problem: Problem, points: Sequence[Point], roots: Sequence[Root], notify: Notify
+) -> None:
     """Notify at which points no value was found, and why, and where it is not the only one."""
     notes = []
     for point, root in zip(points, roots, strict=True):
@@ -210,14 +247,17 @@ def _notify_results(problem: Problem, points: Sequence[Point], roots: Sequence[R
     for side in ("below", "above"):
         if count := sum(root.throughout == side for root in roots):
             points_of = f"{count:,} of {len(roots):,} points"
-            notify(f"{problem.output} stays {side} {limit} over the whole of between at {points_of}")
+            notify(
+                f"{problem.output} stays {side} {limit} over the whole of between at {points_of}"
+            )
 
 
 def _fewest(share: float) -> tuple[int, int]:
     """Return how many points it takes for a share of all such points, and how many to be 95 % sure of it.
 
-    A further point is within the greatest of n with the chance n/(n + 1), and the greatest is beyond a share q of all
-    points with the confidence 1 - q^n, whatever the distribution (Wilks, *Ann. Math. Stat.* 12 (1941) 91).
+    A further point is within the greatest of n with the chance n/(n + 1), and the greatest is
+    beyond a share q of all points with the confidence 1 - q^n, whatever the distribution (Wilks,
+    *Ann. Math. Stat.* 12 (1941) 91).
     """
     return math.ceil(share / (1 - share) - 1e-9), math.ceil(math.log(0.05) / math.log(share))
 
@@ -233,7 +273,11 @@ def _value_at_quantile(problem: Problem, roots: Sequence[Root]) -> float:
     up_to = solved[0].rises == (problem.limit == "below")
     always, never = (math.inf, -math.inf) if up_to else (-math.inf, math.inf)
     bounds = [
-        root.value if math.isfinite(root.value) else always if root.throughout == problem.limit else never
+        root.value
+        if math.isfinite(root.value)
+        else always
+        if root.throughout == problem.limit
+        else never
         for root in roots
         if math.isfinite(root.value) or root.throughout
     ]
@@ -269,15 +313,24 @@ def _find_crossing(problem: Problem, point: Point) -> Root:
     next_missing = np.append(missing[1:], math.nan)
     crossings = np.flatnonzero((missing == 0) | (missing * next_missing < 0))
     if not crossings.size:
-        smallest, largest = (quantity_text(extreme, problem.unit) for extreme in (outputs.min(), outputs.max()))
+        smallest, largest = (
+            quantity_text(extreme, problem.unit) for extreme in (outputs.min(), outputs.max())
+        )
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
             expected = "expected a key that changes it, and for a drift two normal loads"
-            return Root(reason=f"{problem.output} is {smallest} whatever {problem.key} is; {expected}")
+            return Root(
+                reason=f"{problem.output} is {smallest} whatever {problem.key} is; {expected}"
+            )
         reason = f"{problem.output} is from {smallest} to {largest} in the range of {problem.key}; widen between"
         return Root(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
     index = int(crossings[0])
     if missing[index] == 0:
-        return Root(float(values[index]), float(outputs[index]), further_crossings=crossings.size - 1, rises=rises)
+        return Root(
+            float(values[index]),
+            float(outputs[index]),
+            further_crossings=crossings.size - 1,
+            rises=rises,
+        )
 
     def residual(value: float) -> float:
         return problem.compute_output(point, value) - problem.target
@@ -290,7 +343,9 @@ def _find_crossing(problem: Problem, point: Point) -> Root:
     # Brent's method also ends at a jump, where another asperity begins to decide
     if abs(output - problem.target) > LARGEST_JUMP * abs(problem.target):
         reached = quantity_text(output, problem.unit)
-        return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
+        return Root(
+            reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}"
+        )
     return Root(root, output, further_crossings=crossings.size - 1, rises=rises)
 
 
@@ -302,18 +357,32 @@ def _compute_output_or_nan(problem: Problem, value: float, point: Point) -> floa
 
 
 def _dataset(
-    problem: Problem, grid: Grid, roots: Sequence[Root], outputs_at_value: Sequence[float], middle: float
+    problem: Problem,
+    grid: Grid,
+    roots: Sequence[Root],
+    outputs_at_value: Sequence[float],
+    middle: float,
 ) -> xr.Dataset:
     key, output, text = problem.key, problem.output, SUMMARIES[problem.output].long_name
     key_unit = find_unit(problem.scenario.at({**next(grid.points()), key: middle}).sections, key)
     named = "median" if problem.limit is None else "quantile"
     columns = {
-        variable_name(key): ([root.value for root in roots], key_unit, f"{key} at which {output} is the target"),
+        variable_name(key): (
+            [root.value for root in roots],
+            key_unit,
+            f"{key} at which {output} is the target",
+        ),
         output: ([root.output for root in roots], problem.unit, text),
-        f"{output}_at_{named}": (outputs_at_value, problem.unit, f"{text}, with the {named} of {key}"),
+        f"{output}_at_{named}": (
+            outputs_at_value,
+            problem.unit,
+            f"{text}, with the {named} of {key}",
+        ),
     }
     data = {
-        name: xr.Variable(grid.dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": unit})
+        name: xr.Variable(
+            grid.dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": unit}
+        )
         for name, (values, unit, long_name) in columns.items()
     }
     if any(reasons := [root.reason for root in roots]):
@@ -335,11 +404,16 @@ def summary(table: xr.Dataset) -> Lines:
     if limit is not None:
         outputs = _finite(table[f"{output}_at_quantile"])
         keeps_limit = (
-            outputs <= target * (1 + ROOT_TOLERANCE) if limit == "below" else outputs >= target * (1 - ROOT_TOLERANCE)
+            outputs <= target * (1 + ROOT_TOLERANCE)
+            if limit == "below"
+            else outputs >= target * (1 - ROOT_TOLERANCE)
         )
         share = "" if size == 1 else f" in {table.attrs['quantile']:.0%} of {size}"
         chosen = (key, quantity_text(table.attrs["chosen"], unit))
-        output_line = (f"{output} there", f"{_inner_range(outputs, output_unit)}; {limit} in {keeps_limit.mean():.0%}")
+        output_line = (
+            f"{output} there",
+            f"{_inner_range(outputs, output_unit)}; {limit} in {keeps_limit.mean():.0%}",
+        )
         return Lines([("wanted", f"{output} {limit} {goal}{share}"), chosen, output_line])
     values, outputs = _finite(table[variable_name(key)]), _finite(table[f"{output}_at_median"])
     lines = [("wanted", f"{output} of {goal}")]
@@ -349,7 +423,12 @@ def summary(table: xr.Dataset) -> Lines:
     reached = f"at or below the wanted in {(outputs <= target).mean():.0%}"
     lines.append((key, f"{middle}; {_inner_range(values, unit)}"))
     lines.append((f"{output} with the median", f"{_inner_range(outputs, output_unit)}; {reached}"))
-    return Lines([*lines, *([("not found", f"in {size - values.size} of {size}")] if values.size < size else [])])
+    return Lines(
+        [
+            *lines,
+            *([("not found", f"in {size - values.size} of {size}")] if values.size < size else []),
+        ]
+    )
 
 
 def _finite(values: xr.DataArray) -> Floats:

@@ -27,7 +27,8 @@ from historysim.verbs import plot
 
 TITLE = "Gallery of scenarios"
 SCENARIO, SCRIPT = ".toml", ".py"
-EXAMPLE = "# historysim gallery: example"  # the line of a script that says that it may be carried out
+# the line of a script that says that it may be carried out
+EXAMPLE = "# historysim gallery: example"
 
 
 def gallery(
@@ -41,8 +42,9 @@ def gallery(
 ) -> str:
     """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
 
-    Scenarios are run or, where they have ``[sweep]``, swept, and drawn as their ``[picture]`` says, where there is one.
-    What fails is named on the page, with its reason, and does not sink the rest. Hidden files and folders are left out.
+    Scenarios are run or, where they have ``[sweep]``, swept, and drawn as their ``[picture]`` says,
+    where there is one. What fails is named on the page, with its reason, and does not sink the
+    rest. Hidden files and folders are left out.
 
     Parameters
     ----------
@@ -53,8 +55,9 @@ def gallery(
     workers : int
         As for `historysim.sweep`.
     scripts : bool
-        Also run the scripts in the folder that contain the line ``# historysim gallery: example``, with the functions
-        described in the README of this package. Scripts run with the rights of the user.
+        Also run the scripts in the folder that contain the line ``# historysim gallery: example``,
+        with the functions described in the README of this package. Scripts run with the rights of
+        the user.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     notify : callable, optional
@@ -75,12 +78,16 @@ def gallery(
     folder = Path(folder)
     paths = find_gallery_files(folder, scripts=scripts)
     if not paths:
-        raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
+        raise InputError(
+            f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim"
+        )
     with (
         open_executor(workers) as (executor, count),
         progress_bar(progress, "file", len(paths), desc="drawing") as done,
     ):
-        entries = map_in_order(functools.partial(_render_section, folder), paths, executor, count, done)
+        entries = map_in_order(
+            functools.partial(_render_section, folder), paths, executor, count, done
+        )
     titles = Counter(section.title for section, _ in entries)
     groups: dict[str, list[Section]] = {}
     for path, (section, failure) in zip(paths, entries, strict=True):
@@ -88,7 +95,9 @@ def gallery(
             notify(f"{path}: {failure}")
         title = f"{section.title} ({path.stem})" if titles[section.title] > 1 else section.title
         groups.setdefault(path.parent.as_posix(), []).append(attrs.evolve(section, title=title))
-    text = page(TITLE, [contents(groups), *(section for group in groups.values() for section in group)])
+    text = page(
+        TITLE, [contents(groups), *(section for group in groups.values() for section in group)]
+    )
     if output is not None:
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
@@ -101,9 +110,15 @@ def find_gallery_files(folder: Path, *, scripts: bool) -> list[Path]:
     Links to folders are not followed.
     """
     visible = (
-        path for path in sorted(folder.rglob("*")) if not any(name[0] == "." for name in path.relative_to(folder).parts)
+        path
+        for path in sorted(folder.rglob("*"))
+        if not any(name[0] == "." for name in path.relative_to(folder).parts)
     )
-    return [path for path in visible if is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path)))]
+    return [
+        path
+        for path in visible
+        if is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path)))
+    ]
 
 
 def _is_example(path: Path) -> bool:
@@ -121,7 +136,9 @@ def _render_section(folder: Path, path: Path) -> tuple[Section, str]:
         title, texts, pictures = _render_script(path) if path.suffix == SCRIPT else _scenario(path)
         content += [paragraph(text) for text in texts] + pictures
     except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
-        failure = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        failure = (
+            str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        )
         content.append(paragraph(f"No picture: {failure}", "warning"))
     return Section(title, tuple(content), anchor=name), failure
 
@@ -138,7 +155,10 @@ def _render_script(path: Path) -> tuple[str, list[str], list[str]]:
         pictures = sweep_pictures(result)
     else:
         figures = functions.get("drawn", plot)(result)
-        pictures = [picture(figure, title) for figure in (figures if isinstance(figures, list | tuple) else [figures])]
+        pictures = [
+            picture(figure, title)
+            for figure in (figures if isinstance(figures, list | tuple) else [figures])
+        ]
     if "rows" in functions:
         heading, *rows = functions["rows"](result)
         pictures.append(table(rows, heading))
@@ -150,7 +170,10 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     scenario = load(path)
     pictures = _figure(scenario)
     if scenario.sections.adhesion is not None:
-        pictures = [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map."), *pictures]
+        pictures = [
+            picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map."),
+            *pictures,
+        ]
     if scenario.sections.sweep is None:
         pictures += _run(scenario)
     elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
@@ -158,12 +181,20 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
         pictures += _figure(table) or sweep_pictures(table)
     # the comment that it begins with
     head = itertools.takewhile(lambda line: line.startswith("#"), scenario.text.splitlines())
-    return scenario.title or path.stem, _paragraphs("\n".join(line.removeprefix("#") for line in head)), pictures
+    return (
+        scenario.title or path.stem,
+        _paragraphs("\n".join(line.removeprefix("#") for line in head)),
+        pictures,
+    )
 
 
 def _figure(source: Scenario | xr.Dataset) -> list[str]:
     """Return the figure of ``[picture]`` with the pictures of a scenario, or those that only its result can show."""
-    pictures = tuple(one for one in drawable(source) if isinstance(source, Scenario) or plots.SCENARIO not in one.of)
+    pictures = tuple(
+        one
+        for one in drawable(source)
+        if isinstance(source, Scenario) or plots.SCENARIO not in one.of
+    )
     if not pictures:
         return []
     title = source.title if isinstance(source, Scenario) else str(source.attrs.get("title", ""))
@@ -172,7 +203,10 @@ def _figure(source: Scenario | xr.Dataset) -> list[str]:
 
 def _run(scenario: Scenario) -> list[str]:
     # the surface is stored in the file of the history
-    with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc", notify=silent) as history:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        run(scenario, Path(folder) / "result.nc", notify=silent) as history,
+    ):
         # one step has no course
         return _figure(history) or (history_pictures(history) if history.sizes["step"] > 1 else [])
 

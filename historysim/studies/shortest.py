@@ -33,28 +33,33 @@ MOST_TRIED = 300  # waypoints up to which those that made vertices are dropped f
 SAME = 1e-13  # difference of anchors of the same state, relative to approach and displacement
 NOTHING = -1  # origin of what is as at the start
 PAIRS_A_LINE = 4  # of time and value in an amplitude table
-KINDS = {kind.name: kind for kind in (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)}
+KINDS = {
+    kind.name: kind
+    for kind in (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)
+}
 
 
 def shortest(subject: object, events: Sequence[Event] | None = None) -> list[Event]:
     """Return the waypoints that the contact still remembers at the end of a history, in order.
 
-    They lead an untouched contact into the same state, with the same future, and dropping any of them changes that
-    state. Both channels have a waypoint at each of their times, so that channels that ramped through an event keep its
-    value. A tangential displacement is that of the drive, if there is an instrument in series.
+    They lead an untouched contact into the same state, with the same future, and dropping any of
+    them changes that state. Both channels have a waypoint at each of their times, so that channels
+    that ramped through an event keep its value. A tangential displacement is that of the drive, if
+    there is an instrument in series.
 
     Parameters
     ----------
     subject : path, Scenario, EventLog, Replay, Dataset or Ensemble
-        A scenario, also of a measured record, a log, or a result, as object or file; or the ensemble of ``events``.
+        A scenario, also of a measured record, a log, or a result, as object or file; or the
+        ensemble of ``events``.
     events : sequence of events, optional
         Of an ensemble.
 
     Raises
     ------
     InputError
-        Two tangential directions, contacts that evolve, a change of friction or geometry, inclined asperities, or a
-        subject without events.
+        Two tangential directions, contacts that evolve, a change of friction or geometry, inclined
+        asperities, or a subject without events.
 
     Examples
     --------
@@ -109,7 +114,9 @@ def _make_replay(subject: object, events: Sequence[Event] | None) -> Replay:
         )
     job = replay()
     if not isinstance(job, Replay):
-        raise InputError(f"{brief(subject)} has no events; expected a scenario, a log, a history or a Replay")
+        raise InputError(
+            f"{brief(subject)} has no events; expected a scenario, a log, a history or a Replay"
+        )
     return job
 
 
@@ -123,7 +130,9 @@ def _check(job: Replay) -> None:
     if getattr(ensemble, "laws", {}) or getattr(ensemble, "follow_sliding", False):
         raise InputError(f"shortest: {EVOLVES}")
     if schedule.friction_changes(job.events) or schedule.changes_geometry(job.events):
-        raise InputError("shortest: an event changes friction or geometry; expected load events only")
+        raise InputError(
+            "shortest: an event changes friction or geometry; expected load events only"
+        )
 
 
 @attrs.frozen(eq=False)
@@ -145,7 +154,9 @@ class Memory:
         vertices = view(line.vertices, groups * capacity).reshape(groups, capacity)[:, :most]
         holds = np.arange(most) < depth[:, np.newaxis]
         label, anchor = (np.where(holds, vertices[name], np.nan) for name in ("label", "anchor"))
-        return cls(label, anchor, holds, np.full(holds.shape, NOTHING) if origin is None else origin)
+        return cls(
+            label, anchor, holds, np.full(holds.shape, NOTHING) if origin is None else origin
+        )
 
     def update(self, state: State, path: int) -> "Memory":
         """Return the memory after a path, whose vertices are from its end unless they were there before."""
@@ -154,7 +165,9 @@ class Memory:
         same = np.zeros(now.holds.shape, dtype=bool)
         both = now.holds[:, :common] & self.holds[:, :common]
         label, anchor = now.label[:, :common], now.anchor[:, :common]
-        same[:, :common] = both & (label == self.label[:, :common]) & (anchor == self.anchor[:, :common])
+        same[:, :common] = (
+            both & (label == self.label[:, :common]) & (anchor == self.anchor[:, :common])
+        )
         same = np.logical_and.accumulate(same, axis=1)
         origin = np.full(now.holds.shape, path)
         origin[:, :common] = np.where(same[:, :common], self.origin[:, :common], path)
@@ -209,7 +222,9 @@ class _Waypoints:
         """Return the waypoints of both channels at the end of a path."""
         path = self.paths[number]
         normal = NormalLoad if path["normal_control"] == LOAD else NormalDisplacement
-        tangential = TangentialLoad if path["tangential_control"][0] == LOAD else TangentialDisplacement
+        tangential = (
+            TangentialLoad if path["tangential_control"][0] == LOAD else TangentialDisplacement
+        )
         time = float(path["end"])
         kinds, values = (normal, tangential), self.values[number].tolist()
         # a channel that arrives at its own waypoint has the very number of it
@@ -222,7 +237,8 @@ class _Waypoints:
     def _drop_redundant(self, made: Integers, end: State) -> Integers:
         """Return the waypoints that made vertices, and those without which the contact would not have slipped.
 
-        Waypoints are dropped in runs as long as the state stays the same, so that none is left that can be dropped.
+        Waypoints are dropped in runs as long as the state stays the same, so that none is left that
+        can be dropped.
         """
         near = np.unique(np.concatenate([made, np.maximum(made - 1, 0)]))
         every = np.arange(self.paths.size)
@@ -246,7 +262,9 @@ class _Waypoints:
         """Return whether the straight paths between some of the waypoints lead to a state."""
         path = self.paths[chosen]
         columns = path["normal_control"], path["tangential_control"][:, 0]
-        normal, tangential = (Goals(control, self.values[chosen, index]) for index, control in enumerate(columns))
+        normal, tangential = (
+            Goals(control, self.values[chosen, index]) for index, control in enumerate(columns)
+        )
         try:
             reached = self._advance(self.start, straight_paths(normal, tangential, recorded=False))
         except (FrictionLimitError, CurveEndError):
@@ -264,11 +282,16 @@ def _is_same(reached: State, expected: State) -> bool:
         if not found.size:
             continue
         size = max(size, float(np.abs(wanted["anchor"]).max()))
-        ends = abs(found["label"][-1] - wanted["label"][-1]), abs(found["anchor"][-1] - wanted["anchor"][-1])
+        ends = (
+            abs(found["label"][-1] - wanted["label"][-1]),
+            abs(found["anchor"][-1] - wanted["anchor"][-1]),
+        )
         if max(ends) > SAME * size:
             return False
         labels = np.concatenate([found["label"], wanted["label"]])
-        first, second = (np.interp(labels, each["label"], each["anchor"]) for each in (found, wanted))
+        first, second = (
+            np.interp(labels, each["label"], each["anchor"]) for each in (found, wanted)
+        )
         if np.abs(first - second).max() > SAME * size:
             return False
     approach, displacement = (
@@ -284,14 +307,17 @@ def _is_same(reached: State, expected: State) -> bool:
 def write_waypoints(events: Sequence[Event], path: str | Path) -> None:
     """Write the waypoints of both channels to a file, in the format of its ending.
 
-    ``.csv`` has the columns ``time [s]`` and the channels with their units, empty where a channel is controlled
-    otherwise. ``.toml`` has ``[loading]`` of a scenario. ``.inp`` has a table ``*AMPLITUDE`` for each channel, with
-    lines of up to four pairs of time and value, in SI, as Abaqus and CalculiX read it.
+    ``.csv`` has the columns ``time [s]`` and the channels with their units, empty where a channel
+    is controlled otherwise. ``.toml`` has ``[loading]`` of a scenario. ``.inp`` has a table
+    ``*AMPLITUDE`` for each channel, with lines of up to four pairs of time and value, in SI, as
+    Abaqus and CalculiX read it.
     """
     target = Path(path)
     writers = {".csv": _csv, ".toml": _toml, ".inp": _amplitudes}
     if target.suffix.lower() not in writers:
-        raise InputError(f"{target}: expected the ending {' or '.join(writers)}, by which waypoints are written")
+        raise InputError(
+            f"{target}: expected the ending {' or '.join(writers)}, by which waypoints are written"
+        )
     text = writers[target.suffix.lower()](events)
     with replacing(target) as unfinished:
         unfinished.write_bytes(text.encode("utf-8"))
@@ -318,7 +344,9 @@ def _csv(events: Sequence[Event]) -> str:
 
 
 def _toml(events: Sequence[Event]) -> str:
-    lines = [", ".join(f"{name} = {value!r}" for name, value in row.items()) for row in _pairs(events)]
+    lines = [
+        ", ".join(f"{name} = {value!r}" for name, value in row.items()) for row in _pairs(events)
+    ]
     waypoints = "".join(f"    {{ {line} }},\n" for line in lines)
     return f"# waypoints that the contact remembers, from historysim\n[loading]\nwaypoints = [\n{waypoints}]\n"
 
@@ -342,7 +370,9 @@ def _amplitudes(events: Sequence[Event]) -> str:
             )
         for name in kinds:
             pairs = [f"{row['time']!r}, {row[name]!r}" for row in rows]
-            blocks = [pairs[start : start + PAIRS_A_LINE] for start in range(0, len(pairs), PAIRS_A_LINE)]
+            blocks = [
+                pairs[start : start + PAIRS_A_LINE] for start in range(0, len(pairs), PAIRS_A_LINE)
+            ]
             text += f"*AMPLITUDE, NAME={name.upper()}, TIME=TOTAL TIME\n"
             text += "".join(f"{', '.join(block)}\n" for block in blocks)
     return text

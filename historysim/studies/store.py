@@ -1,9 +1,10 @@
 """A folder of cells, one file each, so that completed cells survive an interrupted sweep.
 
-The name of a cell is the digest of all that decides its content: the scenario at its point, the contents of the files
-that it names, the outputs, and the versions that compute. So a folder serves any number of sweeps, also at one time. A
-file is written under another name, is on the disk before it gets its own, and begins with the digest of its name and
-content; a file with any other content is ignored.
+The name of a cell is the digest of all that decides its content: the scenario at its point, the
+contents of the files that it names, the outputs, and the versions that compute. So a folder serves
+any number of sweeps, also at one time. A file is written under another name, is on the disk before
+it gets its own, and begins with the digest of its name and content; a file with any other content
+is ignored.
 """
 
 import contextlib
@@ -33,7 +34,8 @@ FORM = 3
 ENDING = ".cell"
 _UNFINISHED = re.compile(rf"\.([0-9a-f]{{64}}){re.escape(ENDING)}{UNFINISHED.pattern}")
 HEADER = "header"
-MARK_SIZE = hashlib.sha256().digest_size  # bytes at the start of a file, the digest of its name and content
+# bytes at the start of a file, the digest of its name and content
+MARK_SIZE = hashlib.sha256().digest_size
 # sections that do not change the content of a cell
 IRRELEVANT = ("title", "sweep", "design", "fit", "metadata", "picture")
 
@@ -71,7 +73,10 @@ def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str])
         "historysim_version": __version__,
         "made_with": _made_with(),
         "scenario": {key: value for key, value in document.items() if key not in IRRELEVANT},
-        "files": {os.path.relpath(path, scenario.path.parent): _content_digest(stamp(path)) for path in read},
+        "files": {
+            os.path.relpath(path, scenario.path.parent): _content_digest(stamp(path))
+            for path in read
+        },
         "outputs": sorted(outputs),
     }
     # a date would be refused by the scenario before
@@ -97,7 +102,9 @@ class Store:
 
     def find_damaged(self, names: Iterable[str]) -> list[Path]:
         """Return the files of these digests that exist and are not their cells."""
-        return [path for name in names if is_file(path := self._path(name)) and self.read(name) is None]
+        return [
+            path for name in names if is_file(path := self._path(name)) and self.read(name) is None
+        ]
 
     def write(self, name: str, cell: xr.Dataset) -> None:
         """Keep a cell, which is on the disk when this returns; OSError where it cannot be."""
@@ -108,8 +115,9 @@ class Store:
     @contextlib.contextmanager
     def claim(self, name: str, *, wait: bool) -> Iterator[bool]:
         """Claim a cell, so that no other process computes it, too; yield whether it is claimed, or wait until it is."""
-        # a byte of one file for each cell, which the system gives back however this process ends; nothing is left
-        # behind, and shared disks know such locks; where one does not, a cell is computed twice at worst
+        # a byte of one file for each cell, which the system gives back however this process ends;
+        # nothing is left behind, and shared disks know such locks; where one does not, a cell is
+        # computed twice at worst
         handle = own_file(self.folder / "lock", shared=True)
         try:
             yield lock_byte(handle, int(name[:15], 16), wait=wait)
@@ -139,7 +147,9 @@ def to_bytes(cell: xr.Dataset) -> bytes:
     header = json.dumps(cell.to_dict(data=False)).encode()
     arrays = {f"v.{name}": variable.values for name, variable in cell.variables.items()}
     stream = io.BytesIO()
-    np.savez(stream, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **arrays)
+    np.savez(
+        stream, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **arrays
+    )
     return stream.getvalue()
 
 

@@ -46,32 +46,37 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     scenario : Scenario or path
     over : dict, optional
         The swept keys, each with its values or a range, as in ``[sweep.over]`` of a scenario:
-        ``{"friction.coefficient": [0.1, 0.2], "surface.seed": range(20)}``. By default what the scenario says.
+        ``{"friction.coefficient": [0.1, 0.2], "surface.seed": range(20)}``. By default what the
+        scenario says.
     together : sequence of sequence of str
         Keys that go through their values together, as one dimension; any other two are crossed.
     outputs : sequence of str
-        Names of what is kept of each cell, see the page on sweeps; by default those of the scenario, else the numbers
-        that sum a history up.
+        Names of what is kept of each cell, see the page on sweeps; by default those of the
+        scenario, else the numbers that sum a history up.
     store : path, optional
-        A folder that keeps completed cells. An interrupted sweep resumes there and recomputes no cell; several sweeps
-        may share it, also simultaneously. Workers on another machine need it under the same name.
+        A folder that keeps completed cells. An interrupted sweep resumes there and recomputes no
+        cell; several sweeps may share it, also simultaneously. Workers on another machine need it
+        under the same name.
     workers : int
-        Processes on this machine; with 1 the cells are computed in this one. They do not change a bit of the result.
-        A script that asks for more needs ``if __name__ == "__main__":`` around its statements.
+        Processes on this machine; with 1 the cells are computed in this one. They do not change a
+        bit of the result. A script that asks for more needs ``if __name__ == "__main__":`` around
+        its statements.
     executor : optional
-        Computes in their place, and is not shut down: an executor of concurrent.futures or mpi4py.futures, or a client
-        of dask.distributed.
+        Computes in their place, and is not shut down: an executor of concurrent.futures or
+        mpi4py.futures, or a client of dask.distributed.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     notify : callable, optional
-        Callback(str) for notices: which cells have failed, and why; they are tried again the next time.
+        Callback(str) for notices: which cells have failed, and why; they are tried again the next
+        time.
 
     Returns
     -------
     xarray.Dataset
-        A dimension for each swept key (or group of keys), called by the key with ``_`` for all but letters and digits
-        (``friction_coefficient``), with its values in SI; the outputs with these dimensions, and their own ``step`` and
-        ``asperity``. Cells that have failed hold NaN; then ``failure`` says why.
+        A dimension for each swept key (or group of keys), called by the key with ``_`` for all but
+        letters and digits (``friction_coefficient``), with its values in SI; the outputs with these
+        dimensions, and their own ``step`` and ``asperity``. Cells that have failed hold NaN; then
+        ``failure`` says why.
 
     Raises
     ------
@@ -101,12 +106,15 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
         raise KeyboardInterrupt(f"interrupted; {plan.describe_stored()}") from error
     reasons = dict(sorted((plan.reasons | find_mismatches(plan.cells)).items()))
     notices = [
-        f"cell {index} ({describe_point(plan.points[index])}) failed: {reason}" for index, reason in reasons.items()
+        f"cell {index} ({describe_point(plan.points[index])}) failed: {reason}"
+        for index, reason in reasons.items()
     ]
     notify_first(notices, "more cells have failed", notify)
     cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
     # what is asked for first is what its picture shows
-    return gather(scenario, grid, cells, reasons).assign_attrs({"outputs": " ".join(requested)} if requested else {})
+    return gather(scenario, grid, cells, reasons).assign_attrs(
+        {"outputs": " ".join(requested)} if requested else {}
+    )
 
 
 def describe_point(point: Point) -> str:
@@ -133,8 +141,14 @@ def read_sweep(
     with located_errors(scenario.path.name):
         if over is None:
             if section is None:
-                raise InputError("has no [sweep]; expected one, as [sweep.over] with friction.coefficient = [0.1, 0.2]")
-            over, together, outputs = section.over, section.together, tuple(outputs) or section.outputs
+                raise InputError(
+                    "has no [sweep]; expected one, as [sweep.over] with friction.coefficient = [0.1, 0.2]"
+                )
+            over, together, outputs = (
+                section.over,
+                section.together,
+                tuple(outputs) or section.outputs,
+            )
         with error_path("sweep"):
             grid, outputs = build_grid(over, together), chosen_outputs(outputs)
     # a key or a value that is wrong is an error before anything is computed
@@ -150,13 +164,15 @@ class Batch:
     outputs: tuple[str, ...]
     store: Path | None
     cells: tuple[tuple[int, str, Point], ...]  #: the name is that in the store
-    wait: bool = False  #: wait for cells that another process is computing, instead of passing them over
+    #: wait for cells that another process is computing, instead of passing them over
+    wait: bool = False
 
 
 def compute_batch(batch: Batch) -> list[xr.Dataset | str | None]:
     """Return the cells of a batch; a string if one has failed, None if another process is computing it.
 
-    Cells are kept as they end, and read where they are there. One that cannot be kept is an OSError.
+    Cells are kept as they end, and read where they are there. One that cannot be kept is an
+    OSError.
     """
     return [_compute_cell(batch, name, point) for _, name, point in batch.cells]
 
@@ -198,8 +214,10 @@ class _Plan:
     names: list[str] = attrs.field(init=False)
     cells: dict[int, xr.Dataset] = attrs.field(factory=dict, init=False)
     reasons: dict[int, str] = attrs.field(factory=dict, init=False)
-    damaged: list[Path] = attrs.field(factory=list, init=False)  #: files of cells that hold something else
-    elsewhere: set[int] = attrs.field(factory=set, init=False)  #: cells that another process is computing
+    #: files of cells that hold something else
+    damaged: list[Path] = attrs.field(factory=list, init=False)
+    #: cells that another process is computing
+    elsewhere: set[int] = attrs.field(factory=set, init=False)
 
     def __attrs_post_init__(self) -> None:
         self.names = [""] * len(self.points)
@@ -212,7 +230,9 @@ class _Plan:
         self.names = [digest(self.scenario, point, self.outputs) for point in self.points]
         stored = {index: store.read(name) for index, name in enumerate(self.names)}
         self.cells = {index: cell for index, cell in stored.items() if cell is not None}
-        self.damaged = store.find_damaged(name for index, name in enumerate(self.names) if index not in self.cells)
+        self.damaged = store.find_damaged(
+            name for index, name in enumerate(self.names) if index not in self.cells
+        )
 
     def carry_out(self, executor: object, workers: int, *, progress: bool) -> None:
         """Compute the missing cells; cells that another process is computing come last."""
@@ -229,15 +249,21 @@ class _Plan:
             return f"{count} are lost without a store"
         return f"{self.folder} keeps {count}, and the same sweep resumes there"
 
-    def _run(self, user_executor: object, workers: int, done: Callable[[int], object], *, wait: bool) -> None:
+    def _run(
+        self, user_executor: object, workers: int, done: Callable[[int], object], *, wait: bool
+    ) -> None:
         """Compute the missing cells; after a killed process cell by cell, with half as many processes."""
         apart, size = workers > 1, MOST_CELLS_IN_A_BATCH
         while missing := self._missing_cells():
             try:
-                with open_executor(min(workers, len(missing)), user_executor, apart=apart) as (executor, count):
+                with open_executor(min(workers, len(missing)), user_executor, apart=apart) as (
+                    executor,
+                    count,
+                ):
                     size = max(1, min(size, len(missing) // (count * FEWEST_BATCHES_OF_A_WORKER)))
                     batches = [
-                        self._batch(missing[start : start + size], wait) for start in range(0, len(missing), size)
+                        self._batch(missing[start : start + size], wait)
+                        for start in range(0, len(missing), size)
                     ]
                     # one process, after others were killed, has one cell at a time
                     at_once = 1 if apart and workers == 1 else AHEAD * count
@@ -256,7 +282,11 @@ class _Plan:
         """Return the indices of the missing cells; cells of one surface are adjacent."""
         surfaces: dict[str, list[int]] = {}
         for index, point in enumerate(self.points):
-            if index not in self.cells and index not in self.reasons and index not in self.elsewhere:
+            if (
+                index not in self.cells
+                and index not in self.reasons
+                and index not in self.elsewhere
+            ):
                 keys = [item for item in point.items() if item[0].startswith("surface.")]
                 surfaces.setdefault(repr(keys), []).append(index)
         return [index for indices in surfaces.values() for index in indices]

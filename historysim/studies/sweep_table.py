@@ -11,7 +11,14 @@ import xarray as xr
 from historysim._version import __version__
 from historysim.basics.fields import field_unit
 from historysim.basics.units import quantity
-from historysim.basics.wording import Finding, brief, count_text, nearest, read_findings, written_findings
+from historysim.basics.wording import (
+    Finding,
+    brief,
+    count_text,
+    nearest,
+    read_findings,
+    written_findings,
+)
 from historysim.errors import InputError, error_path
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, VALIDITY, made_with
 from historysim.results.tables import SWEEP
@@ -22,7 +29,8 @@ from historysim.scenario.sections import Sections
 
 FAILURE = "failure"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-LABELS = ("critical_asperity",)  # numbers of a sweep that only name something, so that a mean of them says nothing
+# numbers of a sweep that only name something, so that a mean of them says nothing
+LABELS = ("critical_asperity",)
 
 
 def gather(
@@ -30,28 +38,40 @@ def gather(
 ) -> xr.Dataset:
     """Combine the cells of a grid, in the order of its points, into a Dataset; InputError if all have failed.
 
-    A cell that has failed is None, with its reason by position. Steps that a cell does not have are filled with NaN;
-    the rows of an asperity stand under its label.
+    A cell that has failed is None, with its reason by position. Steps that a cell does not have are
+    filled with NaN; the rows of an asperity stand under its label.
     """
     computed = [cell for cell in cells if cell is not None]
     if not computed:
         first_failed = min(reasons)
-        raise InputError(f"all of {count_text(len(cells), 'cell', 'cells')} failed; the first: {reasons[first_failed]}")
+        raise InputError(
+            f"all of {count_text(len(cells), 'cell', 'cells')} failed; the first: {reasons[first_failed]}"
+        )
     swept = swept_coordinates(scenario, grid)
     asperities = [cell["asperity"].values for cell in computed if "asperity" in cell.coords]
-    labels: dict[Any, Any] = {"asperity": np.unique(np.concatenate(asperities))} if asperities else {}
+    labels: dict[Any, Any] = (
+        {"asperity": np.unique(np.concatenate(asperities))} if asperities else {}
+    )
     # some surfaces alone have positions, say
-    names = dict.fromkeys(str(name) for cell in computed for name in cell.variables if name not in labels)
+    names = dict.fromkeys(
+        str(name) for cell in computed for name in cell.variables if name not in labels
+    )
     variables = {name: _stack_variable(name, grid, cells, labels) for name in names}
     coordinate_names = [name for name in names if any(name in cell.coords for cell in computed)]
-    steps = {"asperity": xr.Variable("asperity", labels["asperity"], computed[0]["asperity"].attrs)} if labels else {}
+    steps = (
+        {"asperity": xr.Variable("asperity", labels["asperity"], computed[0]["asperity"].attrs)}
+        if labels
+        else {}
+    )
     data = {name: variable for name, variable in variables.items() if name not in coordinate_names}
     if reasons:
         texts = [reasons.get(index, "") for index in range(len(cells))]
         data[FAILURE] = failures(grid, texts, "why the cell has failed, empty where it has not")
     coordinates = swept | steps | {name: variables[name] for name in coordinate_names}
     histories = count_text(len(grid), "load history", "load histories")
-    attributes = table_attributes(scenario, grid, "Sweep", f"What {histories} of a frictional contact led to.")
+    attributes = table_attributes(
+        scenario, grid, "Sweep", f"What {histories} of a frictional contact led to."
+    )
     history = f"{count_text(len(grid), 'cell', 'cells')} computed by historysim {__version__}"
     validity = written_findings(_worst_findings(computed))
     return xr.Dataset(data, coordinates, attributes | {"history": history, VALIDITY: validity})
@@ -78,7 +98,9 @@ def _words(dims: Sequence[Hashable]) -> str:
 
 def failures(grid: Grid, reasons: Sequence[str], long_name: str) -> xr.Variable:
     """Return the reasons why there is nothing at some points of a grid, empty at the others."""
-    return xr.Variable(grid.dims, np.reshape(reasons, grid.shape), {"long_name": long_name}, {"dtype": "S1"})
+    return xr.Variable(
+        grid.dims, np.reshape(reasons, grid.shape), {"long_name": long_name}, {"dtype": "S1"}
+    )
 
 
 def _stack_variable(
@@ -86,12 +108,15 @@ def _stack_variable(
 ) -> xr.Variable:
     """Stack a variable of all cells; a coordinate equal in all cells has no dimension of the grid."""
     computed = {index: cell for index, cell in enumerate(cells) if cell is not None}
-    variables = {index: cell.variables[name] for index, cell in computed.items() if name in cell.variables}
+    variables = {
+        index: cell.variables[name] for index, cell in computed.items() if name in cell.variables
+    }
     index_of_model = min(variables)
     model = variables[index_of_model]
     longest = map(max, zip(*(variable.shape for variable in variables.values()), strict=True))
     shape = tuple(
-        labels[dim].size if dim in labels else length for dim, length in zip(model.dims, longest, strict=True)
+        labels[dim].size if dim in labels else length
+        for dim, length in zip(model.dims, longest, strict=True)
     )
     everywhere = len(variables) == len(computed)
     if (
@@ -100,22 +125,35 @@ def _stack_variable(
         and all(np.array_equal(model, candidate) for candidate in variables.values())
     ):
         return model
-    is_complete = len(variables) == len(cells) and all(variable.shape == shape for variable in variables.values())
+    is_complete = len(variables) == len(cells) and all(
+        variable.shape == shape for variable in variables.values()
+    )
     # what is filled up needs a NaN
     values = np.full(
-        (len(cells), *shape), 0 if is_complete else np.nan, dtype=model.dtype if is_complete else np.float64
+        (len(cells), *shape),
+        0 if is_complete else np.nan,
+        dtype=model.dtype if is_complete else np.float64,
     )
     for index, variable in variables.items():
         where = (
-            np.searchsorted(labels[dim], computed[index][dim].values) if dim in labels else np.arange(length)
+            np.searchsorted(labels[dim], computed[index][dim].values)
+            if dim in labels
+            else np.arange(length)
             for dim, length in zip(variable.dims, variable.shape, strict=True)
         )
         values[index, ...][np.ix_(*where)] = variable.values
     dims = (*grid.dims, *map(str, model.dims))
     # flags have the type of what they are flags of
-    flags = {key: np.asarray(value, values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
+    flags = {
+        key: np.asarray(value, values.dtype)
+        for key, value in model.attrs.items()
+        if key == "flag_values"
+    }
     return xr.Variable(
-        dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if is_complete else {}
+        dims,
+        values.reshape((*grid.shape, *shape)),
+        model.attrs | flags,
+        {"_FillValue": None} if is_complete else {},
     )
 
 
@@ -127,11 +165,21 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
             unit = find_unit(sections, key)
             with located_errors(scenario.path.name), error_path(*path_of_key(key)):
-                values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
-            attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
-            plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+                values = [
+                    quantity(value, unit) if unit and not isinstance(value, list) else value
+                    for value in written
+                ]
+            attributes = {
+                "long_name": f"{key} of the scenario",
+                **({"units": unit} if unit else {}),
+            }
+            plain = all(
+                isinstance(value, int | float) and not isinstance(value, bool) for value in values
+            )
             column = np.array(values if plain else [_text(value) for value in values])
-            coordinates[variable_name(key)] = xr.Variable(axis.name, column, attributes, {"_FillValue": None})
+            coordinates[variable_name(key)] = xr.Variable(
+                axis.name, column, attributes, {"_FillValue": None}
+            )
     return coordinates
 
 
@@ -157,7 +205,10 @@ def find_unit(sections: Sections, key: str) -> str:
         if step not in _fields(section) and step in getattr(section, "event_keys", ("", ()))[1]:
             # of a waypoint: the field of an event other than its time
             held, kinds = section.event_keys
-            unit, section = field_unit(single_value_type(kinds[step])[0]), getattr(section, held).get(step)
+            unit, section = (
+                field_unit(single_value_type(kinds[step])[0]),
+                getattr(section, held).get(step),
+            )
             continue
         if step not in _fields(section):
             return ""
@@ -202,13 +253,16 @@ def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[Finding, ...]:
     worst = [(max(findings, key=excess), len(findings)) for findings in by_name.values()]
     return tuple(
         attrs.evolve(
-            finding, text=f"in {count:,} of {count_text(len(cells), 'cell', 'cells')}; at worst: {finding.text}"
+            finding,
+            text=f"in {count:,} of {count_text(len(cells), 'cell', 'cells')}; at worst: {finding.text}",
         )
         for finding, count in worst
     )
 
 
-def spread(table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES) -> xr.Dataset:
+def spread(
+    table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES
+) -> xr.Dataset:
     """Return how the numbers of a sweep spread over one of its dimensions, mostly seeds.
 
     Parameters
@@ -223,9 +277,10 @@ def spread(table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
     Returns
     -------
     xarray.Dataset
-        For each variable with the dimension, in its own unit: ``NAME_mean``, ``NAME_standard_deviation`` (of the
-        population, from n - 1), ``NAME_quantile`` along ``quantile``, and ``NAME_count``, the number of cells n. Cells
-        that have failed are left out; where none is left all are NaN, and with one the standard deviation.
+        For each variable with the dimension, in its own unit: ``NAME_mean``,
+        ``NAME_standard_deviation`` (of the population, from n - 1), ``NAME_quantile`` along
+        ``quantile``, and ``NAME_count``, the number of cells n. Cells that have failed are left
+        out; where none is left all are NaN, and with one the standard deviation.
 
     Raises
     ------
@@ -254,10 +309,16 @@ def spread(table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
             statistics = {
                 "mean": (numbers.mean(along), "mean"),
                 "standard_deviation": (numbers.std(along, ddof=1), "standard deviation"),
-                "quantile": (numbers.quantile(fractions, along).transpose(..., "quantile"), "quantiles"),
+                "quantile": (
+                    numbers.quantile(fractions, along).transpose(..., "quantile"),
+                    "quantiles",
+                ),
             }
         for suffix, (values_of_statistic, word) in statistics.items():
-            values_of_statistic.attrs = {"long_name": f"{word} of: {text}", "units": values.attrs.get("units", "1")}
+            values_of_statistic.attrs = {
+                "long_name": f"{word} of: {text}",
+                "units": values.attrs.get("units", "1"),
+            }
             result[f"{name}_{suffix}"] = values_of_statistic
         count = numbers.notnull().sum(along)
         count.attrs = {"long_name": f"number of cells with: {text}", "units": "1"}
@@ -265,19 +326,26 @@ def spread(table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
     return xr.Dataset(result, attrs={**table.attrs, "spread_along": along})
 
 
-def drift_along(table: xr.Dataset, along: str, name: str = "preliminary_displacement") -> xr.DataArray:
+def drift_along(
+    table: xr.Dataset, along: str, name: str = "preliminary_displacement"
+) -> xr.DataArray:
     """Return the drift of a number along a swept quantity: the magnitude of its change from the first value.
 
-    The dimension is that of a load, a friction coefficient, a radius, …; InputError: the sweep has no such dimension or
-    number.
+    The dimension is that of a load, a friction coefficient, a radius, …; InputError: the sweep has
+    no such dimension or number.
     """
     _check_dimension(table, along)
     if name not in table or along not in table[name].dims:
         numbers = [str(key) for key, values in table.data_vars.items() if along in values.dims]
-        raise InputError(f"{name!r} is no number of this sweep along {along}; {nearest(name, numbers)}")
+        raise InputError(
+            f"{name!r} is no number of this sweep along {along}; {nearest(name, numbers)}"
+        )
     changed = abs(table[name] - table[name].isel({along: 0}, drop=True))
     text = table[name].attrs.get("long_name", name)
-    changed.attrs = {"long_name": f"drift along {along} of: {text}", "units": table[name].attrs.get("units", "1")}
+    changed.attrs = {
+        "long_name": f"drift along {along} of: {text}",
+        "units": table[name].attrs.get("units", "1"),
+    }
     return changed.rename(f"{name}_drift")
 
 

@@ -22,8 +22,9 @@ from historysim.scenario.sections import Coefficients
 def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None = None) -> Lines:
     """Check a scenario, the files that it names, and whether the contact can carry its loads, without recording them.
 
-    Loads are replayed for a few seconds; where that is not enough a line says how far. Of a sweep the first and the
-    last cell are replayed, too; a line of ``warning`` says why one of them would stay empty.
+    Loads are replayed for a few seconds; where that is not enough a line says how far. Of a sweep
+    the first and the last cell are replayed, too; a line of ``warning`` says why one of them would
+    stay empty.
 
     Parameters
     ----------
@@ -41,7 +42,8 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     InputError
         What is wrong, where, and how to mend it.
     LoadError
-        Loads that the contact cannot carry; the message names the waypoint, or the line of the file.
+        Loads that the contact cannot carry; the message names the waypoint, or the line of the
+        file.
 
     Examples
     --------
@@ -70,7 +72,11 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     if loaded.run == EACH:
         lines = _summarise_runs(loaded, start_time + seconds)
     else:
-        lines = _summarise_record(loaded, seconds) if _is_measured(loaded) else summary(loaded, walk=seconds)
+        lines = (
+            _summarise_record(loaded, seconds)
+            if _is_measured(loaded)
+            else summary(loaded, walk=seconds)
+        )
     for number, point in ends.items():
         # a cell that takes long is left to the sweep
         if (remaining := start_time + seconds - monotonic()) <= 0:
@@ -105,7 +111,11 @@ def _summarise_runs(scenario: Scenario, end_time: float) -> list[tuple[str, str]
     lines[1:1] = [("runs", f"{len(runs):,}; below is the first one, and the remarks on all")]
     for result in results[1:]:
         lines += [line for line in result if line[0] in {"note", "warning"} and line not in lines]
-    return lines + [("warning", f"run {run.number} cannot be replayed: {run.problem}") for run in runs if run.problem]
+    return lines + [
+        ("warning", f"run {run.number} cannot be replayed: {run.problem}")
+        for run in runs
+        if run.problem
+    ]
 
 
 def _summarise_record(scenario: Scenario, seconds: float) -> list[tuple[str, str]]:
@@ -115,7 +125,9 @@ def _summarise_record(scenario: Scenario, seconds: float) -> list[tuple[str, str
         # the record itself needs no coefficient
         with_friction = attrs.evolve(scenario.sections, friction=Coefficients(0.0))
         lines = summary(attrs.evolve(scenario, sections=with_friction))
-        notes.append("no [friction]: loops and sliding need none; run, compare and fit need a coefficient")
+        notes.append(
+            "no [friction]: loops and sliding need none; run, compare and fit need a coefficient"
+        )
     else:
         lines = summary(scenario, walk=seconds)
     notes += _record_notes(scenario)
@@ -129,7 +141,10 @@ def _record_notes(run: Scenario) -> list[str]:
         return []
     if "tangential_displacement" in columns:
         try:
-            check_moves(measurement["tangential_displacement"], measurement.dead_band.get("tangential_displacement"))
+            check_moves(
+                measurement["tangential_displacement"],
+                measurement.dead_band.get("tangential_displacement"),
+            )
         except InputError as error:
             return [f"nothing moves: {error}"]
         # imports xarray, which other scenarios do not need
@@ -143,5 +158,7 @@ def _record_notes(run: Scenario) -> list[str]:
         load = measurement["tangential_load"]
         if not np.ptp(load):
             held = quantity_text(float(load[0]), "N")
-            return [f"nothing moves: the tangential load is {held} in all samples; is its column right?"]
+            return [
+                f"nothing moves: the tangential load is {held} in all samples; is its column right?"
+            ]
     return []

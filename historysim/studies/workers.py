@@ -9,7 +9,14 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
 from typing import ParamSpec, TypeVar, final
 
 from historysim.errors import HistorySimError, InputError
@@ -78,17 +85,21 @@ def open_executor(
 ) -> Iterator[tuple[Executor | None, int]]:
     """Yield an executor and its number of workers: the given one, or processes of the block; None is this process.
 
-    With ``apart`` even a single worker is a separate process. InputError unless the number of workers is 1 or more.
+    With ``apart`` even a single worker is a separate process. InputError unless the number of
+    workers is 1 or more.
     """
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
     if isinstance(executor, Executor):
         yield executor, getattr(executor, "_max_workers", WORKERS_OF_ANY)
     elif hasattr(executor, "get_executor"):
-        # a client of dask.distributed; the same task may be given twice, and shall be carried out twice
+        # a client of dask.distributed; the same task may be given twice, and shall be carried out
+        # twice
         yield executor.get_executor(pure=False), WORKERS_OF_ANY
     elif executor is not None:
-        expected = "an executor of concurrent.futures or mpi4py.futures, or a client of dask.distributed"
+        expected = (
+            "an executor of concurrent.futures or mpi4py.futures, or a client of dask.distributed"
+        )
         raise InputError(f"executor is {executor!r}; expected {expected}")
     elif workers == 1 and not apart:
         yield None, 1
@@ -130,11 +141,17 @@ def outcomes(
                 yield running[future], future.result()
                 del running[future]
     except BrokenExecutor as error:
-        raise BrokenError("a process was killed, perhaps for lack of memory; take fewer workers") from error
+        raise BrokenError(
+            "a process was killed, perhaps for lack of memory; take fewer workers"
+        ) from error
 
 
 def map_in_order(
-    function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, workers: int, done: Callable[[], object]
+    function: Callable[[T], R],
+    tasks: Sequence[T],
+    executor: Executor | None,
+    workers: int,
+    done: Callable[[], object],
 ) -> list[R]:
     """Return the results of tasks in their order, and call `done` as each ends."""
     results: dict[int, R] = {}

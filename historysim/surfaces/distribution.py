@@ -1,8 +1,9 @@
 """Summits without a height map: from a distribution of their heights, or in a regular array.
 
-A regular array may replace one asperity by n equal ones that share its load, F/n each: self-similar ones have R/√n,
-curvature-invariant ones keep R (Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*, section 6.2.1;
-the loads per contact printed there, F/n² and F/√n, do not add up to F and are not used).
+A regular array may replace one asperity by n equal ones that share its load, F/n each: self-similar
+ones have R/√n, curvature-invariant ones keep R (Winogrodzka, *Pre-sliding behaviour of multi
+asperity ceramic contacts*, section 6.2.1; the loads per contact printed there, F/n² and F/√n, do
+not add up to F and are not used).
 """
 
 import math
@@ -12,11 +13,20 @@ from typing import Final, Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, as_floats, as_item_array, per_axis, scalar
+from historysim.basics.arguments import (
+    ArrayLike,
+    Floats,
+    FrozenArrays,
+    as_floats,
+    as_item_array,
+    per_axis,
+    scalar,
+)
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
-MOST_SUMMITS = 50_000_000  # the most summits that are generated; with their positions they need some gigabytes
+# the most summits that are generated; with their positions they need some gigabytes
+MOST_SUMMITS = 50_000_000
 
 # Scaling laws by name: exponent of n in the radius of each asperity.
 LAWS: Final[Mapping[str, float]] = {"self-similar": -0.5, "curvature-invariant": 0.0}
@@ -37,13 +47,17 @@ class Gaussian:
     mean: float
 
     def __init__(self, rms_height: float, mean: float = 0.0) -> None:
-        self.__attrs_init__(rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean))
+        self.__attrs_init__(
+            rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean)
+        )
 
     def quantile(self, probability: ArrayLike) -> Floats:
         """Return the heights [m] below which a summit is with these probabilities [1], above 0 and below 1."""
         values = _probability(probability, above=0)
         if np.any(values == 1):
-            raise InputError("probability is 1; expected less than 1: Gaussian heights have no highest one")
+            raise InputError(
+                "probability is 1; expected less than 1: Gaussian heights have no highest one"
+            )
         # a slow import that scenarios without Gaussian heights do not need
         from scipy.special import ndtri
 
@@ -55,8 +69,9 @@ class Gaussian:
 class Tabulated(FrozenArrays):
     """Heights with a tabulated density, linear between its rows and 0 outside.
 
-    Heights (row) [m] increase; the density (row) is 0 or more in any unit, and is normalised. InputError if there are
-    fewer than two rows, the heights do not increase or the density is 0 throughout.
+    Heights (row) [m] increase; the density (row) is 0 or more in any unit, and is normalised.
+    InputError if there are fewer than two rows, the heights do not increase or the density is 0
+    throughout.
     """
 
     height: Floats
@@ -67,7 +82,9 @@ class Tabulated(FrozenArrays):
         heights, densities = _table("height", height, density)
         # scaled by the maximum, so that the integral does not overflow in any unit
         densities = densities / densities.max()
-        cumulative = np.concatenate([[0.0], np.cumsum(np.diff(heights) * (densities[:-1] + densities[1:]) / 2)])
+        cumulative = np.concatenate(
+            [[0.0], np.cumsum(np.diff(heights) * (densities[:-1] + densities[1:]) / 2)]
+        )
         columns = (heights, densities / cumulative[-1], cumulative / cumulative[-1])
         self.__attrs_init__(*(as_item_array("row", "rows", "height", column) for column in columns))
 
@@ -83,7 +100,8 @@ class Tabulated(FrozenArrays):
     def quantile(self, probability: ArrayLike) -> Floats:
         """Return the heights [m] below which a summit is with these probabilities, 0 to 1: the exact inverse.
 
-        Where the density is 0 between two heights, the lower one; at probability 0 the lowest possible height.
+        Where the density is 0 between two heights, the lower one; at probability 0 the lowest
+        possible height.
         """
         values = _probability(probability, least=0)
         lowest = np.searchsorted(self._cumulative, 0.0, side="right") - 1
@@ -92,9 +110,15 @@ class Tabulated(FrozenArrays):
         # left s + slope s²/2 = rise, solved for s without a difference of near numbers
         rise = values - self._cumulative[cell]
         root = np.sqrt(
-            np.maximum(density_below**2 + 2 * rise * (density_above - density_below) / np.diff(self.height)[cell], 0)
+            np.maximum(
+                density_below**2
+                + 2 * rise * (density_above - density_below) / np.diff(self.height)[cell],
+                0,
+            )
         )
-        offset = np.divide(2 * rise, density_below + root, out=np.zeros_like(rise), where=density_below + root > 0)
+        offset = np.divide(
+            2 * rise, density_below + root, out=np.zeros_like(rise), where=density_below + root > 0
+        )
         result: Floats = np.minimum(self.height[cell] + offset, self.height[cell + 1])
         return result
 
@@ -103,13 +127,19 @@ HeightDistribution = Gaussian | Tabulated
 
 
 def drawn_summits(
-    distribution: HeightDistribution, radius: ArrayLike, *, summit_density: float, nominal_area: float, seed: int
+    distribution: HeightDistribution,
+    radius: ArrayLike,
+    *,
+    summit_density: float,
+    nominal_area: float,
+    seed: int,
 ) -> Summits:
     """Draw random summits: independent heights, uniform positions on a square of the nominal area.
 
-    Their number is D A0, rounded, with D ``summit_density`` [1/m²] and A0 ``nominal_area`` [m²], at least 1 and at
-    most `MOST_SUMMITS`; the radius [m] is one number, or one per summit. A seed, a whole number of 0 or more, gives
-    the same positions and the same ranking by height with either distribution.
+    Their number is D A0, rounded, with D ``summit_density`` [1/m²] and A0 ``nominal_area`` [m²], at
+    least 1 and at most `MOST_SUMMITS`; the radius [m] is one number, or one per summit. A seed, a
+    whole number of 0 or more, gives the same positions and the same ranking by height with either
+    distribution.
     """
     count = _count(summit_density, nominal_area)
     random = generator(seed)
@@ -120,14 +150,20 @@ def drawn_summits(
 
 
 def quantile_summits(
-    distribution: HeightDistribution, radius: ArrayLike, *, summit_density: float, nominal_area: float
+    distribution: HeightDistribution,
+    radius: ArrayLike,
+    *,
+    summit_density: float,
+    nominal_area: float,
 ) -> Summits:
     """Return summits at the quantiles (i + ½)/n of a distribution, from low to high, without positions.
 
     Parameters and errors as in `drawn_summits`.
     """
     count = _count(summit_density, nominal_area)
-    return Summits(distribution.quantile((np.arange(count) + 0.5) / count), radius, nominal_area=nominal_area)
+    return Summits(
+        distribution.quantile((np.arange(count) + 0.5) / count), radius, nominal_area=nominal_area
+    )
 
 
 def textured_summits(
@@ -154,9 +190,12 @@ def textured_summits(
     radius_scatter : float
         Standard deviation of the log-normal radii over R [1], 0 to 1.
     seed : int, optional
-        Required for scatter. A seed gives the same heights for any scatter of the radii, and vice versa.
+        Required for scatter. A seed gives the same heights for any scatter of the radii, and vice
+        versa.
     """
-    sides = [number for number in np.atleast_1d(count).tolist() if isinstance(number, int) and number > 0]
+    sides = [
+        number for number in np.atleast_1d(count).tolist() if isinstance(number, int) and number > 0
+    ]
     if len(sides) != 2 or math.prod(sides) > MOST_SUMMITS:
         raise InputError(
             f"count is {count!r}; expected two whole numbers (nx, ny), 1 or more each, and at most {MOST_SUMMITS:,} in "
@@ -168,11 +207,15 @@ def textured_summits(
     deviation = scalar("height_scatter", height_scatter, least=0)
     relative = scalar("radius_scatter", radius_scatter, least=0)
     if relative > 1:
-        raise InputError(f"radius_scatter is {relative:g}; expected 0 to 1: a fraction of the radius, not a percentage")
+        raise InputError(
+            f"radius_scatter is {relative:g}; expected 0 to 1: a fraction of the radius, not a percentage"
+        )
     heights, radii = np.zeros(nx * ny), np.full(nx * ny, mean_radius)
     if deviation or relative:
         if seed is None:
-            raise InputError("height_scatter or radius_scatter without a seed; expected a whole number as seed")
+            raise InputError(
+                "height_scatter or radius_scatter without a seed; expected a whole number as seed"
+            )
         normal = generator(seed).standard_normal((2, nx * ny))
         heights += deviation * normal[0]
         # parameters of the Gaussian logarithm that give the requested mean and deviation

@@ -6,14 +6,27 @@ from typing import Any, Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Booleans, Floats, FrozenArrays, as_floats, per_axis, scalar
+from historysim.basics.arguments import (
+    ArrayLike,
+    Booleans,
+    Floats,
+    FrozenArrays,
+    as_floats,
+    per_axis,
+    scalar,
+)
 from historysim.basics.units import quantity_text, range_text, to_si, warn_large_radius
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.surfaces.filters import Form, fit_form, gaussian_mean
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, centred_positions, resample
 from historysim.surfaces.summits import Summits, find_summits
-from historysim.surfaces.surface_statistics import Autocorrelation, HeightStatistics, autocorrelation, height_statistics
+from historysim.surfaces.surface_statistics import (
+    Autocorrelation,
+    HeightStatistics,
+    autocorrelation,
+    height_statistics,
+)
 
 MOST_POINTS = 2**28  # the most points of a map
 # Remainder after removal of the form, over the largest height, up to which it is a rounding error.
@@ -31,16 +44,24 @@ def _heights(values: Any) -> Floats:
         masked: Any = np.ma.stack(values) if masks else values
         array = np.asarray(np.ma.getdata(masked))
     except ValueError as error:
-        raise InputError("heights are lists of different lengths; expected an array (nx, ny) in m") from error
+        raise InputError(
+            "heights are lists of different lengths; expected an array (nx, ny) in m"
+        ) from error
     if array.dtype.kind not in "fiu":
-        raise InputError(f"heights are of type {array.dtype}; expected an array (nx, ny) of numbers in m")
+        raise InputError(
+            f"heights are of type {array.dtype}; expected an array (nx, ny) of numbers in m"
+        )
     heights = np.where(np.ma.getmaskarray(masked), np.nan, array.astype(np.float64))
     if heights.ndim == 1:
         heights = heights[:, None]
     if heights.ndim != 2 or heights.size == 0:
-        raise InputError(f"heights have shape {heights.shape}; expected (nx, ny), or (n,) for a profile")
+        raise InputError(
+            f"heights have shape {heights.shape}; expected (nx, ny), or (n,) for a profile"
+        )
     if np.isinf(heights).any() or np.isnan(heights).all():
-        raise InputError("heights are infinite, or all missing; expected finite ones, and NaN where they are missing")
+        raise InputError(
+            "heights are infinite, or all missing; expected finite ones, and NaN where they are missing"
+        )
     heights.flags.writeable = False
     return heights
 
@@ -52,8 +73,8 @@ class Surface(FrozenArrays):
     Parameters
     ----------
     heights : array_like (nx, ny)
-        Heights over any datum [m], positive out of the material; NaN, or masked, where missing. A one-dimensional array
-        is a profile along x.
+        Heights over any datum [m], positive out of the material; NaN, or masked, where missing. A
+        one-dimensional array is a profile along x.
     pixel_size : float or (float, float)
         Distance between neighbouring points along x and y [m], > 0; one number sets both.
     periodic : bool
@@ -62,8 +83,8 @@ class Surface(FrozenArrays):
     Raises
     ------
     InputError
-        If heights are not numbers, infinite, all missing or of another shape, the pixel size is out of range, or
-        `periodic` is not true or false.
+        If heights are not numbers, infinite, all missing or of another shape, the pixel size is out
+        of range, or `periodic` is not true or false.
 
     Examples
     --------
@@ -76,7 +97,9 @@ class Surface(FrozenArrays):
     pixel_size: tuple[float, float]
     periodic: bool
 
-    def __init__(self, heights: "ArrayLike", pixel_size: "ArrayLike", periodic: bool = False) -> None:
+    def __init__(
+        self, heights: "ArrayLike", pixel_size: "ArrayLike", periodic: bool = False
+    ) -> None:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
@@ -91,7 +114,10 @@ class Surface(FrozenArrays):
         present = self.heights[~self.missing]
         return [
             ("points", " × ".join(f"{size:,}" for size in self.shape)),
-            ("pixel size", " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size))),
+            (
+                "pixel size",
+                " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size)),
+            ),
             ("heights", range_text(float(present.min()), float(present.max()), "m")),
             ("rms height", quantity_text(float(present.std()), "m")),
             ("periodic", "yes" if self.periodic else "no"),
@@ -120,7 +146,9 @@ class Surface(FrozenArrays):
 
     def summits(self, rule: int = 9, *, prominence: float = 0.0) -> Summits:
         """Return the summits by the 3-, 5- or 9-point rule, of least prominence [m]; see `find_summits`."""
-        return find_summits(self.heights, self.pixel_size, rule, periodic=self.periodic, prominence=prominence)
+        return find_summits(
+            self.heights, self.pixel_size, rule, periodic=self.periodic, prominence=prominence
+        )
 
     def statistics(self) -> HeightStatistics:
         """Return rms height, slopes, curvatures, … of the present points, across the border if periodic."""
@@ -129,8 +157,9 @@ class Surface(FrozenArrays):
     def autocorrelation(self) -> Autocorrelation:
         """Return the autocorrelation function of the heights about their mean; InputError if all heights are equal.
 
-        At each lag it is the mean product of all pairs of present points at that distance, across the border if the
-        surface is periodic; large lags have few pairs and may give values beyond ±1.
+        At each lag it is the mean product of all pairs of present points at that distance, across
+        the border if the surface is periodic; large lags have few pairs and may give values beyond
+        ±1.
         """
         return autocorrelation(self.heights, self.pixel_size, periodic=self.periodic)
 
@@ -149,7 +178,8 @@ class Surface(FrozenArrays):
     def cropped(self, x: ArrayLike | None = None, y: ArrayLike | None = None) -> Self:
         """Return the points between two positions [m] along x, y or both, ends included; the first point is at 0.
 
-        The result is not periodic. InputError unless two increasing positions with points between them are given.
+        The result is not periodic. InputError unless two increasing positions with points between
+        them are given.
         """
         heights = self.heights
         for axis, (name, ends) in enumerate((("x", x), ("y", y))):
@@ -158,7 +188,9 @@ class Surface(FrozenArrays):
             limits = as_floats(name, ends)
             length = (self.shape[axis] - 1) * self.pixel_size[axis]
             if limits.shape != (2,) or not 0 <= limits[0] < limits[1]:
-                raise InputError(f"{name} is {ends!r}; expected two positions [m], from 0 on, in their order")
+                raise InputError(
+                    f"{name} is {ends!r}; expected two positions [m], from 0 on, in their order"
+                )
             # tolerates rounding of positions that coincide with a point
             lowest, highest = limits / self.pixel_size[axis] + (-COINCIDENT, COINCIDENT)
             where = slice(math.ceil(lowest), math.floor(highest) + 1)
@@ -178,7 +210,11 @@ class Surface(FrozenArrays):
 
     def smoothed(self, cutoff: float, *, robust: bool = False) -> Self:
         """Return the waves longer than a cut-off [m] (S-filter); see `filters.gaussian_mean`."""
-        return self._with(gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust))
+        return self._with(
+            gaussian_mean(
+                self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust
+            )
+        )
 
     def roughness(self, cutoff: float, *, robust: bool = False) -> Self:
         """Return the waves shorter than a cut-off [m] (L-filter); see `filters.gaussian_mean`."""
@@ -187,8 +223,8 @@ class Surface(FrozenArrays):
     def at_resolution(self, pixel_size: ArrayLike) -> Self:
         """Resample the surface to another pixel size [m] by cubic splines; smooth it first if the grid is coarser.
 
-        The grid keeps its centre. A periodic surface keeps its length and gets the nearest pixel size that divides it.
-        InputError if the pixel size is not > 0 or is larger than the surface.
+        The grid keeps its centre. A periodic surface keeps its length and gets the nearest pixel
+        size that divides it. InputError if the pixel size is not > 0 or is larger than the surface.
         """
         requested = [
             pixel if points > 1 else current
@@ -197,21 +233,32 @@ class Surface(FrozenArrays):
             )
         ]
         counts = [length / pixel for length, pixel in zip(self.size, requested, strict=True)]
-        nx, ny = (round(count) if self.periodic else math.floor(count * (1 + COINCIDENT)) for count in counts)
+        nx, ny = (
+            round(count) if self.periodic else math.floor(count * (1 + COINCIDENT))
+            for count in counts
+        )
         if min(nx, ny) < 1 or nx * ny > MOST_POINTS:
             raise InputError(
                 f"pixel_size of {requested[0]:g} × {requested[1]:g} m on {self.size[0]:g} × {self.size[1]:g} m is "
                 f"{nx:,} × {ny:,} points; expected from 1 each way to {MOST_POINTS:,} in all"
             )
-        onto = (self.size[0] / nx, self.size[1] / ny) if self.periodic else (requested[0], requested[1])
-        heights = resample(self.heights, self.pixel_size, periodic=self.periodic, shape=(nx, ny), onto=onto)
+        onto = (
+            (self.size[0] / nx, self.size[1] / ny)
+            if self.periodic
+            else (requested[0], requested[1])
+        )
+        heights = resample(
+            self.heights, self.pixel_size, periodic=self.periodic, shape=(nx, ny), onto=onto
+        )
         return type(self)(heights, onto, self.periodic)
 
     def scaled(self, rms_height: float) -> Self:
         """Stretch the surface about its mean height to an rms height Rq [m], > 0; InputError if it is level."""
         target = scalar("rms_height", rms_height, above=0)
         if np.nanmax(self.heights) == np.nanmin(self.heights):
-            raise InputError("the surface has one height everywhere; expected a rough surface to scale")
+            raise InputError(
+                "the surface has one height everywhere; expected a rough surface to scale"
+            )
         mean = np.nanmean(self.heights)
         deviation = self.heights - mean
         # scaled by the maximum first, since squares of small heights may underflow
@@ -221,7 +268,8 @@ class Surface(FrozenArrays):
     def on_ball(self, radius: float) -> Self:
         """Add the surface to a ball of this radius [m] whose top is at the centre; the sum is not periodic.
 
-        √(R² - r²) - R is added at the distance r from the centre. InputError if the ball is smaller than the surface.
+        √(R² - r²) - R is added at the distance r from the centre. InputError if the ball is smaller
+        than the surface.
         """
         ball = scalar("radius", radius, above=0)
         warn_large_radius("radius", ball, stacklevel=2)
@@ -259,25 +307,28 @@ class Surface(FrozenArrays):
         Parameters
         ----------
         other : Surface
-            Heights positive out of its material, as here; use ``mirrored()`` of a map that was measured from the front.
+            Heights positive out of its material, as here; use ``mirrored()`` of a map that was
+            measured from the front.
         shift : (float, float)
             Displacement of its centre from the centre of this surface along x and y [m].
         rotation : float
             Rotation about its centre after the shift, from x towards y [rad].
         interpolation : {"spline", "fourier", "none"}
-            Interpolation between its points: cubic splines; its Fourier series, if it is periodic and not rotated; or
-            none, with a shift by the nearest whole number of pixels. README.md, "Sum", gives their requirements.
+            Interpolation between its points: cubic splines; its Fourier series, if it is periodic
+            and not rotated; or none, with a shift by the nearest whole number of pixels. README.md,
+            "Sum", gives their requirements.
 
         Returns
         -------
         Surface
-            On the grid of this surface, missing where either is missing; periodic if both are, with one size and no
-            rotation.
+            On the grid of this surface, missing where either is missing; periodic if both are, with
+            one size and no rotation.
 
         Raises
         ------
         InputError
-            If the surfaces do not overlap, one is a profile and one a map, or they do not allow the interpolation.
+            If the surfaces do not overlap, one is a profile and one a map, or they do not allow the
+            interpolation.
         """
         heights = resample(
             other.heights,
@@ -290,7 +341,9 @@ class Surface(FrozenArrays):
             interpolation=interpolation,
         )
         if np.isnan(self.heights + heights).all():
-            raise InputError("the two surfaces have no point in common; expected a shift within their lengths")
+            raise InputError(
+                "the two surfaces have no point in common; expected a shift within their lengths"
+            )
         repeats = all(
             points == 1 or math.isclose(length, other_length, rel_tol=COINCIDENT)
             for points, length, other_length in zip(self.shape, self.size, other.size, strict=True)

@@ -10,7 +10,8 @@ from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import detached_summits
 
-# Height of the median summit over its neighbours, in height steps, that gives its radius within some 10 %.
+# Height of the median summit over its neighbours, in height steps, that gives its radius within
+# some 10 %.
 LEAST_STEPS = 5
 
 
@@ -57,11 +58,16 @@ def _height_lines(surface: Surface) -> list[tuple[str, str]]:
     axes = [axis for axis in (0, 1) if surface.shape[axis] > 1] or [0, 1]
     pixels = dict.fromkeys(_length(surface.pixel_size[axis]) for axis in axes)
     return [
-        ("points", f"{' × '.join(f'{surface.shape[axis]:,}' for axis in axes)}, {' × '.join(pixels)} apart"),
+        (
+            "points",
+            f"{' × '.join(f'{surface.shape[axis]:,}' for axis in axes)}, {' × '.join(pixels)} apart",
+        ),
         ("size", " × ".join(_length(surface.size[axis]) for axis in axes)),
         (
             "missing",
-            f"{100 * statistics.missing_fraction:.3g} % of the points" if statistics.missing_fraction else "none",
+            f"{100 * statistics.missing_fraction:.3g} % of the points"
+            if statistics.missing_fraction
+            else "none",
         ),
         ("rms height Rq", _length(statistics.rms_height)),
         ("mean deviation Ra", _length(statistics.mean_deviation)),
@@ -98,7 +104,10 @@ def _summit_lines(surface: Surface) -> list[tuple[str, str]]:
     density = "" if summits.density is None else f", {summits.density * 1e-12:.4g} per µm²"
     return [
         (label, f"{len(summits):,}{density}"),
-        ("mean summit height", f"{_length(float(summits.height.mean() - np.nanmean(surface.heights)))} over the mean"),
+        (
+            "mean summit height",
+            f"{_length(float(summits.height.mean() - np.nanmean(surface.heights)))} over the mean",
+        ),
         (
             "mean summit radius",
             f"{_length(float(summits.radius.mean()))}, median {_length(float(np.median(summits.radius)))}",

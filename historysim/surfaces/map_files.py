@@ -25,14 +25,17 @@ from historysim.tables.from_text import plain_numbers
 from historysim.tables.lines import brief, decimal_hint, number, split
 from historysim.tables.readers import READERS, Reader
 
-COORDINATES = "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
+COORDINATES = (
+    "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
+)
 
 _DELIMITERS = ";\t,"
 # placeholders that instruments write, in addition to the general ones of missing values
 _MISSING = re.compile(r"n/a|bad|[+-]?1\.#(?:qnan|snan|ind)|\*+|-+", re.IGNORECASE)
 # only after white space, since some programs write NaN as 1.#QNAN
 _COMMENT = re.compile(r"(?:^|(?<=\s))[#%]")
-# a comment that states a length or a unit, as "# Width: 10 µm" in any language, or the header of a known program
+# a comment that states a length or a unit, as "# Width: 10 µm" in any language, or the header of a
+# known program
 _STATES_UNIT = re.compile(
     r"[:=：]\s*(?:[+-]?[\d.]+(?:e[+-]?\d+)?\s*)?(?:[pnuµμmck]?m|Å)\s*$|\bFile Format\b|\bBit2nm\b|\b[xy]-length\b"
 )
@@ -44,7 +47,8 @@ class RawMap:
 
     heights: Floats  #: (nx, ny) or (n,), NaN where missing
     unit: str | None = None  #: of the heights
-    spacing: tuple[float, float] | None = None  #: distance between neighbouring points along x and y
+    #: distance between neighbouring points along x and y
+    spacing: tuple[float, float] | None = None
     lateral_unit: str | None = None  #: of the spacing
     periodic: bool = False  #: whether the surface repeats
     notice: str | None = None  #: for the user, on the choice of a channel
@@ -62,7 +66,9 @@ def check_size(shape: Iterable[int]) -> None:
     """Raise InputError if a map has more points than `MOST_POINTS`."""
     points = math.prod(shape)
     if points > MOST_POINTS:
-        raise InputError(f"has {points:,} points; expected {MOST_POINTS:,} or fewer: thin or cut it")
+        raise InputError(
+            f"has {points:,} points; expected {MOST_POINTS:,} or fewer: thin or cut it"
+        )
 
 
 @contextmanager
@@ -111,7 +117,10 @@ def read_matrix(lines: Iterable[str]) -> Floats:
         if not line or not (line.strip() or delimiter == "\t"):
             continue
         if not rows:
-            first_line, delimiter = line_number, next((mark for mark in _DELIMITERS if mark in line), " ")
+            first_line, delimiter = (
+                line_number,
+                next((mark for mark in _DELIMITERS if mark in line), " "),
+            )
             blank_corner = line[0] == delimiter
         if delimiter == ";":
             marks = decimal + "".join(mark for mark in ".," if mark in line)
@@ -134,10 +143,14 @@ def read_matrix(lines: Iterable[str]) -> Floats:
     # a delimiter at the end of every line does not start a column
     matrix = np.array(rows)[:, : -1 if ends_blank else None]
     if blank_corner and _is_scale(matrix[0, 1:]) and _is_scale(matrix[1:, 0]):
-        raise InputError("has positions in its first line and first column; expected heights only: remove them")
+        raise InputError(
+            "has positions in its first line and first column; expected heights only: remove them"
+        )
     lines_read, columns = matrix.shape
     if 1 < columns <= 3 < lines_read:
-        raise InputError(f"has {columns} columns in {lines_read:,} lines, which may be coordinates; {COORDINATES}")
+        raise InputError(
+            f"has {columns} columns in {lines_read:,} lines, which may be coordinates; {COORDINATES}"
+        )
     return matrix[:, 0] if columns == 1 else np.ascontiguousarray(matrix.T)
 
 
@@ -160,7 +173,11 @@ def _parse_row(line: str, delimiter: str, decimal: str, line_number: int) -> Flo
         cell = cells[column].strip()
         hint = decimal_hint(cell, decimal)
         # matrices have no key for the decimal sign
-        hint = "; write the decimal comma as a point" if "it has a decimal" in hint else hint.partition(", and set")[0]
+        hint = (
+            "; write the decimal comma as a point"
+            if "it has a decimal" in hint
+            else hint.partition(", and set")[0]
+        )
         raise InputError(
             f"line {line_number}, column {column + 1}: {brief(cell)}; expected a finite number, or nan where the "
             f"height is missing{hint}"
@@ -176,7 +193,9 @@ def _parse_height(cell: str, decimal: str) -> float | None:
 
 def _is_scale(values: Floats) -> bool:
     steps = np.diff(values)
-    return steps.size > 1 and steps[0] != 0 and bool(np.allclose(steps, steps[0], rtol=1e-6, atol=0))
+    return (
+        steps.size > 1 and steps[0] != 0 and bool(np.allclose(steps, steps[0], rtol=1e-6, atol=0))
+    )
 
 
 _CELLS = re.compile(r"[\s,;]+")
@@ -197,13 +216,18 @@ class Coordinates:
     def evident(self) -> bool:
         """True if the columns are certainly lengths: a grid of x and y, or units or names that state it."""
         named = {name.strip().lower() for name in self.names}
-        return self.points.shape[1] > 2 or self.height_unit is not None or named in ({"x", "z"}, {"x", "y"})
+        return (
+            self.points.shape[1] > 2
+            or self.height_unit is not None
+            or named in ({"x", "z"}, {"x", "y"})
+        )
 
 
 def find_coordinates(path: Path) -> Coordinates | None:
     """Read the list of points at the end of a text file, below any header; None if it has no such list.
 
-    The first of two columns has to increase or decrease; the first two of three columns have to form a full grid.
+    The first of two columns has to increase or decrease; the first two of three columns have to
+    form a full grid.
     """
     rows: list[list[float]] = []
     heading: list[str] = []
@@ -212,7 +236,11 @@ def find_coordinates(path: Path) -> Coordinates | None:
             text = _split_comment(line)[0].strip(" \t\r\n,;")
             values = [number(cell, ".") for cell in _CELLS.split(text)] if text else []
             numbers = [value for value in values if value is not None]
-            if len(numbers) in {2, 3} and len(numbers) == len(values) and (not rows or len(numbers) == len(rows[0])):
+            if (
+                len(numbers) in {2, 3}
+                and len(numbers) == len(values)
+                and (not rows or len(numbers) == len(rows[0]))
+            ):
                 rows.append(numbers)
                 check_size((len(rows), len(numbers)))
             elif text and rows:
@@ -259,7 +287,10 @@ class NetcdfMapReader(MapReader):
         import netCDF4
 
         check_contained(path)
-        with library_errors_as("is damaged, or no netCDF file with heights"), netCDF4.Dataset(path) as file:
+        with (
+            library_errors_as("is damaged, or no netCDF file with heights"),
+            netCDF4.Dataset(path) as file,
+        ):
             variables = file.variables
             heights = variables[_height_variable(file, channel)]
             check_size(heights.shape)
@@ -270,11 +301,17 @@ class NetcdfMapReader(MapReader):
             values = np.ma.filled(np.ma.asarray(heights[...]).astype(np.float64), np.nan)
             if "mask" in variables and variables["mask"].shape == values.shape:
                 values[np.asarray(variables["mask"][...], dtype=bool)] = np.nan
-            if len(axes) == 2 and _is_y(heights.dimensions[0], axes[0]) and not _is_y(heights.dimensions[1], axes[1]):
+            if (
+                len(axes) == 2
+                and _is_y(heights.dimensions[0], axes[0])
+                and not _is_y(heights.dimensions[1], axes[1])
+            ):
                 values, axes = values.T, axes[::-1]
             steps = [_step(axis, points) for axis, points in zip(axes, values.shape, strict=True)]
             units = [_read_attribute(axis, "units", "unit") for axis in axes]
-            backwards = tuple(slice(None, None, -1 if step is not None and step < 0 else 1) for step in steps)
+            backwards = tuple(
+                slice(None, None, -1 if step is not None and step < 0 else 1) for step in steps
+            )
             spacing, lateral_unit = _unify_units(steps, units)
             return RawMap(
                 np.ascontiguousarray(values[backwards]),
@@ -287,24 +324,36 @@ class NetcdfMapReader(MapReader):
 
 def _height_variable(file: Any, channel: int | str | None) -> str:
     """Return the name of the height variable: the channel, the only candidate, or a variable named height or z."""
-    auxiliary = {*file.dimensions, "mask", *(getattr(variable, "bounds", "") for variable in file.variables.values())}
+    auxiliary = {
+        *file.dimensions,
+        "mask",
+        *(getattr(variable, "bounds", "") for variable in file.variables.values()),
+    }
     uneven = {"x"} if "n" in file.dimensions else set()
     candidates = [
         name
         for name, variable in file.variables.items()
-        if name not in auxiliary | uneven and variable.ndim in {1, 2} and getattr(variable.dtype, "kind", "") in "fiu"
+        if name not in auxiliary | uneven
+        and variable.ndim in {1, 2}
+        and getattr(variable.dtype, "kind", "") in "fiu"
     ]
     maps: list[str] = [name for name in candidates if file.variables[name].ndim == 2] or candidates
     if not maps:
         raise InputError("holds no heights; expected a variable of numbers along x and y")
     listed = list_names([f"{index} {name}" for index, name in enumerate(maps)])
     if channel is not None:
-        chosen = [name for index, name in enumerate(maps) if channel in {name, index} and not isinstance(channel, bool)]
+        chosen = [
+            name
+            for index, name in enumerate(maps)
+            if channel in {name, index} and not isinstance(channel, bool)
+        ]
     else:
         chosen = [name for name in maps if name.lower() in {"heights", "height", "z"}] or maps
     if len(chosen) != 1:
         request = "channel" if channel is None else f"channel {channel!r}"
-        raise InputError(f"has {len(maps)} variables with points; give {request} as the name or index of one: {listed}")
+        raise InputError(
+            f"has {len(maps)} variables with points; give {request} as the name or index of one: {listed}"
+        )
     return chosen[0]
 
 
@@ -333,7 +382,9 @@ def _step(axis: Any, points: int) -> float | None:
     # positions with 32 bits are rounded
     steps = np.diff(positions) if positions.shape == (points,) else np.zeros(0)
     if steps.size and steps.any() and not np.allclose(steps, even, rtol=1e-2, atol=0):
-        raise InputError("is a profile with uneven distances between its points; interpolate it to even distances")
+        raise InputError(
+            "is a profile with uneven distances between its points; interpolate it to even distances"
+        )
     return even if np.isfinite(even) and even else None
 
 
@@ -345,11 +396,14 @@ def _unify_units(
     if len(spacings) != len(steps):
         return None, None
     if None in units and {*units} != {None}:
-        raise InputError("names the unit of one of its coordinates only; add the attribute units to the other")
+        raise InputError(
+            "names the unit of one of its coordinates only; add the attribute units to the other"
+        )
     unit = units[0]
     if len({*units}) > 1:
         spacings = [
-            step * conversion_factor(str(axis_unit), "m") for step, axis_unit in zip(spacings, units, strict=True)
+            step * conversion_factor(str(axis_unit), "m")
+            for step, axis_unit in zip(spacings, units, strict=True)
         ]
         unit = "m"
     return (spacings[0], spacings[-1]), unit
@@ -380,12 +434,18 @@ class NpzReader(MapReader):
         """Read the array named by the channel, which is optional for a file with one array."""
         problem = "is damaged, or no NPZ file of numbers; save it again with numpy.savez and array.astype(float)"
         with library_errors_as(problem), zipfile.ZipFile(path) as archive:
-            names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+            names = [
+                name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")
+            ]
             if channel is None and len(names) != 1:
-                raise InputError(f"holds {len(names)} arrays; choose one with channel: {list_names(names) or 'none'}")
+                raise InputError(
+                    f"holds {len(names)} arrays; choose one with channel: {list_names(names) or 'none'}"
+                )
             name = names[0] if channel is None else channel
             if name not in names:
-                raise InputError(f"has no array {name!r}; expected channel to be one of {list_names(names)}")
+                raise InputError(
+                    f"has no array {name!r}; expected channel to be one of {list_names(names)}"
+                )
             check_unpacked(archive.getinfo(f"{name}.npy").file_size, path.stat().st_size)
             with archive.open(f"{name}.npy") as stream:
                 return RawMap(_check_array(np.lib.format.read_array(stream, allow_pickle=False)))
@@ -393,8 +453,12 @@ class NpzReader(MapReader):
 
 def _check_array(array: Array) -> Floats:
     if array.dtype.kind not in "fiu":
-        raise InputError(f"holds an array of type {array.dtype}; expected numbers: save array.astype(float)")
+        raise InputError(
+            f"holds an array of type {array.dtype}; expected numbers: save array.astype(float)"
+        )
     if array.ndim not in {1, 2} or not array.size:
-        raise InputError(f"holds an array of shape {array.shape}; expected (nx, ny), or (n,) for a profile")
+        raise InputError(
+            f"holds an array of shape {array.shape}; expected (nx, ny), or (n,) for a profile"
+        )
     check_size(array.shape)
     return array.astype(np.float64)

@@ -8,16 +8,18 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import count_text
 from historysim.surfaces.heights import Surface
 
-# Numbers that programs write for missing points. Such a number, or any other, is reported if its distance from all
-# other heights, over the range of the middle 80 % of the levels, exceeds one of these two limits. Spikes of a
-# measurement, which `spikes` removes, are closer.
+# Numbers that programs write for missing points. Such a number, or any other, is reported if its
+# distance from all other heights, over the range of the middle 80 % of the levels, exceeds one of
+# these two limits. Spikes of a measurement, which `spikes` removes, are closer.
 PLACEHOLDERS = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
 FAR_IF_PLACEHOLDER, FAR = 5.0, 1e3
 FEWEST_LEVELS, MOST_PLACEHOLDERS = 20, 3
 
-LARGEST_SIZE, FLATTEST = 1.0, 1e-4  # side of a map [m], and height range over it below which the side is implausible
+# side of a map [m], and height range over it below which the side is implausible
+LARGEST_SIZE, FLATTEST = 1.0, 1e-4
 SMOOTHEST = 1e-6  # height range over the distance of the points below which that is implausible
-STEEPEST = 20.0  # median step between neighbours over their distance above which that is implausible
+# median step between neighbours over their distance above which that is implausible
+STEEPEST = 20.0
 
 
 def placeholder_notice(heights: Floats) -> str | None:
@@ -31,7 +33,9 @@ def placeholder_notice(heights: Floats) -> str | None:
         return None
     low, high = np.quantile(levels, [0.1, 0.9])
     distance = np.maximum(low - levels, levels - high)
-    is_placeholder = np.isclose(np.abs(levels)[:, np.newaxis], PLACEHOLDERS, rtol=1e-6, atol=0).any(axis=1)
+    is_placeholder = np.isclose(np.abs(levels)[:, np.newaxis], PLACEHOLDERS, rtol=1e-6, atol=0).any(
+        axis=1
+    )
     far = levels[distance > np.where(is_placeholder, FAR_IF_PLACEHOLDER, FAR) * (high - low)]
     # the flanks of a particle or a scratch have many levels
     if not 0 < far.size <= MOST_PLACEHOLDERS:
@@ -61,8 +65,14 @@ def scale_notice(surface: Surface) -> str | None:
         # a separate error
         return None
     steps = np.abs(np.diff(heights, axis=axes[0]))
-    steep = float(np.nanmedian(steps)) / surface.pixel_size[axes[0]] if np.isfinite(steps).any() else 0.0
-    too_large = (side > LARGEST_SIZE and height_range < FLATTEST * side) or height_range < SMOOTHEST * pixel
+    steep = (
+        float(np.nanmedian(steps)) / surface.pixel_size[axes[0]]
+        if np.isfinite(steps).any()
+        else 0.0
+    )
+    too_large = (
+        side > LARGEST_SIZE and height_range < FLATTEST * side
+    ) or height_range < SMOOTHEST * pixel
     if not too_large and steep <= STEEPEST:
         return None
     size = " × ".join(quantity_text(surface.size[axis], "m", 3) for axis in axes)

@@ -17,8 +17,9 @@ AUTOCORRELATIONS = ("exponential", "gaussian")
 LEAST_PIXELS = 4
 STEEPEST = 10  # rms height over autocorrelation length, beyond that of any surface
 DECAY = 2.3  # ρ falls to 0.1 at the autocorrelation length
-# Images are summed up to this distance in autocorrelation lengths: an image beyond adds less than exp(-2.3 × 14) =
-# 1e-14. The shortest side, two lengths, has 7 images within this distance on either side.
+# Images are summed up to this distance in autocorrelation lengths: an image beyond adds less than
+# exp(-2.3 × 14) = 1e-14. The shortest side, two lengths, has 7 images within this distance on
+# either side.
 REACH, MOST_IMAGES = 14.0, 7
 BLOCK = 2**16  # numbers per block, so that a block fits into the cache
 
@@ -34,13 +35,15 @@ def random_surface(
 ) -> Surface:
     """Generate a periodic random rough surface with mean height 0 and a prescribed rms height.
 
-    The autocorrelation holds for the ensemble of all seeds; a single surface deviates from it, the more the fewer
-    autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and statistics", describes the method.
+    The autocorrelation holds for the ensemble of all seeds; a single surface deviates from it, the
+    more the fewer autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and
+    statistics", describes the method.
 
     Parameters
     ----------
     shape : int or (int, int)
-        Number of points along x and y, 4 to 2²⁸ in all; one number gives a square, (n, 1) or (1, n) a profile.
+        Number of points along x and y, 4 to 2²⁸ in all; one number gives a square, (n, 1) or (1, n)
+        a profile.
     pixel_size : float or (float, float)
         Distance between neighbouring points along x and y [m], > 0.
     rms_height : float
@@ -48,7 +51,8 @@ def random_surface(
     autocorrelation_length : float or (float, float)
         β along x and y [m], where ρ has fallen to 0.1; from one pixel to half the side.
     seed : int
-        ≥ 0. A seed gives the same surface, bit for bit, with one version of numpy and scipy on one type of processor.
+        ≥ 0. A seed gives the same surface, bit for bit, with one version of numpy and scipy on one
+        type of processor.
     autocorrelation : str
         ``"exponential"``: ρ = exp(-2.3 √((x/β_x)² + (y/β_y)²)), or ``"gaussian"``:
         ρ = exp(-2.3 ((x/β_x)² + (y/β_y)²)). The surface has ρ summed over all periodic images.
@@ -73,7 +77,9 @@ def random_surface(
     pixel = per_axis("pixel_size", pixel_size)
     lengths = _lengths_as_pixels(points, pixel, autocorrelation_length)
     rms = scalar("rms_height", rms_height, above=0)
-    width = min(length * side for length, side, n in zip(lengths, pixel, points, strict=True) if n > 1)
+    width = min(
+        length * side for length, side, n in zip(lengths, pixel, points, strict=True) if n > 1
+    )
     if rms > STEEPEST * width:
         warn_unlikely(
             f"rms_height is {quantity_text(rms, 'm')} on an autocorrelation length of {quantity_text(width, 'm')}",
@@ -82,7 +88,9 @@ def random_surface(
         )
     noise = generator(seed)
     if autocorrelation not in AUTOCORRELATIONS:
-        raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
+        raise InputError(
+            f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}"
+        )
     spectrum = _spectrum(_periodic_autocorrelation(points, lengths, autocorrelation), points)
     heights = _apply_filter(noise.standard_normal(points), np.sqrt(spectrum))
     _standardise(heights)
@@ -130,10 +138,13 @@ def _lengths_as_pixels(
     return result[0], result[1]
 
 
-# The autocorrelation and the spectrum are even along x and y, so the quadrant x ≥ 0, y ≥ 0 determines them.
+# The autocorrelation and the spectrum are even along x and y, so the quadrant x ≥ 0, y ≥ 0
+# determines them.
 
 
-def _periodic_autocorrelation(points: tuple[int, int], lengths: tuple[float, float], kind: str) -> Floats:
+def _periodic_autocorrelation(
+    points: tuple[int, int], lengths: tuple[float, float], kind: str
+) -> Floats:
     """Return a quadrant of the autocorrelation, summed over all images and 1 at the origin."""
     (x, images_x), (y, images_y) = map(_axis_points_and_images, points, lengths)
     if kind == "gaussian":
@@ -157,7 +168,8 @@ def _axis_points_and_images(n: int, length: float) -> tuple[Floats, Floats]:
 def _sum_of_cones(x: Floats, y: Floats, images_x: Floats, images_y: Floats) -> Floats:
     """Return Σ exp(-2.3 r) over the distances r from all images with a contribution in the quadrant."""
     gap_x, gap_y = (
-        np.maximum(0, np.maximum(images - along[-1], -images)) for along, images in ((x, images_x), (y, images_y))
+        np.maximum(0, np.maximum(images - along[-1], -images))
+        for along, images in ((x, images_x), (y, images_y))
     )
     i, j = np.nonzero(np.hypot.outer(gap_x, gap_y) < REACH)
     across = np.subtract.outer(images_y[j], y) ** 2

@@ -22,14 +22,22 @@ from historysim.basics.wording import list_names
 from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.surfaces import map_files
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.map_files import COORDINATES, Coordinates, MapReader, RawMap, library_errors_as
+from historysim.surfaces.map_files import (
+    COORDINATES,
+    Coordinates,
+    MapReader,
+    RawMap,
+    library_errors_as,
+)
 from historysim.surfaces.plausibility import placeholder_notice, scale_notice
 from historysim.tables.readers import TEXT_ENDINGS, find_reader
 
 FEWEST_POINTS = 3
 
 # names of channels without heights; an error signal may have nm as its unit
-_NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|error", re.IGNORECASE)
+_NO_HEIGHTS = re.compile(
+    r"phase|amplitude|deflection|friction|lateral|current|error", re.IGNORECASE
+)
 # formats without a signature, which match any file of a suitable length
 _ONLY_BY_NAME = ("hgt", "nms")
 _UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a height map"
@@ -55,22 +63,25 @@ def read_surface(
 ) -> Surface:
     """Read a measured height map or an evenly spaced profile.
 
-    Lengths and units are taken from the file if it states them. Arguments supply missing ones and must not contradict
-    the file. README.md of this folder, "Look at a map", lists the formats.
+    Lengths and units are taken from the file if it states them. Arguments supply missing ones and
+    must not contradict the file. README.md of this folder, "Look at a map", lists the formats.
 
     Parameters
     ----------
     path : str or path
-        A matrix of numbers as text (.txt, .csv, .tsv, .dat, .asc) or array of numpy (.npy, .npz), or any file that
-        SurfaceTopography reads, such as a text with a length or a unit in its header.
+        A matrix of numbers as text (.txt, .csv, .tsv, .dat, .asc) or array of numpy (.npy, .npz),
+        or any file that SurfaceTopography reads, such as a text with a length or a unit in its
+        header.
     pixel_size : float, str, or a pair of them, optional
         Distance between neighbouring points along x and y [m], or such as ``"0.5 µm"``.
     height_unit : str, optional
         Unit of the heights, such as ``"nm"``.
     lateral_unit : str, optional
-        Unit of x and y, if the file has distances without a unit, such as lists of coordinates (.xyz).
+        Unit of x and y, if the file has distances without a unit, such as lists of coordinates
+        (.xyz).
     channel : int or str, optional
-        Index, from 0, or name of a channel of the file. Default: the first channel of its format that has heights.
+        Index, from 0, or name of a channel of the file. Default: the first channel of its format
+        that has heights.
     missing : float or sequence of floats, optional
         Numbers in the file that represent missing points, such as ``-9999``.
 
@@ -82,21 +93,24 @@ def read_surface(
     Raises
     ------
     InputError
-        If the file is missing, damaged (with line and column) or of an unknown format; a length or unit is missing or
-        contradicts the file; the channel does not exist or has no heights; heights are infinite; fewer than three
-        points have a height; there are more than 2²⁸ points; SurfaceTopography is needed and not installed.
+        If the file is missing, damaged (with line and column) or of an unknown format; a length or
+        unit is missing or contradicts the file; the channel does not exist or has no heights;
+        heights are infinite; fewer than three points have a height; there are more than 2²⁸ points;
+        SurfaceTopography is needed and not installed.
 
     Warns
     -----
     UnlikelyValueWarning
-        If several channels have heights and none is chosen, a few values far from all others, such as -9999, may
-        represent missing points, or the spacing of points is implausible compared with the heights.
+        If several channels have heights and none is chosen, a few values far from all others, such
+        as -9999, may represent missing points, or the spacing of points is implausible compared
+        with the heights.
 
     Notes
     -----
-    One line of a text runs along x and the next line is the next y: ``heights[i, j]`` is value i of line j. The first
-    index of a NPY array is x already. The delimiter is the first of semicolon, tab, comma and white space that appears
-    in the first line; ``#`` and ``%`` start a comment. A decimal comma is accepted between semicolons only.
+    One line of a text runs along x and the next line is the next y: ``heights[i, j]`` is value i of
+    line j. The first index of a NPY array is x already. The delimiter is the first of semicolon,
+    tab, comma and white space that appears in the first line; ``#`` and ``%`` start a comment. A
+    decimal comma is accepted between semicolons only.
 
     Examples
     --------
@@ -128,12 +142,16 @@ def read_surface(
 
 def _without_missing(heights: Floats, missing: float | str | Sequence[float | str]) -> Floats:
     """Replace numbers that represent missing points by NaN."""
-    placeholders = missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
+    placeholders = (
+        missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
+    )
     for placeholder in placeholders:
         try:
             value = float(placeholder)
         except (TypeError, ValueError):
-            raise InputError(f"missing is {placeholder!r}; expected a number of the file, such as -9999") from None
+            raise InputError(
+                f"missing is {placeholder!r}; expected a number of the file, such as -9999"
+            ) from None
         # the number is rounded in heights of 32 bits
         matches = np.isclose(heights, value, rtol=1e-6, atol=0)
         if not matches.any():
@@ -147,7 +165,11 @@ def _without_missing(heights: Floats, missing: float | str | Sequence[float | st
 def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
     """Read a file by the reader selected by its ending and its first lines."""
     if problem := path_state(path):
-        expected = "; expected a file with heights" if problem.startswith("is ") else f" in {path.absolute().parent}"
+        expected = (
+            "; expected a file with heights"
+            if problem.startswith("is ")
+            else f" in {path.absolute().parent}"
+        )
         raise InputError(f"{problem}{expected}")
     with path.open("rb") as stream:
         start = stream.read(2)
@@ -174,7 +196,9 @@ def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
         return RawMap(map_files.read_matrix(stream))
 
 
-def _conversion_factor(name: str, file_unit: str | None, argument: str | None, quantity: str) -> float:
+def _conversion_factor(
+    name: str, file_unit: str | None, argument: str | None, quantity: str
+) -> float:
     if file_unit is None:
         if argument is None:
             raise InputError(
@@ -184,7 +208,9 @@ def _conversion_factor(name: str, file_unit: str | None, argument: str | None, q
         return _metres(argument, name)
     factor = _metres(file_unit, f"the unit of its {quantity}")
     if argument is not None and not math.isclose(_metres(argument, name), factor, rel_tol=1e-9):
-        raise InputError(f"states that its {quantity} are in {file_unit}, but {name} is {argument!r}; omit {name}")
+        raise InputError(
+            f"states that its {quantity} are in {file_unit}, but {name} is {argument!r}; omit {name}"
+        )
     return factor
 
 
@@ -211,7 +237,9 @@ def _spacing(raw: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[fl
         return stated
     factor = _conversion_factor("lateral_unit", raw.lateral_unit, lateral_unit, "distances")
     x, y = raw.spacing[0] * factor, raw.spacing[1] * factor
-    if stated and not (math.isclose(stated[0], x, rel_tol=_TYPED) and math.isclose(stated[1], y, rel_tol=_TYPED)):
+    if stated and not (
+        math.isclose(stated[0], x, rel_tol=_TYPED) and math.isclose(stated[1], y, rel_tol=_TYPED)
+    ):
         raise InputError(
             f"states that its points are {x:g} m × {y:g} m apart, but pixel_size is {pixel_size!r}; omit pixel_size"
         )
@@ -220,10 +248,14 @@ def _spacing(raw: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[fl
 
 def _check_points(heights: Floats) -> None:
     if np.isinf(heights).any():
-        raise InputError("has infinite heights; expected numbers, and nan where a height is missing")
+        raise InputError(
+            "has infinite heights; expected numbers, and nan where a height is missing"
+        )
     measured = np.count_nonzero(~np.isnan(heights))
     if measured < FEWEST_POINTS:
-        raise InputError(f"has {measured} points with a height, of {heights.size:,}; expected {FEWEST_POINTS} or more")
+        raise InputError(
+            f"has {measured} points with a height, of {heights.size:,}; expected {FEWEST_POINTS} or more"
+        )
 
 
 # -- through SurfaceTopography ---------------------------------------------------------------------
@@ -241,7 +273,9 @@ def read_topography(path: Path, channel: int | str | None, header: str = "") -> 
     with (
         _reader_reason(library, path),
         library_errors_as(f"{_UNKNOWN}: export it again, or as a matrix (.txt, .npy){without}"),
-        library.open_topography(str(path), format=ending if ending in _ONLY_BY_NAME else None) as reader,
+        library.open_topography(
+            str(path), format=ending if ending in _ONLY_BY_NAME else None
+        ) as reader,
     ):
         if reader.format() in _ONLY_BY_NAME and reader.format() != ending:
             raise InputError(_UNKNOWN)
@@ -274,16 +308,26 @@ def _reader_reason(library: Any, path: Path) -> Iterator[None]:
 def read_points(listed: Coordinates) -> RawMap:
     """Read a list of points, x and z or x, y and z, by SurfaceTopography."""
     library = _import_library("")
-    rows = io.BytesIO("\n".join(" ".join(map(repr, row)) for row in listed.points.tolist()).encode())
-    with library_errors_as(f"its list of points {_UNEVEN}"), library.open_topography(rows, format="xyz") as reader:
+    rows = io.BytesIO(
+        "\n".join(" ".join(map(repr, row)) for row in listed.points.tolist()).encode()
+    )
+    with (
+        library_errors_as(f"its list of points {_UNEVEN}"),
+        library.open_topography(rows, format="xyz") as reader,
+    ):
         chosen = reader.default_channel
         if chosen.is_uniform is False:
-            raise InputError("is a profile with uneven distances between its points; interpolate it to even distances")
+            raise InputError(
+                "is a profile with uneven distances between its points; interpolate it to even distances"
+            )
         topography = chosen.topography()
         heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
         if heights.size != len(listed.points):
             raise InputError(f"its list of points {_UNEVEN}")
-        x, *y = (float(size) / points for size, points in zip(topography.physical_sizes, heights.shape, strict=True))
+        x, *y = (
+            float(size) / points
+            for size, points in zip(topography.physical_sizes, heights.shape, strict=True)
+        )
     return RawMap(
         heights,
         unit=listed.height_unit,
@@ -310,22 +354,33 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
     form = reader.format()
     chosen = _select_channel(reader, channel)
     if chosen.is_uniform is False:
-        raise InputError("is a profile with uneven distances between its points; interpolate it to even distances")
+        raise InputError(
+            "is a profile with uneven distances between its points; interpolate it to even distances"
+        )
     map_files.check_size(chosen.nb_grid_pts or ())
     check_unpacked(8 * math.prod(chosen.nb_grid_pts or ()), path.stat().st_size)
     has_sizes = chosen.physical_sizes is not None
     if form == "asc":
         _refuse_guess(chosen, header)
     if form == "xyz" and header and not chosen.unit:
-        raise InputError(f"holds coordinates, or a map of few columns with a header ({header}); {COORDINATES}")
-    topography = chosen.topography(**({} if has_sizes else {"physical_sizes": tuple(map(float, chosen.nb_grid_pts))}))
+        raise InputError(
+            f"holds coordinates, or a map of few columns with a header ({header}); {COORDINATES}"
+        )
+    topography = chosen.topography(
+        **({} if has_sizes else {"physical_sizes": tuple(map(float, chosen.nb_grid_pts))})
+    )
     heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
     if form in {"asc", "xyz"}:
         _check_lines(path, heights.size if form == "xyz" else None)
-    x, *y = (float(size) / points for size, points in zip(topography.physical_sizes, heights.shape, strict=True))
+    x, *y = (
+        float(size) / points
+        for size, points in zip(topography.physical_sizes, heights.shape, strict=True)
+    )
     # it accepts steps as even if they differ by less than 1e-6 in any unit
     if form == "xyz" and not y and x < 1e-3:
-        raise InputError("has steps too small to check that they are even; write its coordinates in a smaller unit")
+        raise InputError(
+            "has steps too small to check that they are even; write its coordinates in a smaller unit"
+        )
     unit = topography.unit or None
     return RawMap(
         heights,
@@ -339,7 +394,9 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
 
 def _channel_notice(reader: Any, chosen: Any) -> str | None:
     """Return a notice that names the channels with heights if there are several; otherwise None."""
-    channels = [(index, channel) for index, channel in enumerate(reader.channels) if _holds_heights(channel)]
+    channels = [
+        (index, channel) for index, channel in enumerate(reader.channels) if _holds_heights(channel)
+    ]
     if len(channels) < 2:
         return None
     listed = ", ".join(f"{index} {channel.name!r}" for index, channel in channels)
@@ -362,7 +419,10 @@ def _refuse_guess(channel: Any, header: str) -> None:
 
 def _select_channel(reader: Any, request: int | str | None) -> Any:
     channels = list(reader.channels)
-    marked = [f"{channel.name}{'' if _holds_heights(channel) else ' (no heights)'}" for channel in channels]
+    marked = [
+        f"{channel.name}{'' if _holds_heights(channel) else ' (no heights)'}"
+        for channel in channels
+    ]
     listed = list_names([f"{index} {name}" for index, name in enumerate(marked)])
     if not channels:
         raise InputError(
@@ -373,14 +433,18 @@ def _select_channel(reader: Any, request: int | str | None) -> Any:
         if not usable:
             raise InputError(f"has no channel with heights: {listed}")
         if len(usable) > 1 and not usable[0].unit:
-            raise InputError(f"has {len(usable)} arrays and does not state which are heights; give channel: {listed}")
+            raise InputError(
+                f"has {len(usable)} arrays and does not state which are heights; give channel: {listed}"
+            )
         default = reader.default_channel
         return default if _holds_heights(default) else usable[0]
     if isinstance(request, str):
         matches = [channel for channel in channels if request in {channel.name, channel.channel_id}]
     else:
         matches = [
-            channel for index, channel in enumerate(channels) if index == request and not isinstance(request, bool)
+            channel
+            for index, channel in enumerate(channels)
+            if index == request and not isinstance(request, bool)
         ]
     if len(matches) != 1:
         raise InputError(
@@ -393,7 +457,9 @@ def _select_channel(reader: Any, request: int | str | None) -> Any:
 
 def _holds_heights(channel: Any) -> bool:
     # a second unit belongs to values that are not lengths
-    return bool(channel.is_height_channel) and not (isinstance(channel.unit, tuple) or _NO_HEIGHTS.search(channel.name))
+    return bool(channel.is_height_channel) and not (
+        isinstance(channel.unit, tuple) or _NO_HEIGHTS.search(channel.name)
+    )
 
 
 def _lateral_unit(channel: Any) -> str | None:
@@ -410,14 +476,20 @@ def _check_lines(path: Path, coordinates: int | None) -> None:
     doubtful: list[tuple[int, int]] = []
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         for number, line in enumerate(stream, 1):
-            cells = line.split() if coordinates is None else re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
+            cells = (
+                line.split()
+                if coordinates is None
+                else re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
+            )
             if cells and all(_is_number(cell) or cell.lower() == "bad" for cell in cells):
                 width, count = len(cells), count + 1
             elif not line.startswith("#") and map_files.are_mostly_heights(cells):
                 doubtful.append((number, len(cells)))
     for number, cell_count in doubtful:
         if cell_count == width:
-            raise InputError(f"line {number} contains a value that is not a number; correct or remove it")
+            raise InputError(
+                f"line {number} contains a value that is not a number; correct or remove it"
+            )
     if coordinates is not None and count != coordinates:
         raise InputError(
             f"has {count:,} lines of numbers, of which SurfaceTopography reads {coordinates:,} as coordinates; "

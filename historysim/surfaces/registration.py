@@ -19,10 +19,13 @@ LEAST_OVERLAP = 0.25  # fraction of the first map that the second has to cover
 LEAST_CORRELATION = 0.5  # lowest correlation of the slopes in the overlap of two maps of one area
 MOST_ROUNDS = 60  # Gauss-Newton steps; ten are typical
 SETTLED = 1e-4  # step in pixels at which the fit has converged
-BLOCK = 8  # side of square blocks in points; the variance of their means gives the correlation of the noise
-TUKEY = 4.685  # deviations beyond which residuals have no weight: 95 % efficiency on Gaussian noise (Huber 2009)
+# side of square blocks in points; the variance of their means gives the correlation of the noise
+BLOCK = 8
+# deviations beyond which residuals have no weight: 95 % efficiency on Gaussian noise (Huber 2009)
+TUKEY = 4.685
 NORMAL = 1.4826  # standard deviation over median absolute deviation of Gaussian numbers
-DETECTED = 5.0  # standard deviations of the noise by which the mean of 3 × 3 points is lower where it is worn
+# standard deviations of the noise by which the mean of 3 × 3 points is lower where it is worn
+DETECTED = 5.0
 RIM = 1.5  # standard deviations by which neighbours of worn points are lower if they are worn
 PASSES = 3  # number of fits that exclude the worn points of the previous fit
 MARGIN = 2  # margin in points around worn points, since a worn cap is thin at its rim
@@ -37,22 +40,29 @@ class Registration:
     shift: tuple[float, float]  #: shift of the second map along x and y onto the first [m]
     shift_error: float  #: standard error of each component of the shift [m]
     rotation: float  #: rotation of the second map about its centre, from x towards y [rad]
-    offset: float  #: mean height of the second map over the first outside worn areas [m], which is subtracted
-    tilt: tuple[float, float]  #: slope of the second map over the first along x and y, which is subtracted
+    #: mean height of the second map over the first outside worn areas [m], which is subtracted
+    offset: float
+    #: slope of the second map over the first along x and y, which is subtracted
+    tilt: tuple[float, float]
     correlation: float  #: correlation of the slopes of the two maps in their overlap
     #: Second map on the points of the first, without offset and tilt; missing outside the overlap.
     after: Surface = attrs.field(repr=False)
-    difference: Surface = attrs.field(repr=False)  #: first minus second map [m]: positive where material was lost
+    #: first minus second map [m]: positive where material was lost
+    difference: Surface = attrs.field(repr=False)
     worn: Booleans = attrs.field(repr=False)  #: (nx, ny) points that lost material
-    noise: float  #: standard deviation of the difference outside worn areas [m], interpolation included
+    #: standard deviation of the difference outside worn areas [m], interpolation included
+    noise: float
     worn_volume: float  #: volume lost in `worn` [m³]; wear thinner than the noise is missed
     worn_volume_error: (
-        float  #: standard error of the worn volume from the noise, the datum and the rim of worn areas [m³]
+        #: standard error of the worn volume from the noise, the datum and the rim of worn areas
+        #: [m³]
+        float
     )
-    #: (summit, 2) x and y of the summits of the first map within the overlap, by the 9-point rule [m].
+    #: (summit, 2) x and y of the summits of the first map within the overlap, by the 9-point rule
+    #: [m].
     summit_place: Floats = attrs.field(repr=False)
-    #: (summit) `KEPT`; `LOST` without a summit of the second map within 1.5 pixels; `LOWERED` with one that is lower by
-    #: more than five deviations of the noise.
+    #: (summit) `KEPT`; `LOST` without a summit of the second map within 1.5 pixels; `LOWERED` with
+    #: one that is lower by more than five deviations of the noise.
     fate: Integers = attrs.field(repr=False)
 
     @property
@@ -72,9 +82,15 @@ class Registration:
             ("rotation", f"{math.degrees(self.rotation):.3f}°"),
             ("correlation of slopes", f"{self.correlation:.3f}"),
             ("noise of the difference", quantity_text(self.noise, "m")),
-            ("worn area", f"{self.worn_area * 1e12:.4g} µm², {worn_percentage:.3g} % of the first map"),
+            (
+                "worn area",
+                f"{self.worn_area * 1e12:.4g} µm², {worn_percentage:.3g} % of the first map",
+            ),
             ("worn volume", volume + doubt),
-            ("summits", f"{self.fate.size:,}; {(self.fate == LOST).sum():,} lost, {flattened:,} flattened"),
+            (
+                "summits",
+                f"{self.fate.size:,}; {(self.fate == LOST).sum():,} lost, {flattened:,} flattened",
+            ),
         ]
 
 
@@ -83,30 +99,34 @@ def registered(
 ) -> Registration:
     """Register a second height map of an area with the first, and measure the material lost between them.
 
-    Up to about a third of the area may be worn: shift, rotation, offset and tilt minimise the squared height
-    difference with Tukey's weights.
+    Up to about a third of the area may be worn: shift, rotation, offset and tilt minimise the
+    squared height difference with Tukey's weights.
 
     Parameters
     ----------
     before, after : Surface, or the path of a height map
-        Both of the same side of one body, not mirrored. A second map of another pixel size is resampled.
+        Both of the same side of one body, not mirrored. A second map of another pixel size is
+        resampled.
     most_rotation : float
         Largest rotation in either direction [degrees], from 0 to 10.
 
     Raises
     ------
     InputError
-        If a map is a profile, the maps do not overlap by a quarter of the first or do not correlate, or scikit-image
-        is not installed.
+        If a map is a profile, the maps do not overlap by a quarter of the first or do not
+        correlate, or scikit-image is not installed.
     """
     reference, moving = (
-        surface if isinstance(surface, Surface) else read_surface(surface) for surface in (before, after)
+        surface if isinstance(surface, Surface) else read_surface(surface)
+        for surface in (before, after)
     )
     if 1 in reference.shape or 1 in moving.shape:
         raise InputError("a profile cannot be registered; expected two height maps")
     limit = scalar("most_rotation", most_rotation, least=0)
     if limit > 10:
-        raise InputError(f"most_rotation is {limit:g}°; expected at most 10°: turn one of the maps before")
+        raise InputError(
+            f"most_rotation is {limit:g}°; expected at most 10°: turn one of the maps before"
+        )
     if not np.allclose(reference.pixel_size, moving.pixel_size, rtol=COINCIDENT, atol=0):
         moving = moving.at_resolution(reference.pixel_size)
     fit = _fit_parameters(
@@ -117,7 +137,9 @@ def registered(
     )
     for _ in range(PASSES):
         # the thin rims of worn areas would lower the datum
-        fit = _fit_parameters(reference, moving, fit.parameters, _find_worn(reference.heights - fit.laid))
+        fit = _fit_parameters(
+            reference, moving, fit.parameters, _find_worn(reference.heights - fit.laid)
+        )
     return _compare(reference, fit)
 
 
@@ -163,7 +185,8 @@ def _initial_parameters(reference: Surface, moving: Surface, most_rotation: floa
         )[0]
         shift = pixels * reference.pixel_size
         correlation = _slope_correlation(
-            level_reference.heights, _resample_onto(level_moving, level_reference, shift, float(rotation))
+            level_reference.heights,
+            _resample_onto(level_moving, level_reference, shift, float(rotation)),
         )
         if correlation > best:
             best, start = correlation, np.array([*shift, rotation, 0, 0, 0])
@@ -183,7 +206,9 @@ def _import_phase_correlation() -> Any:
 def _fit_parameters(reference: Surface, moving: Surface, start: Floats, worn: Booleans) -> _Fit:
     """Fit the second map to the first outside `worn`: least squares with Tukey's weights, by Gauss-Newton steps."""
     parameters = start.copy()
-    x, y = np.meshgrid(*map(centred_positions, reference.shape, reference.pixel_size), indexing="ij")
+    x, y = np.meshgrid(
+        *map(centred_positions, reference.shape, reference.pixel_size), indexing="ij"
+    )
     for _ in range(MOST_ROUNDS):
         laid = _resample_onto(moving, reference, parameters[:2], parameters[2])
         slope_x, slope_y = np.gradient(laid, *reference.pixel_size)
@@ -192,7 +217,10 @@ def _fit_parameters(reference: Surface, moving: Surface, start: Floats, worn: Bo
         residual = laid - reference.heights - parameters[3] - parameters[4] * x - parameters[5] * y
         overlap = np.isfinite(residual + turned)
         used = overlap & ~worn
-        if overlap.sum() < LEAST_OVERLAP * np.count_nonzero(~reference.missing) or used.sum() < 3 * parameters.size:
+        if (
+            overlap.sum() < LEAST_OVERLAP * np.count_nonzero(~reference.missing)
+            or used.sum() < 3 * parameters.size
+        ):
             raise InputError(
                 f"the two maps overlap by less than {LEAST_OVERLAP:.0%} of the first, do not show one area, or are "
                 "worn all over; expected maps of one area"
@@ -200,10 +228,18 @@ def _fit_parameters(reference: Surface, moving: Surface, start: Floats, worn: Bo
         jacobian = np.stack([column[used] for column in columns], axis=-1)
         weights, scale = _tukey_weights(residual[used]), _column_scale(jacobian)
         root = np.sqrt(weights)
-        step = np.linalg.lstsq(jacobian / scale * root[:, np.newaxis], -residual[used] * root, rcond=None)[0] / scale
+        step = (
+            np.linalg.lstsq(
+                jacobian / scale * root[:, np.newaxis], -residual[used] * root, rcond=None
+            )[0]
+            / scale
+        )
         parameters += step
         # shift in pixels, rotation by the displacement of the ends of the map
-        if np.abs(step[:2] / reference.pixel_size).max() < SETTLED and abs(step[2]) * max(reference.shape) < SETTLED:
+        if (
+            np.abs(step[:2] / reference.pixel_size).max() < SETTLED
+            and abs(step[2]) * max(reference.shape) < SETTLED
+        ):
             break
     weight_map = np.full(reference.shape, 0.0)
     weight_map[used] = weights
@@ -284,11 +320,20 @@ def _find_worn(difference: Floats) -> Booleans:
     """Return the points where the mean of 3 × 3 points is lower than its noise explains, with a margin."""
     overlap = np.isfinite(difference)
     weight = ndimage.uniform_filter(overlap.astype(float), 3, mode="constant")
-    mean = ndimage.uniform_filter(np.where(overlap, difference, 0.0), 3, mode="constant") / np.maximum(weight, 1e-9)
+    mean = ndimage.uniform_filter(
+        np.where(overlap, difference, 0.0), 3, mode="constant"
+    ) / np.maximum(weight, 1e-9)
     middle = np.median(mean[overlap])
     spread = NORMAL * np.median(np.abs(mean[overlap] - middle))
-    low = ndimage.binary_propagation(mean > middle + DETECTED * spread, mask=mean > middle + RIM * spread) & overlap
-    return np.asarray(ndimage.binary_dilation(low, iterations=MARGIN) & overlap if low.any() else low)
+    low = (
+        ndimage.binary_propagation(
+            mean > middle + DETECTED * spread, mask=mean > middle + RIM * spread
+        )
+        & overlap
+    )
+    return np.asarray(
+        ndimage.binary_dilation(low, iterations=MARGIN) & overlap if low.any() else low
+    )
 
 
 def _noise_gain(difference: Floats, noise: float) -> float:
@@ -304,7 +349,10 @@ def _covariance(fit: _Fit, sound: Booleans) -> Floats:
     rows = sound & (fit.weights > 0)
     scale = _column_scale(fit.jacobian[rows])
     jacobian = fit.jacobian[rows] / scale
-    return np.asarray(np.linalg.pinv(jacobian.T @ (jacobian * fit.weights[rows, np.newaxis])) / np.outer(scale, scale))
+    return np.asarray(
+        np.linalg.pinv(jacobian.T @ (jacobian * fit.weights[rows, np.newaxis]))
+        / np.outer(scale, scale)
+    )
 
 
 def _classify_summits(
@@ -329,6 +377,10 @@ def _classify_summits(
         ).query(positions)
         is_lost = distance > NEAR
         drop = reference_summits.height - moving_summits.height[nearest]
-    fate = np.where(worn[indices], np.where(is_lost, LOST, np.where(drop > DETECTED * noise, LOWERED, KEPT)), KEPT)
+    fate = np.where(
+        worn[indices],
+        np.where(is_lost, LOST, np.where(drop > DETECTED * noise, LOWERED, KEPT)),
+        KEPT,
+    )
     has_height = np.isfinite(registered_map.heights[indices])
     return (positions * reference.pixel_size)[has_height], fate[has_height]

@@ -13,7 +13,8 @@ Interpolation = Literal["spline", "fourier", "none"]
 Pixel = tuple[float, float]
 
 COINCIDENT = 1e-9  # distance in pixels within which two points coincide
-# Points by which a map is extended beyond its border: a spline decays by √3 - 2 = -0.27 per point, here to rounding.
+# Points by which a map is extended beyond its border: a spline decays by √3 - 2 = -0.27 per point,
+# here to rounding.
 MARGIN = 28
 
 
@@ -35,19 +36,27 @@ def resample(
 ) -> Floats:
     """Return the heights of a map, centred on another grid, shifted and rotated, at the points of that grid.
 
-    The map (nx, ny) is shifted by ``shift`` [m] along x and y, and rotated by ``rotation`` [rad] from x towards y. The
-    other grid has ``shape`` points, ``onto`` [m] apart. The heights are exact where points coincide, NaN outside the
-    map and where splines would need a missing point. README.md, "Sum", describes the interpolations. InputError if the
-    interpolation is not possible for this map, or one of map and grid is a profile.
+    The map (nx, ny) is shifted by ``shift`` [m] along x and y, and rotated by ``rotation`` [rad]
+    from x towards y. The other grid has ``shape`` points, ``onto`` [m] apart. The heights are exact
+    where points coincide, NaN outside the map and where splines would need a missing point.
+    README.md, "Sum", describes the interpolations. InputError if the interpolation is not possible
+    for this map, or one of map and grid is a profile.
     """
     offset, angle = _check_transform(heights.shape, shape, shift, rotation)
     _check_interpolation(interpolation, heights, pixel_size, onto, periodic=periodic, angle=angle)
     indices = _indices(heights.shape, pixel_size, shape, onto, shift=offset, angle=angle)
     if interpolation == "none":
         # one common shift, since single points might be rounded in different directions
-        indices = [np.rint(position.flat[0]) + np.rint(position - position.flat[0]) for position in indices]
-    x, y = (_index_on_map(position, size, periodic) for position, size in zip(indices, heights.shape, strict=True))
-    if all(np.all((coordinate == np.rint(coordinate)) | np.isnan(coordinate)) for coordinate in (x, y)):
+        indices = [
+            np.rint(position.flat[0]) + np.rint(position - position.flat[0]) for position in indices
+        ]
+    x, y = (
+        _index_on_map(position, size, periodic)
+        for position, size in zip(indices, heights.shape, strict=True)
+    )
+    if all(
+        np.all((coordinate == np.rint(coordinate)) | np.isnan(coordinate)) for coordinate in (x, y)
+    ):
         return _pick(heights, x, y)
     if interpolation == "fourier":
         return _interpolate_by_waves(heights, x.ravel(), y.ravel())
@@ -60,37 +69,57 @@ def _check_transform(
     """Return the shift along x and y [m] and the rotation [rad]."""
     offset = as_floats("shift", shift)
     if offset.shape != (2,):
-        raise InputError(f"shift has shape {offset.shape}; expected one length along x and one along y")
+        raise InputError(
+            f"shift has shape {offset.shape}; expected one length along x and one along y"
+        )
     angle = scalar("rotation", rotation)
     if any(
-        (map_points == 1) != (grid_points == 1) for map_points, grid_points in zip(map_shape, grid_shape, strict=True)
+        (map_points == 1) != (grid_points == 1)
+        for map_points, grid_points in zip(map_shape, grid_shape, strict=True)
     ):
         raise InputError(
             f"surfaces of {map_shape} and {grid_shape} points; expected two maps, or two profiles along the same axis"
         )
     narrow = [axis for axis in (0, 1) if map_shape[axis] == 1]
     if narrow and (angle != 0 or any(offset[axis] != 0 for axis in narrow)):
-        raise InputError("a profile cannot be rotated or shifted sideways; expected a shift along it")
+        raise InputError(
+            "a profile cannot be rotated or shifted sideways; expected a shift along it"
+        )
     return (float(offset[0]), float(offset[1])), angle
 
 
 def _check_interpolation(
-    interpolation: str, heights: Floats, pixel_size: Pixel, onto: Pixel, *, periodic: bool, angle: float
+    interpolation: str,
+    heights: Floats,
+    pixel_size: Pixel,
+    onto: Pixel,
+    *,
+    periodic: bool,
+    angle: float,
 ) -> None:
     methods = get_args(Interpolation)
     if interpolation not in methods:
-        raise InputError(f"interpolation is {interpolation!r}; {nearest(str(interpolation), methods)}")
+        raise InputError(
+            f"interpolation is {interpolation!r}; {nearest(str(interpolation), methods)}"
+        )
     steps = zip(heights.shape, pixel_size, onto, strict=True)
     if interpolation == "spline":
         problem = ""
     elif angle != 0:
         problem = "a rotated surface; expected no rotation"
     elif interpolation == "none":
-        alike = all(size == 1 or math.isclose(pixel, step, rel_tol=COINCIDENT / size) for size, pixel, step in steps)
+        alike = all(
+            size == 1 or math.isclose(pixel, step, rel_tol=COINCIDENT / size)
+            for size, pixel, step in steps
+        )
         problem = "" if alike else f"pixels of {pixel_size} m and {onto} m; expected one pixel size"
     else:
         is_series = periodic and not np.isnan(heights).any()
-        problem = "" if is_series else "a surface with a border or missing points; expected a periodic one without"
+        problem = (
+            ""
+            if is_series
+            else "a surface with a border or missing points; expected a periodic one without"
+        )
     if problem:
         raise InputError(f"interpolation is {interpolation!r} for {problem}, or 'spline'")
 
@@ -105,14 +134,23 @@ def _indices(
     angle: float,
 ) -> list[Floats]:
     """Return the positions of the grid points on the map along x and y, in pixels from its first point."""
-    x, y = (centred_positions(size, pixel) - move for size, pixel, move in zip(grid_shape, onto, shift, strict=True))
+    x, y = (
+        centred_positions(size, pixel) - move
+        for size, pixel, move in zip(grid_shape, onto, shift, strict=True)
+    )
     if angle == 0:
         positions = [x[:, None], y[None, :]]
     else:
         cosine, sine = np.cos(angle), np.sin(angle)
-        positions = [cosine * x[:, None] + sine * y[None, :], cosine * y[None, :] - sine * x[:, None]]
+        positions = [
+            cosine * x[:, None] + sine * y[None, :],
+            cosine * y[None, :] - sine * x[:, None],
+        ]
     steps = zip(positions, pixel_size, map_shape, strict=True)
-    return [np.asarray(position / pixel + (size - 1) / 2, dtype=np.float64) for position, pixel, size in steps]
+    return [
+        np.asarray(position / pixel + (size - 1) / 2, dtype=np.float64)
+        for position, pixel, size in steps
+    ]
 
 
 def _index_on_map(index: Floats, size: int, periodic: bool) -> Floats:
@@ -137,16 +175,22 @@ def _interpolate_by_splines(heights: Floats, x: Floats, y: Floats, *, periodic: 
     inside = np.isfinite(x) & np.isfinite(y)
     points = np.stack(np.broadcast_arrays(np.nan_to_num(x), np.nan_to_num(y)))
     if missing.any():
-        # the spline needs a value everywhere; heights that depend on filled points are removed below
+        # the spline needs a value everywhere; heights that depend on filled points are removed
+        # below
         heights = _fill_missing(heights, missing, periodic)
         mode = "grid-wrap" if periodic else "nearest"
-        inside &= ndimage.map_coordinates(missing.astype(np.float64), points, order=1, mode=mode) == 0
+        inside &= (
+            ndimage.map_coordinates(missing.astype(np.float64), points, order=1, mode=mode) == 0
+        )
     if periodic:
         smooth: Floats = ndimage.map_coordinates(heights, points, order=3, mode="grid-wrap")
     else:
-        # odd reflection continues a slope beyond the border, where the spline would otherwise be level
+        # odd reflection continues a slope beyond the border, where the spline would otherwise be
+        # level
         margins = [MARGIN if size > 1 else 0 for size in heights.shape]
-        heights = np.pad(heights, [(margin, margin) for margin in margins], mode="reflect", reflect_type="odd")
+        heights = np.pad(
+            heights, [(margin, margin) for margin in margins], mode="reflect", reflect_type="odd"
+        )
         points += np.reshape(margins, (2, 1, 1))
         smooth = ndimage.map_coordinates(heights, points, order=3, mode="mirror")
     return np.where(inside, smooth, np.nan)
@@ -154,14 +198,17 @@ def _interpolate_by_splines(heights: Floats, x: Floats, y: Floats, *, periodic: 
 
 def _interpolate_by_waves(heights: Floats, x: Floats, y: Floats) -> Floats:
     """Return the heights (m, n) at the fractional indices x (m,) by y (n,) of a periodic map without missing points."""
-    result: Floats = _wave_weights(x, heights.shape[0]) @ heights @ _wave_weights(y, heights.shape[1]).T
+    result: Floats = (
+        _wave_weights(x, heights.shape[0]) @ heights @ _wave_weights(y, heights.shape[1]).T
+    )
     return result
 
 
 def _wave_weights(index: Floats, count: int) -> Floats:
     """Return the weight of each of `count` periodic points at each index: the mean of all their Fourier modes.
 
-    At a distance of t points sin(πt)/(n sin(πt/n)) for odd n, else sin(πt)/(n tan(πt/n)) (the Dirichlet kernels).
+    At a distance of t points sin(πt)/(n sin(πt/n)) for odd n, else sin(πt)/(n tan(πt/n)) (the
+    Dirichlet kernels).
     """
     distance = index[:, None] - np.arange(count)
     # from the nearest periodic image, since sines lose digits near their zeros
@@ -188,13 +235,19 @@ def _fill_missing(heights: Floats, missing: Booleans, periodic: bool) -> Floats:
     for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
         neighbour = points + step
         wrapped = neighbour % heights.shape
-        on_map = np.flatnonzero((wrapped == neighbour).all(axis=1)) if not periodic else np.arange(len(points))
+        on_map = (
+            np.flatnonzero((wrapped == neighbour).all(axis=1))
+            if not periodic
+            else np.arange(len(points))
+        )
         at = tuple(wrapped[on_map].T)
         neighbours[on_map] += 1
         known_sum[on_map] += np.where(missing[at], 0.0, heights[at])
         pairs.append(np.stack([on_map, number[at]])[:, missing[at]])
     both = np.concatenate(pairs, axis=1)
-    matrix = sparse.diags_array(neighbours) - sparse.coo_array((np.ones(both.shape[1]), both), shape=(len(points),) * 2)
+    matrix = sparse.diags_array(neighbours) - sparse.coo_array(
+        (np.ones(both.shape[1]), both), shape=(len(points),) * 2
+    )
     filled = heights.copy()
     # points not converged after 1000 steps are deep in a large gap, where no height is interpolated
     filled[missing] = sparse.linalg.cg(matrix.tocsr(), known_sum, rtol=1e-13, maxiter=1000)[0]

@@ -1,7 +1,7 @@
 """Statistics of a height map: heights, slopes and curvatures, autocorrelation.
 
-The functions expect the validated heights of a `Surface`, whose methods document the results. A profile, (n, 1) or
-(1, n), has statistics along its long axis only.
+The functions expect the validated heights of a `Surface`, whose methods document the results. A
+profile, (n, 1) or (1, n), has statistics along its long axis only.
 """
 
 import math
@@ -38,15 +38,18 @@ class HeightStatistics:
     mean: float  #: mean height over the datum [m]
     rms_height: float  #: Rq, or σ_z: root mean square height about the mean [m]
     mean_deviation: float  #: Ra: mean absolute height about the mean [m]
-    #: Rz: highest minus lowest point of the whole map [m]: Sz of ISO 25178-2, not the mean over sampling lengths.
+    #: Rz: highest minus lowest point of the whole map [m]: Sz of ISO 25178-2, not the mean over
+    #: sampling lengths.
     height_range: float
-    skewness: float  #: third moment of the heights over Rq³ [1], 0 for a Gaussian surface; NaN where all are equal
-    kurtosis: float  #: fourth moment of the heights over Rq⁴ [1], 3 for a Gaussian surface; NaN where all are equal
-    #: σ_s [1]: root mean square of s = (s_x + s_y)/2 with s_x = |z(x) - z(x+1)|/p_x; s = s_x on a profile. NaN if
-    #: no point has a neighbour.
+    #: third moment of the heights over Rq³ [1], 0 for a Gaussian surface; NaN where all are equal
+    skewness: float
+    #: fourth moment of the heights over Rq⁴ [1], 3 for a Gaussian surface; NaN where all are equal
+    kurtosis: float
+    #: σ_s [1]: root mean square of s = (s_x + s_y)/2 with s_x = |z(x) - z(x+1)|/p_x; s = s_x on a
+    #: profile. NaN if no point has a neighbour.
     rms_slope: float
-    #: σ_κ [1/m]: root mean square of κ = (κ_x + κ_y)/2 with κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y; κ = κ_x on
-    #: a profile. NaN if no point has neighbours on both sides.
+    #: σ_κ [1/m]: root mean square of κ = (κ_x + κ_y)/2 with κ_x = |z(x-1) - 2z + z(x+1)|/p_x²,
+    #: likewise κ_y; κ = κ_x on a profile. NaN if no point has neighbours on both sides.
     rms_curvature: float
     #: m0 = Rq², and m2 and m4 from the same differences with their sign: the mean of x and y of their mean squares.
     #: Differences over a pixel miss waves shorter than a few pixels, so that they are lower limits.
@@ -66,7 +69,9 @@ class HeightStatistics:
 class Autocorrelation:
     """Autocorrelation function ρ of a surface, from `Surface.autocorrelation`."""
 
-    lags_x: Floats  #: (lag) Along x [m], from minus to plus half the length of the surface; 0 alone across a profile.
+    #: (lag) Along x [m], from minus to plus half the length of the surface; 0 alone across a
+    #: profile.
+    lags_x: Floats
     lags_y: Floats  #: (lag) Likewise along y.
     #: (lag_x, lag_y) ρ [1], 1 at lag 0; NaN at lags that no two present points have.
     values: Floats = attrs.field(repr=False)
@@ -74,7 +79,8 @@ class Autocorrelation:
     def length(self, axis: Axis, level: float = 0.1) -> float:
         """Return the autocorrelation length along an axis [m]: the first lag at which ρ falls to a level, -1 to 1.
 
-        Linear between the lags; NaN if ρ stays above the level. InputError for another axis or level.
+        Linear between the lags; NaN if ρ stays above the level. InputError for another axis or
+        level.
         """
         if axis not in ("x", "y"):
             raise InputError(f"axis is {axis!r}; expected 'x' or 'y'")
@@ -130,11 +136,16 @@ def autocorrelation(z: Floats, pixel_size: Pixel, *, periodic: bool) -> Autocorr
     deviation[present] = _split_mean(z[present])[1]
     greatest = np.abs(deviation).max()
     if greatest == 0:
-        raise InputError("all heights are equal; expected a rough surface, since a flat one has no autocorrelation")
+        raise InputError(
+            "all heights are equal; expected a rough surface, since a flat one has no autocorrelation"
+        )
     # scaled by the maximum, so that squares keep their digits
     deviation /= greatest
-    # zero padding by half the length separates lags up to half the length from their periodic images
-    shape = z.shape if periodic else tuple(fft.next_fast_len(n + n // 2, real=True) for n in z.shape)
+    # zero padding by half the length separates lags up to half the length from their periodic
+    # images
+    shape = (
+        z.shape if periodic else tuple(fft.next_fast_len(n + n // 2, real=True) for n in z.shape)
+    )
     steps = [np.arange(-(n // 2), n // 2 + 1) for n in z.shape]
     # negative lags are at the end of the transform, as negative indices
     pairs = np.rint(_sum_products(present, shape)[np.ix_(*steps)])
@@ -176,7 +187,11 @@ def _difference_moments(z: Floats, pixel: Pixel, order: int, periodic: bool) -> 
     if len(axes) == 2 and not periodic:
         # only points that have a difference along both axes
         differences = [differences[0][:, order - 1 : -1], differences[1][order - 1 : -1, :]]
-    average = np.abs(differences[0]) if len(differences) == 1 else (np.abs(differences[0]) + np.abs(differences[1])) / 2
+    average = (
+        np.abs(differences[0])
+        if len(differences) == 1
+        else (np.abs(differences[0]) + np.abs(differences[1])) / 2
+    )
     return math.sqrt(_mean_square(average)), moment
 
 

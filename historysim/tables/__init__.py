@@ -59,12 +59,13 @@ def read_table(
 ) -> Table:
     """Read columns of a file, converted to SI, under the keys of ``columns``.
 
-    A key may have several SI units in ``units``: the first compatible one is used. Missing values are NaN if
-    ``missing``, else an error. Columns that start at different times in the file, or have different intervals, are
-    interpolated onto the times of the first one if ``by_time``, else an error. Raises InputError, with line or row and
-    column: an unreadable or damaged file, a column that does not exist or is ambiguous, an unknown or incompatible
-    unit, no rows or too many, columns of different lengths, a row with surplus values, a value that is missing,
-    infinite or not a number.
+    A key may have several SI units in ``units``: the first compatible one is used. Missing values
+    are NaN if ``missing``, else an error. Columns that start at different times in the file, or
+    have different intervals, are interpolated onto the times of the first one if ``by_time``, else
+    an error. Raises InputError, with line or row and column: an unreadable or damaged file, a
+    column that does not exist or is ambiguous, an unknown or incompatible unit, no rows or too
+    many, columns of different lengths, a row with surplus values, a value that is missing, infinite
+    or not a number.
     """
     path = Path(path)
     si_units = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
@@ -73,7 +74,9 @@ def read_table(
             with error_path("columns", key, "unit"):
                 fit_unit(column.unit, si_units[key])
     with _named_errors(path):
-        file_columns, lines, notices, joined = _file_columns(path, columns, format or Format(), missing)
+        file_columns, lines, notices, joined = _file_columns(
+            path, columns, format or Format(), missing
+        )
         table = _table_in_si(columns, file_columns, lines, si_units)
         if joined is not None:
             if not by_time:
@@ -94,16 +97,24 @@ def _table_in_si(
     """Convert the columns of a file to SI."""
     import numpy as np
 
-    rows = max((len(column.values) for column in file_columns.values()), default=0) if lines is None else len(lines)
+    rows = (
+        max((len(column.values) for column in file_columns.values()), default=0)
+        if lines is None
+        else len(lines)
+    )
     table = Table({}, {}, lines, (rows,))
     for key, column in file_columns.items():
         name = f"column {column.name}"
-        table.units[key], factor = resolve_unit(columns[key].unit, column.units, si_units[key], name)
+        table.units[key], factor = resolve_unit(
+            columns[key].unit, column.units, si_units[key], name
+        )
         with np.errstate(over="ignore", invalid="ignore"):
             table.columns[key] = values = column.values * factor
         if np.isinf(values).any():
             row = int(np.argmax(np.isinf(values)))
-            raise InputError(f"{table.place(row)}, {name}: {column.values[row]:g} is beyond the largest float in SI")
+            raise InputError(
+                f"{table.place(row)}, {name}: {column.values[row]:g} is beyond the largest float in SI"
+            )
     return table
 
 
@@ -134,7 +145,8 @@ def join_tables(files: Sequence[str], tables: Sequence[Table]) -> Table:
                     f"{key} is in {units[key]} in {files[0]} and in {unit} in {file}; expected one quantity in all"
                 )
     inside = [
-        np.ones(sum(table.file_rows), dtype=np.bool_) if table.inside is None else table.inside for table in tables
+        np.ones(sum(table.file_rows), dtype=np.bool_) if table.inside is None else table.inside
+        for table in tables
     ]
     return Table(
         {key: np.concatenate([table.columns[key] for table in tables]) for key in units},
@@ -142,7 +154,9 @@ def join_tables(files: Sequence[str], tables: Sequence[Table]) -> Table:
         inside=np.concatenate(inside),
         file_rows=tuple(rows for table in tables for rows in table.file_rows),
         notices=tuple(
-            f"{file}: {notice}" for file, table in zip(files, tables, strict=True) for notice in table.notices
+            f"{file}: {notice}"
+            for file, table in zip(files, tables, strict=True)
+            for notice in table.notices
         ),
     )
 
@@ -179,7 +193,10 @@ def column_names(path: str | PathLike[str], format: Format | None = None) -> lis
             return [array.name for array in contents.arrays]
 
 
-def summarise_text(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above
+def summarise_text(
+    path: str | PathLike[str],
+    format: Format | None = None,  # noqa: A002 - as above
+) -> tuple[list[str], int]:
     """Summarise the tables (blocks) of a text file in lines, and return their number.
 
     The lines of a file of arrays name contents that are not read. Errors as for `describe`.
@@ -208,7 +225,9 @@ def header_lines(path: str | PathLike[str], format: Format | None = None) -> lis
         lines, layout = text
         blocks, _ = survey(lines, layout)
         block = blocks[min(layout.block or 1, len(blocks)) - 1]
-        return [line.lstrip(f"{layout.comment} ") for line in lines[block.start : block.first_line - 1]]
+        return [
+            line.lstrip(f"{layout.comment} ") for line in lines[block.start : block.first_line - 1]
+        ]
 
 
 @contextmanager
@@ -259,12 +278,18 @@ def _file_columns(
         from historysim.tables import from_text
 
         lines, written = text
-        file_columns, numbers, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
+        file_columns, numbers, notices = from_text.read(
+            lines, columns, written, missing=missing, most_rows=MOST_ROWS
+        )
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
-            notices.append(f"is not UTF-8, read as {from_text.WINDOWS}; if names or units look wrong, set encoding")
+            notices.append(
+                f"is not UTF-8, read as {from_text.WINDOWS}; if names or units look wrong, set encoding"
+            )
         return file_columns, numbers, notices, None
     from historysim.tables import arrays
 
     with find_reader(path, TableReader).open(path, layout) as contents:
-        file_columns, joined = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
+        file_columns, joined = arrays.read(
+            contents, columns, layout, missing=missing, most_rows=MOST_ROWS
+        )
         return file_columns, None, [], joined

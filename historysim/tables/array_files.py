@@ -36,12 +36,14 @@ def _library(module: str, name: str, extra: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise InputError(f'is read by {name}, which is not installed; pip install "historysim[{extra}]"') from error
+        raise InputError(
+            f'is read by {name}, which is not installed; pip install "historysim[{extra}]"'
+        ) from error
 
 
 # -- HDF5, through h5py ----------------------------------------------------------------------------
-# not through netCDF4, which refuses a file for one dangling link or one dataset without a dataspace, and ends the
-# process at a group that contains itself
+# not through netCDF4, which refuses a file for one dangling link or one dataset without a
+# dataspace, and ends the process at a group that contains itself
 
 
 @contextmanager
@@ -79,7 +81,9 @@ def _arrays_of_dataset(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
     unit = _attribute(dataset, "units") or _attribute(dataset, "unit")
     settings = _settings(dataset)
     if dataset.dtype.names is None:
-        yield Array(name, dataset.shape, lambda selection: _read(dataset, selection), unit, settings)
+        yield Array(
+            name, dataset.shape, lambda selection: _read(dataset, selection), unit, settings
+        )
     for field in dataset.dtype.names or ():
         of_field = dataset.fields(field)
         yield Array(f"{name}/{field}", dataset.shape, of_field.__getitem__, "", settings)
@@ -116,7 +120,13 @@ class Hdf5Reader(TableReader):
     def open(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
         """Open an HDF5 file; InputError if it is damaged or has another format."""
         with _datasets(path, "HDF5") as by_path, reading_errors("HDF5"):
-            yield Contents([array for name, dataset in by_path.items() for array in _arrays_of_dataset(name, dataset)])
+            yield Contents(
+                [
+                    array
+                    for name, dataset in by_path.items()
+                    for array in _arrays_of_dataset(name, dataset)
+                ]
+            )
 
 
 # -- netCDF ----------------------------------------------------------------------------------------
@@ -125,7 +135,9 @@ class Hdf5Reader(TableReader):
 def _variables(group: Any, above: str) -> Iterator[Array]:
     for name, variable in group.variables.items():
         if isinstance(variable.dtype, np.dtype):
-            settings = {key: variable.getncattr(key) for key in variable.ncattrs() if key.lower() in NAMES}
+            settings = {
+                key: variable.getncattr(key) for key in variable.ncattrs() if key.lower() in NAMES
+            }
             unit = _unit(getattr(variable, "units", ""))
             yield Array(above + name, variable.shape, variable.__getitem__, unit, settings)
     for name, inner in group.groups.items():
@@ -157,13 +169,24 @@ class NetCDFReader(TableReader):
 
 
 # -- MATLAB, version 5 -----------------------------------------------------------------------------
-# A separate reader, since the one of SciPy ends the process at many damaged files. The format is described in
-# "MAT-File Format", The MathWorks, R2023b.
+# A separate reader, since the one of SciPy ends the process at many damaged files. The format is
+# described in "MAT-File Format", The MathWorks, R2023b.
 
 _HEADER = 128
 # types of elements
 _MATRIX, _COMPRESSED = 14, 15
-_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_NUMBERS = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
 _TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 MOST_STRUCTURES = 1000  # largest number of structures or cells of an array that is read
 _CLASSES = {1: "cells", 2: "structures", 3: "an object", 4: "texts", 5: "sparse", 16: "a function"}
@@ -174,7 +197,9 @@ _LOGICAL, _COMPLEX = 0x200, 0x800
 
 def _contents_5(content: bytes, order: str) -> Contents:
     contents = Contents([])
-    for kind, element in _decompress(_elements(memoryview(content)[_HEADER:], order), order, len(content)):
+    for kind, element in _decompress(
+        _elements(memoryview(content)[_HEADER:], order), order, len(content)
+    ):
         if kind == _MATRIX:
             _gather(contents, None, element, order)
     return contents
@@ -206,9 +231,18 @@ def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview
     while start < len(content):
         (tag,) = struct.unpack_from(f"{order}I", content, start)
         if tag >> 16:  # a small element: the tag itself holds its length and four bytes
-            kind, length, content_start, following = tag & 0xFFFF, min(tag >> 16, 4), start + 4, start + 8
+            kind, length, content_start, following = (
+                tag & 0xFFFF,
+                min(tag >> 16, 4),
+                start + 4,
+                start + 8,
+            )
         else:
-            kind, length, content_start = tag, struct.unpack_from(f"{order}I", content, start + 4)[0], start + 8
+            kind, length, content_start = (
+                tag,
+                struct.unpack_from(f"{order}I", content, start + 4)[0],
+                start + 8,
+            )
             following = content_start + length + (0 if kind == _COMPRESSED else -length % 8)
         if content_start + length > len(content):
             raise InputError("is cut short, or damaged")
@@ -223,7 +257,8 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
     (_, flags), (_, sizes), (_, variable_name), *rest = _elements(matrix, order)
     (flag,) = struct.unpack_from(f"{order}I", flags)
     if flag & 0xFF == _OPAQUE:
-        # an object of a class such as string, table or datetime has no shape, but name, type system and class
+        # an object of a class such as string, table or datetime has no shape, but name, type system
+        # and class
         class_name = bytes(rest[0][1]).decode("latin-1")
         contents.skipped[bytes(sizes).decode("latin-1") if name is None else name] = class_name
         return
@@ -238,10 +273,17 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
     if kind == _STRUCTURE and 0 < math.prod(shape) <= MOST_STRUCTURES:
         (_, width), (_, names), *values = rest
         size = int(np.frombuffer(width, f"{order}i4")[0])
-        fields = [bytes(names[start : start + size]).partition(b"\0")[0] for start in range(0, len(names), size)]
+        fields = [
+            bytes(names[start : start + size]).partition(b"\0")[0]
+            for start in range(0, len(names), size)
+        ]
         # fields of an array of structures are stored one structure after the other
         is_single = math.prod(shape) == 1
-        elements = [name] if is_single else [f"{name}({number})" for number in range(1, math.prod(shape) + 1)]
+        elements = (
+            [name]
+            if is_single
+            else [f"{name}({number})" for number in range(1, math.prod(shape) + 1)]
+        )
         paths = [f"{element}.{field.decode('latin-1')}" for element in elements for field in fields]
         for path, (_, value) in zip(paths, values, strict=True):
             _gather(contents, path, value, order)
@@ -275,7 +317,12 @@ def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, or
 # -- MATLAB, version 7.3 ---------------------------------------------------------------------------
 
 
-_NUMERIC_7 = {"", "double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
+_NUMERIC_7 = {
+    "",
+    "double",
+    "single",
+    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
+}
 _DEEPEST = 20  # largest depth of cells and structures
 
 
@@ -285,23 +332,32 @@ def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
         if path.startswith("#"):
             continue
         parts = path.split("/")
-        groups = {".".join(parts[:end]): dataset.file["/".join(parts[:end])] for end in range(1, len(parts))}
+        groups = {
+            ".".join(parts[:end]): dataset.file["/".join(parts[:end])]
+            for end in range(1, len(parts))
+        }
         classes = {name: _attribute(group, "MATLAB_class") for name, group in groups.items()}
-        if other := next((name for name, kind in classes.items() if kind not in {"", "struct"}), None):
+        if other := next(
+            (name for name, kind in classes.items() if kind not in {"", "struct"}), None
+        ):
             _gather_7(contents, other, groups[other])
         else:
             _gather_7(contents, ".".join(parts), dataset)
     return contents
 
 
-def _gather_7(contents: Contents, name: str, item: "h5py.Dataset | h5py.Group", depth: int = 0) -> None:
+def _gather_7(
+    contents: Contents, name: str, item: "h5py.Dataset | h5py.Group", depth: int = 0
+) -> None:
     """Add a variable, the fields of a structure, or the elements that the references of cells and structures name."""
     if depth > _DEEPEST:
         raise InputError(f"is damaged: {name[:40]!r} is nested more than {_DEEPEST} deep")
     kind = _attribute(item, "MATLAB_class")
     if not hasattr(item, "shape"):
         if kind != "struct" or "MATLAB_sparse" in item.attrs:
-            contents.skipped[name] = "sparse" if "MATLAB_sparse" in item.attrs else kind or "another class"
+            contents.skipped[name] = (
+                "sparse" if "MATLAB_sparse" in item.attrs else kind or "another class"
+            )
             return
         for field, inner in item.items():
             _gather_7(contents, f"{name}.{field}", inner, depth + 1)
@@ -317,13 +373,17 @@ def _gather_7(contents: Contents, name: str, item: "h5py.Dataset | h5py.Group", 
             # fields of an array of structures are arrays of references
             element = f"{name}{{{number}}}" if kind else f"{above}({number}).{field}"
             _gather_7(contents, element, item.file[reference], depth + 1)
-    elif item.dtype.kind in "fiu" and kind in _NUMERIC_7 and "MATLAB_object_decode" not in item.attrs:
+    elif (
+        item.dtype.kind in "fiu" and kind in _NUMERIC_7 and "MATLAB_object_decode" not in item.attrs
+    ):
         # HDF5 stores the dimensions in reverse order
         read = partial(lambda data, selection: data[selection[::-1]], item)
         contents.arrays.append(Array(name, item.shape[::-1], read, "", _settings(item)))
     else:
         shape = " × ".join(map(str, item.shape[::-1]))
-        contents.skipped[name] = kind if "MATLAB_object_decode" in item.attrs else f"{shape}, {kind or 'another class'}"
+        contents.skipped[name] = (
+            kind if "MATLAB_object_decode" in item.attrs else f"{shape}, {kind or 'another class'}"
+        )
 
 
 @READERS.register
@@ -347,7 +407,9 @@ class MatlabReader(TableReader):
                 contents = _contents_5(path.read_bytes(), order)
             yield contents
         else:
-            raise InputError("is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3")
+            raise InputError(
+                "is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3"
+            )
 
 
 # -- TDMS ------------------------------------------------------------------------------------------
@@ -375,14 +437,24 @@ def _strict() -> Iterator[None]:
 
 def _arrays_of_channel(channel: Any, origin: TimeBase | None) -> Iterator[Array]:
     """Yield a channel, and its times since the date of another one, if they are known."""
-    name, length, settings = f"{channel.group_name}/{channel.name}", (len(channel),), dict(channel.properties)
+    name, length, settings = (
+        f"{channel.group_name}/{channel.name}",
+        (len(channel),),
+        dict(channel.properties),
+    )
     unit = str(settings.get("unit_string", ""))
     yield Array(name, length, lambda selection: channel[selection[0]], unit, settings)
     base = TimeBase.from_settings(settings)
     if base is None:
         return
     since = base if origin is None or np.isnan(base.start_after(origin)) else origin
-    yield Array(f"{name}/time", length, lambda selection: base.times(*length, since)[selection[0]], "s", settings)
+    yield Array(
+        f"{name}/time",
+        length,
+        lambda selection: base.times(*length, since)[selection[0]],
+        "s",
+        settings,
+    )
 
 
 @READERS.register
@@ -395,14 +467,23 @@ class TdmsReader(TableReader):
     def open(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
         """Open a TDMS file; InputError if it is damaged, has another format, or npTDMS is missing."""
         nptdms = _library("nptdms", "npTDMS", "tdms")
-        with reading_errors("TDMS"), path.open("rb") as stream, _strict(), nptdms.TdmsFile.open(stream) as file:
+        with (
+            reading_errors("TDMS"),
+            path.open("rb") as stream,
+            _strict(),
+            nptdms.TdmsFile.open(stream) as file,
+        ):
             if file.file_status.incomplete_final_segment:
-                raise InputError("is cut short: its last segment is not complete; save the file again without it")
+                raise InputError(
+                    "is cut short: its last segment is not complete; save the file again without it"
+                )
             channels = [channel for group in file.groups() for channel in group.channels()]
             bases = [TimeBase.from_settings(channel.properties) for channel in channels]
             dated = [base for base in bases if base is not None and base.date is not None]
             origin = min(dated, key=lambda base: base.start_after(dated[0])) if dated else None
-            yield Contents([array for channel in channels for array in _arrays_of_channel(channel, origin)])
+            yield Contents(
+                [array for channel in channels for array in _arrays_of_channel(channel, origin)]
+            )
 
 
 # -- JSON ------------------------------------------------------------------------------------------
@@ -431,7 +512,9 @@ def _gather_json(contents: Contents, name: str, value: object) -> None:
         for number, record in enumerate(value):
             for key, item in record.items():
                 by_key.setdefault(key, {})[number] = item
-        contents.arrays.extend(_array_of_records(above + key, items, len(value)) for key, items in by_key.items())
+        contents.arrays.extend(
+            _array_of_records(above + key, items, len(value)) for key, items in by_key.items()
+        )
     else:
         contents.arrays.append(_array_of_lists(name, value))
 
@@ -441,7 +524,11 @@ def _array_of_records(name: str, values: dict[int, Any], count: int) -> Array:
     if len(values) == count:
         return _array_of_lists(name, [*values.values()])
     # converted by selection, in a time proportional to the selection
-    return Array(name, (count,), lambda selection: [*map(values.get, np.arange(count)[selection[0]].tolist())])
+    return Array(
+        name,
+        (count,),
+        lambda selection: [*map(values.get, np.arange(count)[selection[0]].tolist())],
+    )
 
 
 def _array_of_lists(name: str, values: list[Any]) -> Array:
@@ -489,7 +576,11 @@ def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
     names = [*heights]
     seen = list_names([f"{name} ({rows} rows)" for name, rows in heights.items()])
     if sheet is not None:
-        chosen = names[sheet - 1 : sheet] if isinstance(sheet, int) else [name for name in names if name == sheet]
+        chosen = (
+            names[sheet - 1 : sheet]
+            if isinstance(sheet, int)
+            else [name for name in names if name == sheet]
+        )
         if not chosen:
             raise InputError(f"there is no sheet {quote(sheet)}; seen: {seen}")
         return chosen[0]
@@ -504,7 +595,11 @@ def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
 def _cell(value: object, decimal: str) -> str:
     """Return a cell as text; numbers have the decimal sign of texts."""
     if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else str(value).replace(".", decimal)
+        return (
+            str(int(value))
+            if value.is_integer() and abs(value) < 1e15
+            else str(value).replace(".", decimal)
+        )
     return " ".join(str(value).replace('"', "'").split())
 
 
@@ -518,7 +613,8 @@ class ExcelReader(LineReader):
     def open(self, path: Path, layout: Format) -> Iterator[Iterator[str]]:
         """Yield the rows of a sheet as lines.
 
-        InputError if the file is damaged, the sheet does not exist or is ambiguous, or python-calamine is missing.
+        InputError if the file is damaged, the sheet does not exist or is ambiguous, or
+        python-calamine is missing.
         """
         python_calamine = _library("python_calamine", "python-calamine", "excel")
         with reading_errors("Excel"):
@@ -531,5 +627,7 @@ class ExcelReader(LineReader):
         with reading_errors("Excel"), path.open("rb") as stream:
             book = python_calamine.CalamineWorkbook.from_filelike(stream)
             heights = {name: book.get_sheet_by_name(name).height for name in book.sheet_names}
-            rows = book.get_sheet_by_name(_sheet(heights, layout.sheet)).to_python(skip_empty_area=False)
+            rows = book.get_sheet_by_name(_sheet(heights, layout.sheet)).to_python(
+                skip_empty_area=False
+            )
         yield ("\t".join(_cell(value, layout.decimal) for value in row) + "\n" for row in rows)

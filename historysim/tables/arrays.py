@@ -12,16 +12,37 @@ import numpy as np
 from historysim.basics.arguments import Floats
 from historysim.basics.wording import format_value, list_names, nearest, quote
 from historysim.errors import InputError
-from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, field_unit
+from historysim.tables.columns import (
+    Column,
+    FileColumn,
+    Format,
+    Listing,
+    MissingValueError,
+    field_unit,
+)
 from historysim.tables.lines import MISSING, find_name
-from historysim.tables.time_bases import NAMES, JoinedColumns, TimeBase, TimedColumn, differing_bases, join_by_time
+from historysim.tables.time_bases import (
+    NAMES,
+    JoinedColumns,
+    TimeBase,
+    TimedColumn,
+    differing_bases,
+    join_by_time,
+)
 
 Selection = tuple[slice | int, ...]
 
 _UNIT_ENDINGS = (" unit", " units", "_unit", "_units", ".unit", ".units")
 _MOST_NAMED = 10  # contents that are not read and that a message names
 MOST_LISTED = 100  # columns of a matrix up to which each is listed
-_KINDS = {"b": "true and false", "c": "complex numbers", "S": "texts", "U": "texts", "M": "dates", "m": "time spans"}
+_KINDS = {
+    "b": "true and false",
+    "c": "complex numbers",
+    "S": "texts",
+    "U": "texts",
+    "M": "dates",
+    "m": "time spans",
+}
 
 
 @attrs.frozen(eq=False)
@@ -30,10 +51,12 @@ class Array:
 
     name: str  #: its name; empty if the file holds a single array without a name
     shape: tuple[int, ...]
-    #: Reads a selection (as in NumPy): a NumPy array, masked or not, or a list with None for missing values.
+    #: Reads a selection (as in NumPy): a NumPy array, masked or not, or a list with None for
+    #: missing values.
     read: Callable[[Selection], Any]
     unit: str = ""  #: the unit attribute, empty without one
-    #: Attributes by name, in which start and interval of its samples are found (see `historysim.tables.time_bases`).
+    #: Attributes by name, in which start and interval of its samples are found (see
+    #: `historysim.tables.time_bases`).
     settings: Mapping[str, object] = attrs.Factory(dict)
 
 
@@ -43,7 +66,8 @@ class Contents:
 
     arrays: list[Array]
     texts: dict[str, str] = attrs.Factory(dict)
-    skipped: dict[str, str] = attrs.Factory(dict)  #: descriptions of other contents by name, for messages
+    #: descriptions of other contents by name, for messages
+    skipped: dict[str, str] = attrs.Factory(dict)
 
     @property
     def skipped_text(self) -> str:
@@ -55,12 +79,15 @@ class Contents:
     def units(self, array: Array) -> tuple[str, ...]:
         """Return the units of an array in the file: in an attribute, in its name, or in a string with a related name.
 
-        Such strings are ``force_unit``, ``units.force``, and ``unit`` for a single array of a group.
+        Such strings are ``force_unit``, ``units.force``, and ``unit`` for a single array of a
+        group.
         """
         above, dot, name = array.name.rpartition(".")
         text_names = [array.name + ending for ending in _UNIT_ENDINGS] if name else []
         text_names += [f"{above}{dot}{word}.{name}" for word in ("unit", "units")]
-        shared = [word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts]
+        shared = [
+            word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts
+        ]
         if (
             shared
             and len(_long_axes(array)) < 2
@@ -73,7 +100,8 @@ class Contents:
     def time_base(self, array: Array) -> TimeBase | None:
         """Return start and interval of an array: in its attributes, or in scalars and strings with a related name.
 
-        Such names are ``force_dt``, and ``force.dt`` for an array of the group ``force``. None if they are unknown.
+        Such names are ``force_dt``, and ``force.dt`` for an array of the group ``force``. None if
+        they are unknown.
         """
         above = array.name[: max(map(array.name.rfind, "./")) + 1]
         settings: dict[str, object] = {}
@@ -111,7 +139,9 @@ def reading_errors(kind: str) -> Iterator[None]:
         raise
     except Exception as error:
         message = (
-            str(error).strip().partition("\n")[0] if isinstance(error, OSError | ValueError | RuntimeError) else ""
+            str(error).strip().partition("\n")[0]
+            if isinstance(error, OSError | ValueError | RuntimeError)
+            else ""
         )
         reason = message or type(error).__name__
         remedy = "save it again, or give it the ending of its format"
@@ -119,16 +149,24 @@ def reading_errors(kind: str) -> Iterator[None]:
 
 
 def read(
-    contents: Contents, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
+    contents: Contents,
+    columns: Mapping[str, Column],
+    layout: Format,
+    *,
+    missing: bool,
+    most_rows: int,
 ) -> tuple[dict[str, FileColumn], JoinedColumns | None]:
     """Read columns of arrays, joined by time if their time bases differ. Errors as for `historysim.tables.read_table`.
 
     Joined columns are NaN outside their times.
     """
     file_columns = {
-        key: _read_column(contents, column, layout.transposed, most_rows) for key, column in columns.items()
+        key: _read_column(contents, column, layout.transposed, most_rows)
+        for key, column in columns.items()
     }
-    timed = [TimedColumn(column.name, column.values, column.base) for column in file_columns.values()]
+    timed = [
+        TimedColumn(column.name, column.values, column.base) for column in file_columns.values()
+    ]
     if differing_bases(timed):
         for column in file_columns.values():
             _check(column, missing=missing)
@@ -137,8 +175,12 @@ def read(
         return {key: attrs.evolve(column, values=values) for (key, column), values in pairs}, joined
     lengths = {key: len(column.values) for key, column in file_columns.items()}
     if len(set(lengths.values())) > 1:
-        counted = ", ".join(f"{file_columns[key].name} has {length}" for key, length in lengths.items())
-        raise InputError(f"columns of different lengths: {counted}; expected one value of each for every sample")
+        counted = ", ".join(
+            f"{file_columns[key].name} has {length}" for key, length in lengths.items()
+        )
+        raise InputError(
+            f"columns of different lengths: {counted}; expected one value of each for every sample"
+        )
     for column in file_columns.values():
         _check(column, missing=missing)
     return file_columns, None
@@ -153,9 +195,13 @@ def _check(column: FileColumn, *, missing: bool) -> None:
         raise kind(f"row {row + 1}, column {column.name}: {value_text}; expected a finite number")
 
 
-def _read_column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> FileColumn:
+def _read_column(
+    contents: Contents, column: Column, transposed: bool | None, most_rows: int
+) -> FileColumn:
     if description := contents.skipped.get(str(column.column)):
-        raise InputError(f"column {column.column!r} is not read ({description}); save it as an array of numbers")
+        raise InputError(
+            f"column {column.column!r} is not read ({description}); save it as an array of numbers"
+        )
     array, index = _choose_array(contents.arrays, column)
     selection, label = _select_column(array, index, transposed)
     count = _count(array, selection)
@@ -163,7 +209,9 @@ def _read_column(contents: Contents, column: Column, transposed: bool | None, mo
         raise InputError(f"column {label} has more than {most_rows:,} values; thin or split it")
     values = _to_floats(array.read(selection), label)
     if len(values) != count:
-        raise InputError(f"column {label} has {len(values)} of its {count} values; the file is cut short")
+        raise InputError(
+            f"column {label} has {len(values)} of its {count} values; the file is cut short"
+        )
     return FileColumn(label, values, contents.units(array), contents.time_base(array))
 
 
@@ -184,7 +232,9 @@ def _choose_array(arrays: Sequence[Array], column: Column) -> tuple[Array, int |
         return arrays[names.index("")], column.column
     matches = find_name(column.column, names)
     if not matches:
-        raise InputError(f"there is no column {column.column!r}; {nearest(column.column, names, in_file=True)}")
+        raise InputError(
+            f"there is no column {column.column!r}; {nearest(column.column, names, in_file=True)}"
+        )
     if len(matches) > 1:
         matching_names = list_names([names[index] for index in matches])
         raise InputError(
@@ -193,7 +243,9 @@ def _choose_array(arrays: Sequence[Array], column: Column) -> tuple[Array, int |
     return arrays[matches[0]], column.index
 
 
-def _select_column(array: Array, index: int | None, transposed: bool | None) -> tuple[Selection, str]:
+def _select_column(
+    array: Array, index: int | None, transposed: bool | None
+) -> tuple[Selection, str]:
     """Return the selection of one column of an array, and its label in messages."""
     name = repr(array.name) if array.name else "the file"
     array_text = f"column {name}" if array.name else name
@@ -203,10 +255,14 @@ def _select_column(array: Array, index: int | None, transposed: bool | None) -> 
         raise InputError(f"{array_text} has no values; expected one for each sample")
     long_axes = _long_axes(array)
     if len(long_axes) > 2:
-        raise InputError(f"{array_text} has {len(long_axes)} dimensions ({size}); expected a column, or a matrix")
+        raise InputError(
+            f"{array_text} has {len(long_axes)} dimensions ({size}); expected a column, or a matrix"
+        )
     if len(long_axes) < 2:
         if index not in {None, 1}:
-            raise InputError(f"there is no column {index} in {name}, which is a single column; leave the index out")
+            raise InputError(
+                f"there is no column {index} in {name}, which is a single column; leave the index out"
+            )
         return tuple(selection), name
     rows, columns = long_axes
     if transposed is None and array.shape[rows] <= array.shape[columns]:
@@ -219,8 +275,14 @@ def _select_column(array: Array, index: int | None, transposed: bool | None) -> 
     count = array.shape[columns]
     if index is None or index > count:
         absent = "" if index is None else f"there is no column {index} in it; "
-        example = f"{{ column = {array.name!r}, index = {count} }}" if array.name else f"{{ column = {count} }}"
-        raise InputError(f"{array_text} is a matrix of {size}; {absent}expected one of its columns, as in {example}")
+        example = (
+            f"{{ column = {array.name!r}, index = {count} }}"
+            if array.name
+            else f"{{ column = {count} }}"
+        )
+        raise InputError(
+            f"{array_text} is a matrix of {size}; {absent}expected one of its columns, as in {example}"
+        )
     selection[columns] = index - 1
     return tuple(selection), f"{index} of {name}"
 
@@ -258,8 +320,15 @@ def describe(contents: Contents, layout: Format) -> list[Listing]:
     if not contents.arrays:
         held = f"it holds {contents.skipped_text}" if contents.skipped else "it is empty"
         raise InputError(f"has no arrays of numbers; expected one or more; {held}")
-    listings = [listing for array in contents.arrays for listing in _listings(contents, array, layout.transposed)]
-    return [*listings, *(Listing(_quote(name), "", "a text", text) for name, text in contents.texts.items())]
+    listings = [
+        listing
+        for array in contents.arrays
+        for listing in _listings(contents, array, layout.transposed)
+    ]
+    return [
+        *listings,
+        *(Listing(_quote(name), "", "a text", text) for name, text in contents.texts.items()),
+    ]
 
 
 def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iterator[Listing]:
@@ -280,19 +349,27 @@ def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iter
         try:
             selection, _ = _select_column(array, index, transposed)
             start = tuple(
-                slice(0, 1) if isinstance(axis_selection, slice) else axis_selection for axis_selection in selection
+                slice(0, 1) if isinstance(axis_selection, slice) else axis_selection
+                for axis_selection in selection
             )
             value = _to_floats(array.read(start), "")
         except InputError:
             yield Listing(reference, units, " × ".join(map(str, array.shape)), "")
         else:
-            yield Listing(reference, units, str(_count(array, selection)), f"{value[0]:g}" if len(value) else "")
+            yield Listing(
+                reference,
+                units,
+                str(_count(array, selection)),
+                f"{value[0]:g}" if len(value) else "",
+            )
 
 
 def _count(array: Array, selection: Selection) -> int:
     """Return the number of values in a selection."""
     return math.prod(
-        size for size, axis_selection in zip(array.shape, selection, strict=True) if isinstance(axis_selection, slice)
+        size
+        for size, axis_selection in zip(array.shape, selection, strict=True)
+        if isinstance(axis_selection, slice)
     )
 
 

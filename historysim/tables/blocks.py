@@ -1,8 +1,8 @@
 """Find the tables (blocks) of a text, their preambles, and the lines below the last table.
 
-The form of its lines decides where a table ends. A line that begins with a word, or that has too few values and does
-not begin with a number, ends it. A line that begins with a number, or that has as many values as the rows and at least
-half of their numbers, is a row, possibly a broken one.
+The form of its lines decides where a table ends. A line that begins with a word, or that has too
+few values and does not begin with a number, ends it. A line that begins with a number, or that has
+as many values as the rows and at least half of their numbers, is a row, possibly a broken one.
 """
 
 import re
@@ -62,7 +62,9 @@ class _RowPattern:
         if len(row) < self.width or any(row[self.width :]):
             return False
         values = [row[index] for index in self.numeric]
-        return any(values) and all(not value or value == "-" or like_a_value(value) for value in values)
+        return any(values) and all(
+            not value or value == "-" or like_a_value(value) for value in values
+        )
 
     def is_broken_row(self, row: Sequence[str], *, after_blank: bool) -> bool:
         """Return True if a line that does not match is a broken row; after a blank line it must begin with a number."""
@@ -72,7 +74,12 @@ class _RowPattern:
         if like_a_value(filled[0]) and self.numeric[0] == 0:
             return True
         numbers = sum(like_a_value(row[index]) for index in self.numeric if index < len(row))
-        return not after_blank and len(row) == self.width and numbers > 0 and 2 * numbers >= len(self.numeric)
+        return (
+            not after_blank
+            and len(row) == self.width
+            and numbers > 0
+            and 2 * numbers >= len(self.numeric)
+        )
 
 
 def survey(text: Sequence[str], layout: Format) -> tuple[list[Block], list[str]]:
@@ -101,7 +108,17 @@ def survey(text: Sequence[str], layout: Format) -> tuple[list[Block], list[str]]
         if len(blocks) >= most("BLOCKS"):
             raise InputError(f"has {len(blocks) + 1:,} blocks or more; {at_most('BLOCKS')}")
         preamble = rest[: len(rest) - bool(heading.names) - bool(heading.brackets)]
-        blocks.append(Block(start, first_line, last_line, rows, tuple(preamble[:_MOST_PREAMBLE_LINES]), heading, row))
+        blocks.append(
+            Block(
+                start,
+                first_line,
+                last_line,
+                rows,
+                tuple(preamble[:_MOST_PREAMBLE_LINES]),
+                heading,
+                row,
+            )
+        )
         rest, start = [], last_line
     if not blocks:
         seen = f"the first line is {brief(rest[0])}" if rest else "it is empty"
@@ -124,11 +141,19 @@ def _next_table(
     if table is None:
         return None
     heading, row = table
-    numeric = tuple(index for index, field in enumerate(row) if index < heading.width and like_a_value(field))
-    return heading, _RowPattern(heading.delimiter, heading.width, numeric, layout.comment), tuple(row[: heading.width])
+    numeric = tuple(
+        index for index, field in enumerate(row) if index < heading.width and like_a_value(field)
+    )
+    return (
+        heading,
+        _RowPattern(heading.delimiter, heading.width, numeric, layout.comment),
+        tuple(row[: heading.width]),
+    )
 
 
-def _pass_rows(text: Sequence[str], lines_above: int, pattern: _RowPattern) -> tuple[int, int, int, int]:
+def _pass_rows(
+    text: Sequence[str], lines_above: int, pattern: _RowPattern
+) -> tuple[int, int, int, int]:
     """Return the line numbers of the first and the last row of a table, its number of rows, and the line of its end.
 
     Broken rows count. A table without rows ends at its first line.
@@ -150,7 +175,14 @@ def _pass_rows(text: Sequence[str], lines_above: int, pattern: _RowPattern) -> t
                 after_blank = after_blank or not line.strip()
                 continue
             values = fields(line, pattern.delimiter)
-            if not pattern.is_row(values) and not pattern.is_broken_row(values, after_blank=after_blank):
+            if not pattern.is_row(values) and not pattern.is_broken_row(
+                values, after_blank=after_blank
+            ):
                 return first_line, last_line, rows, last_line or lines_above + 1
-            first_line, last_line, rows, after_blank = first_line or line_number, line_number, rows + 1, False
+            first_line, last_line, rows, after_blank = (
+                first_line or line_number,
+                line_number,
+                rows + 1,
+                False,
+            )
     return first_line, last_line, rows, len(text)

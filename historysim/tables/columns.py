@@ -25,7 +25,9 @@ def _is_string(text: object) -> bool:
     return isinstance(text, str) and bool(text.strip())
 
 
-_A_NAME = Key(lambda name: _is_string(name) or _is_whole(name, 1), "a name, or a position counted from 1")
+_A_NAME = Key(
+    lambda name: _is_string(name) or _is_whole(name, 1), "a name, or a position counted from 1"
+)
 _A_COUNT = Key(lambda count: _is_whole(count, 1), "an integer of 1 or more")
 # Validator of keys that decide what happens to unusable samples.
 REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop'")
@@ -35,14 +37,17 @@ REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop
 class Column:
     """A column of a file."""
 
-    #: Its name, or its position in a text file, counted from 1. Nested names are a path: ``"run.force"`` in JSON and
-    #: MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files.
+    #: Its name, or its position in a text file, counted from 1. Nested names are a path:
+    #: ``"run.force"`` in JSON and MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files.
     column: str | int = attrs.field(validator=_A_NAME)
     #: The unit of its values; by default the unit that the file names, else SI.
-    unit: str | None = attrs.field(default=None, validator=Key(_is_string, "a string that is not blank"))
+    unit: str | None = attrs.field(
+        default=None, validator=Key(_is_string, "a string that is not blank")
+    )
     #: Which one, counted from 1, of the columns with this name in the header of a text file.
     occurrence: int | None = attrs.field(default=None, validator=_A_COUNT)
-    index: int | None = attrs.field(default=None, validator=_A_COUNT)  #: which column of a matrix, counted from 1
+    #: which column of a matrix, counted from 1
+    index: int | None = attrs.field(default=None, validator=_A_COUNT)
 
     def __attrs_post_init__(self) -> None:
         """Check that the keys select one column."""
@@ -51,14 +56,21 @@ class Column:
 
 
 def _is_delimiter(text: object) -> bool:
-    return isinstance(text, str) and len(text) == 1 and text not in "\r\n\"'.+-\0" and not text.isalnum()
+    return (
+        isinstance(text, str)
+        and len(text) == 1
+        and text not in "\r\n\"'.+-\0"
+        and not text.isalnum()
+    )
 
 
 def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: str) -> None:
     if not isinstance(value, str) or value not in {".", ","}:
         raise field_error(f'{format_value(value)}; expected "." or ","', attribute.name)
     if value == layout.delimiter:
-        raise field_error(f"{value!r} is also the delimiter; expected another character", attribute.name)
+        raise field_error(
+            f"{value!r} is also the delimiter; expected another character", attribute.name
+        )
 
 
 def _is_encoding(name: object) -> bool:
@@ -71,10 +83,13 @@ def _is_encoding(name: object) -> bool:
 
 
 def _is_comment(text: object) -> bool:
-    return text == "" or (_is_string(text) and not str(text)[0].isalnum() and str(text)[0] not in "+-.,")
+    return text == "" or (
+        _is_string(text) and not str(text)[0].isalnum() and str(text)[0] not in "+-.,"
+    )
 
 
-# without slots: subclasses that add the file name have a second base class, and two bases with slots do not combine
+# without slots: subclasses that add the file name have a second base class, and two bases with
+# slots do not combine
 @attrs.frozen(kw_only=True, slots=False)
 class Format:
     """Format of a file of numbers.
@@ -86,24 +101,25 @@ class Format:
     decimal : str
         The decimal sign of a text, ``"."`` or ``","``.
     header : int, optional
-        The line of a text that names the columns, counted from 1; 0 if there is no header. By default the first line
-        that holds all requested names. A header given by its line may have fewer names than there are columns; they
-        name the first columns.
+        The line of a text that names the columns, counted from 1; 0 if there is no header. By
+        default the first line that holds all requested names. A header given by its line may have
+        fewer names than there are columns; they name the first columns.
     encoding : str, optional
-        The encoding of a text or of JSON. By default UTF-8, or UTF-16 if the byte order mark of a text indicates it;
-        other texts are read as Windows text (cp1252).
+        The encoding of a text or of JSON. By default UTF-8, or UTF-16 if the byte order mark of a
+        text indicates it; other texts are read as Windows text (cp1252).
     comment : str
         The characters that start a comment line in a text; empty if there are no comments.
     transposed : bool, optional
-        True if each row of a matrix is a channel and each column a sample. By default a matrix with more rows than
-        columns has one sample per row, and other matrices are refused.
+        True if each row of a matrix is a channel and each column a sample. By default a matrix with
+        more rows than columns has one sample per row, and other matrices are refused.
     block : int, optional
-        The table to read from a text with several tables, counted from 1. By default the only one that has the
-        columns.
+        The table to read from a text with several tables, counted from 1. By default the only one
+        that has the columns.
     broken : str
         ``"drop"`` leaves out broken rows of a text; ``"refuse"`` makes them errors.
     sheet : str or int, optional
-        The sheet of an Excel file, by its name or its number from 1. By default the only sheet that is not empty.
+        The sheet of an Excel file, by its name or its number from 1. By default the only sheet that
+        is not empty.
 
     Raises
     ------
@@ -117,14 +133,19 @@ class Format:
     decimal: str = attrs.field(default=".", validator=_check_decimal)
     header: int | None = attrs.field(
         default=None,
-        validator=Key(lambda line: _is_whole(line, 0), "the number of a line, or 0 if there is no header"),
+        validator=Key(
+            lambda line: _is_whole(line, 0), "the number of a line, or 0 if there is no header"
+        ),
     )
     encoding: str | None = attrs.field(
-        default=None, validator=Key(_is_encoding, 'an encoding such as "utf-8", "utf-16" or "latin-1"')
+        default=None,
+        validator=Key(_is_encoding, 'an encoding such as "utf-8", "utf-16" or "latin-1"'),
     )
     comment: str = attrs.field(
         default="#",
-        validator=Key(_is_comment, 'the characters that start a comment, such as "#", or "" without comments'),
+        validator=Key(
+            _is_comment, 'the characters that start a comment, such as "#", or "" without comments'
+        ),
     )
     transposed: bool | None = attrs.field(
         default=None, validator=Key(lambda value: isinstance(value, bool), "true or false")
@@ -150,12 +171,15 @@ class Table:
 
     columns: "dict[str, Floats]"  #: (rows,) The values in SI, NaN where missing
     units: dict[str, str]  #: the SI unit of each column
-    lines: "Integers | None" = None  #: (rows,) The line number of each row in a text, counted from 1
+    #: (rows,) The line number of each row in a text, counted from 1
+    lines: "Integers | None" = None
     file_rows: tuple[int, ...] = ()  #: the number of rows of each file
     notices: tuple[str, ...] = ()  #: remarks on the reading of the file, for the user
-    #: (rows,) Times [s] of columns with different time bases, which were joined by time; None for other columns.
+    #: (rows,) Times [s] of columns with different time bases, which were joined by time; None for
+    #: other columns.
     time: "Floats | None" = None
-    inside: "Booleans | None" = None  #: (rows,) Rows within the times of all joined columns; others have NaN
+    #: (rows,) Rows within the times of all joined columns; others have NaN
+    inside: "Booleans | None" = None
 
     def place(self, row: int) -> str:
         """Return the location of a row (index from 0) in the file: ``"row 3"`` or ``"line 7"``."""
@@ -178,7 +202,8 @@ class FileColumn:
 
     name: str  #: label in messages
     values: "Floats"  #: (rows,) Values in the unit of the file, finite, or NaN where missing
-    units: tuple[str, ...] = ()  #: units that the file states: none, one, or one in each of several positions
+    #: units that the file states: none, one, or one in each of several positions
+    units: tuple[str, ...] = ()
     base: "TimeBase | None" = None  #: start and interval of its samples, if the file states them
 
 
@@ -228,13 +253,18 @@ def fit_unit(unit: str, si_units: Sequence[str]) -> tuple[str, float]:
             problems.append(error)
     if len(problems) == 1:
         raise problems[0]
-    raise InputError(f"{quote(unit)} converts to none of {', '.join(si_units)}; expected a unit that does")
+    raise InputError(
+        f"{quote(unit)} converts to none of {', '.join(si_units)}; expected a unit that does"
+    )
 
 
-def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[str], column: str) -> tuple[str, float]:
+def resolve_unit(
+    explicit: str | None, units: Sequence[str], si_units: Sequence[str], column: str
+) -> tuple[str, float]:
     """Return the SI unit of a column, one of ``si_units``, and its conversion factor.
 
-    An explicit unit takes precedence over the file. Without any unit, values are in the first of ``si_units``.
+    An explicit unit takes precedence over the file. Without any unit, values are in the first of
+    ``si_units``.
 
     Raises InputError: an incompatible unit; in the file also different or unknown units.
     """
@@ -244,8 +274,12 @@ def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[
         return si_units[0], 1.0
     if unknown := [unit for unit in units if not is_unit(unit)]:
         # the name of the column may quote it already
-        unit_text = quote(unknown[0]) if len(column) + len(unknown[0]) <= MOST_QUOTED else "its unit"
-        raise InputError(f'{column}: {unit_text} is not a known unit; set one, as in unit = "{si_units[0]}"')
+        unit_text = (
+            quote(unknown[0]) if len(column) + len(unknown[0]) <= MOST_QUOTED else "its unit"
+        )
+        raise InputError(
+            f'{column}: {unit_text} is not a known unit; set one, as in unit = "{si_units[0]}"'
+        )
     file_unit, *other_units = units
     try:
         si, factor = fit_unit(file_unit, si_units)
@@ -254,7 +288,9 @@ def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[
         hint = weight if "N" in si_units and factor_or_none(file_unit, "kg") else ""
         raise InputError(f"{column}: {error}{hint}") from error
     if conflict := next((unit for unit in other_units if not _is_same(unit, si, factor)), None):
-        raise InputError(f"{column} has two units in the file, {quote(file_unit)} and {quote(conflict)}; expected one")
+        raise InputError(
+            f"{column} has two units in the file, {quote(file_unit)} and {quote(conflict)}; expected one"
+        )
     return si, factor
 
 

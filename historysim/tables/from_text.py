@@ -37,7 +37,9 @@ from historysim.tables.lines import (
 # the start of a line that is not a row, in a table whose rows begin with numbers
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 _LIKE_A_CLOCK = re.compile(r"\d+(?=.*[/:])[\d/:. -]+\s*(?:[AaPp][Mm])?")
-_MOST_NAMED = 5  # number of blocks, or broken rows, that a message lists; more rows than that are not dropped on advice
+# number of blocks, or broken rows, that a message lists; more rows than that are not dropped on
+# advice
+_MOST_NAMED = 5
 
 WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 
@@ -100,7 +102,9 @@ def _check_lines(path: Path) -> None:
             ends = piece.count(b"\n") or piece.count(b"\r")
             line, length = line + ends, 0 if ends else length + len(piece)
             if length > longest:
-                raise InputError(f"line {line} has {length:,} bytes or more; {at_most('LINE_BYTES')}")
+                raise InputError(
+                    f"line {line} has {length:,} bytes or more; {at_most('LINE_BYTES')}"
+                )
 
 
 def _undecodable(content: bytes, encoding: str) -> str:
@@ -121,7 +125,12 @@ def _undecodable(content: bytes, encoding: str) -> str:
 
 
 def read(
-    text: Sequence[str], columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
+    text: Sequence[str],
+    columns: Mapping[str, Column],
+    layout: Format,
+    *,
+    missing: bool,
+    most_rows: int,
 ) -> tuple[dict[str, FileColumn], Integers, list[str]]:
     """Return columns of one table of a text, the line numbers of its rows, and notices.
 
@@ -148,7 +157,10 @@ def read(
 
 
 def _choose_block(
-    blocks: Sequence[Block], columns: Mapping[str, Column], layout: Format, row_error: InputError | None
+    blocks: Sequence[Block],
+    columns: Mapping[str, Column],
+    layout: Format,
+    row_error: InputError | None,
 ) -> tuple[int, int | None]:
     """Return the index of the block to read, and the line of its header if given.
 
@@ -165,7 +177,9 @@ def _choose_block(
         return layout.block - 1, no_header
     fitting = [index for index, block in enumerate(blocks) if _has_columns(block.heading, columns)]
     if count > 1 and len(fitting) != 1:
-        raise InputError(f"has {count} blocks; choose one, as in block = 2; {_blocks_text(blocks)}") from row_error
+        raise InputError(
+            f"has {count} blocks; choose one, as in block = 2; {_blocks_text(blocks)}"
+        ) from row_error
     return (fitting or [0])[0], no_header
 
 
@@ -231,7 +245,11 @@ def describe(text: Sequence[str], layout: Format) -> list[Listing]:
     listings = []
     for index, (reference, cell) in enumerate(zip(heading.references(), block.row, strict=True)):
         _, *cell_unit = split_quantity(cell) or ("",)
-        units = ["s"] if clock_seconds(cell) is not None else dict.fromkeys([*heading.units(index), *cell_unit])
+        units = (
+            ["s"]
+            if clock_seconds(cell) is not None
+            else dict.fromkeys([*heading.units(index), *cell_unit])
+        )
         listings.append(Listing(reference, ", ".join(units), str(block.rows), cell.strip()))
     return listings
 
@@ -252,9 +270,13 @@ class _MissingError(_BadRowError, MissingValueError):
 
 def _dropped_text(dropped: Sequence[_BadRowError], rows_read: int) -> str:
     """Return number, lines and common property of rows that are left out, for a message."""
-    which = ", ".join(str(error.line) for error in dropped[:_MOST_NAMED]) + (", …" if dropped[_MOST_NAMED:] else "")
+    which = ", ".join(str(error.line) for error in dropped[:_MOST_NAMED]) + (
+        ", …" if dropped[_MOST_NAMED:] else ""
+    )
     shared = _common_fault(dropped)
-    rows = f"{len(dropped):,} of {count_text(len(dropped) + rows_read, 'row', 'rows')} (line {which})"
+    rows = (
+        f"{len(dropped):,} of {count_text(len(dropped) + rows_read, 'row', 'rows')} (line {which})"
+    )
     return f"{rows}, {shared}" if shared else rows
 
 
@@ -267,7 +289,11 @@ def _common_fault(dropped: Sequence[_BadRowError]) -> str:
         return "all of them negative"
     if len(cells) == 1:
         return f"all of them {brief(dropped[0].cell)}"
-    return "in one piece" if len(dropped) > 2 and dropped[-1].line - dropped[0].line < len(dropped) else ""
+    return (
+        "in one piece"
+        if len(dropped) > 2 and dropped[-1].line - dropped[0].line < len(dropped)
+        else ""
+    )
 
 
 def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
@@ -307,8 +333,11 @@ def _lines_of_rows(
     for start in range(heading.lines_above, stop, BATCH_LINES):
         numbers = [
             line_number
-            for line_number, line in enumerate(text[start : min(start + BATCH_LINES, stop)], start + 1)
-            if line.strip(blank) and not (layout.comment and line.lstrip().startswith(layout.comment))
+            for line_number, line in enumerate(
+                text[start : min(start + BATCH_LINES, stop)], start + 1
+            )
+            if line.strip(blank)
+            and not (layout.comment and line.lstrip().startswith(layout.comment))
         ]
         if numbers:
             yield numbers, [text[line_number - 1] for line_number in numbers]
@@ -323,7 +352,11 @@ def _split_row(line_number: int, text: str, heading: Heading) -> list[str]:
         raise _BadRowError(f"line {line_number} is not a CSV table: {reason}") from error
     if not _has_width(row, heading):
         named = heading.names and not heading.mismatch
-        wide = f"the header names {heading.width} columns" if named else f"other lines have {heading.width}"
+        wide = (
+            f"the header names {heading.width} columns"
+            if named
+            else f"other lines have {heading.width}"
+        )
         raise _BadRowError(ragged_row_message(line_number, len(row), wide))
     return row
 
@@ -356,24 +389,44 @@ class _RowParser:
     missing: bool  #: True if missing values are NaN, not errors
     indices: dict[str, int]  #: indices of the columns by their keys
     clocks: set[int]  #: indices of columns of clock times
-    cell_units: dict[int, str]  #: unit of the first value, by the indices of columns whose values have units
-    #: Index of the first number in the first row: a line with a word there is not a row. -1 if that column is requested
-    #: or does not exist.
+    #: unit of the first value, by the indices of columns whose values have units
+    cell_units: dict[int, str]
+    #: Index of the first number in the first row: a line with a word there is not a row. -1 if that
+    #: column is requested or does not exist.
     guard: int
 
     @classmethod
     def from_head(
-        cls, text: Sequence[str], head: Head, columns: Mapping[str, Column], *, missing: bool, stop: int | None = None
+        cls,
+        text: Sequence[str],
+        head: Head,
+        columns: Mapping[str, Column],
+        *,
+        missing: bool,
+        stop: int | None = None,
     ) -> Self:
         """Make the parser of the rows below a head that has these columns, up to a line."""
         heading, stop = head.heading(list(columns.values())), len(text) if stop is None else stop
         indices = {key: heading.find(column) for key, column in columns.items()}
         _, lines = next(_lines_of_rows(text, heading, head.layout, stop), ([], [""]))
         first_row = fields(lines[0], heading.delimiter)
-        units = {index: _unit_in_cells(lines, heading, index, head.layout.decimal) for index in indices.values()}
+        units = {
+            index: _unit_in_cells(lines, heading, index, head.layout.decimal)
+            for index in indices.values()
+        }
         cell_units = {index: unit for index, unit in units.items() if unit}
-        values = [number((split_quantity(field) or [field])[0], head.layout.decimal) for field in first_row]
-        guard = next((index for index, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
+        values = [
+            number((split_quantity(field) or [field])[0], head.layout.decimal)
+            for field in first_row
+        ]
+        guard = next(
+            (
+                index
+                for index, value in enumerate(values)
+                if value is not None and math.isfinite(value)
+            ),
+            -1,
+        )
         clocks = {
             index
             for index in indices.values()
@@ -412,7 +465,9 @@ class _RowParser:
         notices = [f"broken rows left out: {_dropped_text(dropped, lines.size)}"] if dropped else []
         return columns, lines, notices
 
-    def _read_columns(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[_BadRowError]]:
+    def _read_columns(
+        self, most_rows: int
+    ) -> tuple[dict[str, FileColumn], Integers, list[_BadRowError]]:
         """Return the columns, the line numbers of the rows, and the errors of rows that are left out."""
         batches: list[list[Floats]] = []
         line_numbers: list[Integers] = []
@@ -446,7 +501,9 @@ class _RowParser:
         except csv.Error:
             return None
         is_even = set(map(len, rows)) == {self.heading.width}
-        if len(rows) != len(lines) or not (is_even or all(_has_width(row, self.heading) for row in rows)):
+        if len(rows) != len(lines) or not (
+            is_even or all(_has_width(row, self.heading) for row in rows)
+        ):
             return None
         if self.guard >= 0 and any(_WORD.match(row[self.guard]) for row in rows):
             return None
@@ -481,7 +538,9 @@ class _RowParser:
                     raise
                 error.line = line_number
                 dropped.append(error)
-        return [*np.array(rows, dtype=np.float64).reshape(len(line_numbers), len(self.indices)).T.copy()], line_numbers
+        return [
+            *np.array(rows, dtype=np.float64).reshape(len(line_numbers), len(self.indices)).T.copy()
+        ], line_numbers
 
     def _parse_row(self, line_number: int, text: str) -> list[float]:
         """Parse the requested values of a line."""
@@ -501,7 +560,8 @@ class _RowParser:
             problem = f"{self._cell_text(line_number, index, row)}; expected {expected}"
             if value is None:
                 decimal = decimal_hint(row[index], self.layout.decimal)
-                # not a broken row: dropping all rows with a decimal comma would leave another record
+                # not a broken row: dropping all rows with a decimal comma would leave another
+                # record
                 if decimal:
                     raise InputError(problem + decimal)
                 error = _BadRowError(problem + fault_hint(row[index]))
@@ -511,7 +571,9 @@ class _RowParser:
                 raise _MissingError(problem)
             values.append(value)
         if self.guard >= 0 and _WORD.match(row[self.guard]):
-            raise _BadRowError(f"{self._cell_text(line_number, self.guard, row)} where the rows begin with numbers")
+            raise _BadRowError(
+                f"{self._cell_text(line_number, self.guard, row)} where the rows begin with numbers"
+            )
         return values
 
     def _cell_text(self, line_number: int, index: int, row: Sequence[str]) -> str:

@@ -42,8 +42,10 @@ class Heading:
     lines_above: int  #: the number of lines above the first row
     width: int  #: the number of values in a row
     names: tuple[str, ...] = ()  #: the names of the columns, empty without a header
-    brackets: tuple[str, ...] = ()  #: the units in a line below the names, in brackets, empty without one
-    mismatch: str = ""  #: message if the number of names differs from the number of columns, else empty
+    #: the units in a line below the names, in brackets, empty without one
+    brackets: tuple[str, ...] = ()
+    #: message if the number of names differs from the number of columns, else empty
+    mismatch: str = ""
 
     def find(self, column: Column) -> int:
         """Return the index of a column.
@@ -60,7 +62,9 @@ class Heading:
             if name > self.width:
                 raise InputError(f"there is no column {name}; the rows have {self.width} values")
             if self.mismatch and column.unit is None and any(map(field_unit, self.names)):
-                raise InputError(f'{self.mismatch}; and set the unit of column {name}, as in unit = "N"')
+                raise InputError(
+                    f'{self.mismatch}; and set the unit of column {name}, as in unit = "N"'
+                )
             return name - 1
         indices = find_name(name, self.names, self.brackets)
         if len(indices) < (column.occurrence or 1):
@@ -116,12 +120,16 @@ def _is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()
     return len(find_name(str(column.column), names, brackets)) >= (column.occurrence or 1)
 
 
-def no_such_column_error(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> InputError:
+def no_such_column_error(
+    column: Column, names: Sequence[str], brackets: Sequence[str] = ()
+) -> InputError:
     """Return the error for a column that the header does not name."""
     name = str(column.column)
     if count := len(find_name(name, names, brackets)):
         times = "once" if count == 1 else f"{count} times"
-        return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
+        return InputError(
+            f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}"
+        )
     filled = [filled for filled in dict.fromkeys(names) if filled]
     # names that differ only in case or unit are suggested first
     plain = {split_unit(label)[0].casefold(): label for label in reversed(filled)}
@@ -141,10 +149,16 @@ def _hint_for_name(name: str, names: Sequence[str]) -> str:
     if numbers > len(names) / 2:
         mend = "expected one line for each sample: transpose the file"
         return f"{quote(names[0])} is followed by numbers in its line; {mend}"
-    if len(names) == 1 and (delimiter := next((sign for sign in ",;\t|" if names[0].count(sign) > 1), None)):
-        return f"expected the delimiter {delimiter!r}, which occurs in the header: {brief(names[0])}"
+    if len(names) == 1 and (
+        delimiter := next((sign for sign in ",;\t|" if names[0].count(sign) > 1), None)
+    ):
+        return (
+            f"expected the delimiter {delimiter!r}, which occurs in the header: {brief(names[0])}"
+        )
     if name.isdecimal():
-        return f"a position has no quotes, as {{ column = {name} }}; the names are {list_names(names)}"
+        return (
+            f"a position has no quotes, as {{ column = {name} }}; the names are {list_names(names)}"
+        )
     value, _, unit = name.partition(" ")
     if like_a_number(value) and is_common(unit):
         return f'a value that does not change is {{ constant = "{name}" }}; the names are {list_names(names)}'
@@ -159,10 +173,14 @@ class Head:
     layout: Format  #: settings of the user
 
     @classmethod
-    def from_lines(cls, text: Sequence[str], layout: Format, start: int = 0, stop: int | None = None) -> "Head":
+    def from_lines(
+        cls, text: Sequence[str], layout: Format, start: int = 0, stop: int | None = None
+    ) -> "Head":
         """Take the first lines of a text, or of a range of its lines; InputError if all are blank."""
         lines = []
-        for line_number, line in enumerate(text[start : min(start + SEARCHED, stop or len(text))], start + 1):
+        for line_number, line in enumerate(
+            text[start : min(start + SEARCHED, stop or len(text))], start + 1
+        ):
             bare = line.lstrip()
             is_comment = bool(layout.comment) and bare.startswith(layout.comment)
             bare = bare.removeprefix(layout.comment) if is_comment else bare
@@ -198,7 +216,11 @@ class Head:
     @property
     def _delimiters(self) -> Sequence[str]:
         delimiter = self.layout.delimiter
-        return [sign for sign in _DELIMITERS if sign != self.layout.decimal] if delimiter is None else [delimiter]
+        return (
+            [sign for sign in _DELIMITERS if sign != self.layout.decimal]
+            if delimiter is None
+            else [delimiter]
+        )
 
     def _rows(self, lines_above: int = 0) -> list[Line]:
         return [line for line in self.lines if line.number > lines_above and not line.is_comment]
@@ -222,27 +244,45 @@ class Head:
         """Return the heading of the first line that holds all names, comments last."""
         headings = []
         nearly: list[str] = []
-        stems = {stem for column in columns for stem in (str(column.column), split_unit(str(column.column))[0])}
+        stems = {
+            stem
+            for column in columns
+            for stem in (str(column.column), split_unit(str(column.column))[0])
+        }
         # shortcut: most lines are rows of numbers, without the letters of the names
         letters = [{letter for letter in stem if not letter.isspace()} for stem in stems]
         candidates = [
-            line for line in self._candidates() if any(letter_set.issubset(line.text) for letter_set in letters)
+            line
+            for line in self._candidates()
+            if any(letter_set.issubset(line.text) for letter_set in letters)
         ]
         for delimiter in self._delimiters:
             for line in candidates:
                 for names in split_names(line.text, line.fields(delimiter), delimiter):
-                    if stems.isdisjoint([*names, *filter(None, (split_unit(name)[0] for name in names))]):
+                    if stems.isdisjoint(
+                        [*names, *filter(None, (split_unit(name)[0] for name in names))]
+                    ):
                         continue
                     heading = self._heading_below(line, delimiter, names)
-                    absent = [column for column in columns if not _is_named(column, heading.names, heading.brackets)]
+                    absent = [
+                        column
+                        for column in columns
+                        if not _is_named(column, heading.names, heading.brackets)
+                    ]
                     if not absent:
                         headings.append(heading)
                     elif len(absent) < len(columns):
                         nearly = nearly or names
         if not headings:
             names = nearly or self._likely_names()
-            raise next(no_such_column_error(column, names) for column in columns if not _is_named(column, names))
-        return next((heading for heading in headings if self._has_numbers(heading, columns)), headings[0])
+            raise next(
+                no_such_column_error(column, names)
+                for column in columns
+                if not _is_named(column, names)
+            )
+        return next(
+            (heading for heading in headings if self._has_numbers(heading, columns)), headings[0]
+        )
 
     def _likely_names(self) -> list[str]:
         if self.layout.header:
@@ -259,11 +299,18 @@ class Head:
         row = rows[0].fields(heading.delimiter) if rows else []
         if heading.mismatch or not row:
             return False
-        indices = [heading.find(attrs.evolve(column, occurrence=column.occurrence or 1)) for column in columns]
+        indices = [
+            heading.find(attrs.evolve(column, occurrence=column.occurrence or 1))
+            for column in columns
+        ]
         decimal = self.layout.decimal
-        return all(number((split_quantity(row[at]) or row[at:])[0], decimal) is not None for at in indices)
+        return all(
+            number((split_quantity(row[at]) or row[at:])[0], decimal) is not None for at in indices
+        )
 
-    def _heading_below(self, header: Line, delimiter: str, names: Sequence[str] | None = None) -> Heading:
+    def _heading_below(
+        self, header: Line, delimiter: str, names: Sequence[str] | None = None
+    ) -> Heading:
         """Return the heading of the table below a header line; names are split to fit the width of its rows."""
         lines_above = header.number
         rows = self._rows(lines_above)
@@ -289,7 +336,9 @@ class Head:
             f"position, as in {{ column = 3 }}, or set header = {header.number} if its names are those of the first "
             "columns"
         )
-        return attrs.evolve(heading, width=table_width(rows, delimiter, len(first_row)), mismatch=problem)
+        return attrs.evolve(
+            heading, width=table_width(rows, delimiter, len(first_row)), mismatch=problem
+        )
 
     def _likely_delimiter(self) -> str:
         """Return the delimiter that splits most consecutive lines into equally many values, some of them numbers."""
@@ -302,26 +351,38 @@ class Head:
     def _heading_from_numbers(self) -> Heading:
         """Return the heading of the table whose first row is the first line of numbers."""
         delimiter = self._likely_delimiter()
-        run = longest_run(self._rows(), delimiter) or longest_run(self._rows(), delimiter, minimum_width=1)
+        run = longest_run(self._rows(), delimiter) or longest_run(
+            self._rows(), delimiter, minimum_width=1
+        )
         if not run:
             raise InputError("has no rows of numbers; expected one line for each sample")
         values = [line.fields(delimiter) for line in run]
         width = len(values[0])
         # columns with numbers in at least half of the lines
-        numeric = [i for i in range(width) if 2 * sum(like_a_value(row[i]) for row in values) >= len(values)]
+        numeric = [
+            i
+            for i in range(width)
+            if 2 * sum(like_a_value(row[i]) for row in values) >= len(values)
+        ]
 
         def is_first_row(line: Line) -> bool:
             row = line.fields(delimiter)
-            return len(row) == width and numeric != [] and all(not row[i] or like_a_value(row[i]) for i in numeric)
+            return (
+                len(row) == width
+                and numeric != []
+                and all(not row[i] or like_a_value(row[i]) for i in numeric)
+            )
 
-        return self._heading_above(next(filter(is_first_row, self._rows()), run[0]), delimiter, width)
+        return self._heading_above(
+            next(filter(is_first_row, self._rows()), run[0]), delimiter, width
+        )
 
     def first_table(self) -> tuple[Heading, list[str]] | None:
         """Return the heading and the first row of the first table, detected by the form of its lines; None without one.
 
-        A table has two or more rows, or one row below a header. Its rows begin with a number; unless white space is the
-        delimiter, they may begin with a word if two of them follow a header. A word and a number are a key and its
-        value, not a row.
+        A table has two or more rows, or one row below a header. Its rows begin with a number;
+        unless white space is the delimiter, they may begin with a word if two of them follow a
+        header. A word and a number are a key and its value, not a row.
         """
         delimiter = self._likely_delimiter()
         rows = self._rows()
@@ -334,9 +395,15 @@ class Head:
                 continue
             heading = self._heading_above(rows[start], delimiter, len(fields))
             if begins_with_a_number:
-                is_table = stop - start > 1 or bool(heading.names and not heading.mismatch) or longest == 1
+                is_table = (
+                    stop - start > 1 or bool(heading.names and not heading.mismatch) or longest == 1
+                )
             else:
-                is_table = delimiter != " " and stop - start > 1 and bool(heading.names and not heading.mismatch)
+                is_table = (
+                    delimiter != " "
+                    and stop - start > 1
+                    and bool(heading.names and not heading.mismatch)
+                )
             if is_table:
                 return heading, fields
         return None
@@ -349,7 +416,11 @@ class Head:
             if len(lines_before) > 1 and units_in_line(header.fields(delimiter)):
                 lines_above = lines_before[-2].fields(delimiter)
                 is_header = len(lines_above) > 1 or width == 1 or _BRACKETED_LINE.match(header.text)
-                header = lines_before[-2] if is_header and not any(map(like_a_number, lines_above)) else header
+                header = (
+                    lines_before[-2]
+                    if is_header and not any(map(like_a_number, lines_above))
+                    else header
+                )
             names = header.fields(delimiter)
             if len(names) >= min(width, 2) and not any(map(like_a_number, names)):
                 return self._heading_below(header, delimiter)
@@ -358,14 +429,21 @@ class Head:
 
     def _check_unambiguous(self, heading: Heading) -> None:
         """Refuse values that another delimiter would split, or another decimal sign would join."""
-        rows = [(line.number, line.fields(heading.delimiter)) for line in self._rows(heading.lines_above)]
+        rows = [
+            (line.number, line.fields(heading.delimiter))
+            for line in self._rows(heading.lines_above)
+        ]
         unclear = [
             (line_number, field)
             for line_number, fields in rows
             for field in fields
             if any(match.group(1) != self.layout.decimal for match in _TWO_NUMBERS.finditer(field))
         ]
-        if not heading.names and heading.delimiter == "," and all(_like_a_decimal_comma(fields) for _, fields in rows):
+        if (
+            not heading.names
+            and heading.delimiter == ","
+            and all(_like_a_decimal_comma(fields) for _, fields in rows)
+        ):
             unclear = [(rows[0][0], ",".join(rows[0][1]))]
         for line_number, field in unclear[:1]:
             raise InputError(
@@ -399,7 +477,9 @@ def ragged_row_message(line_number: int, count: int, expected: str) -> str:
 
 def _ragged_below(heading: Heading, row: Line) -> str:
     return ragged_row_message(
-        row.number, len(row.fields(heading.delimiter)), f"the header names {len(heading.names)} columns"
+        row.number,
+        len(row.fields(heading.delimiter)),
+        f"the header names {len(heading.names)} columns",
     )
 
 

@@ -11,7 +11,8 @@ import attrs
 from historysim.basics.units import is_common
 from historysim.tables.columns import factor_or_none, split_unit
 
-MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}  # notations of a missing value, in lower case
+# notations of a missing value, in lower case
+MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}
 BATCH_LINES = 2000  # lines that are parsed together: few enough for the processor cache
 
 _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
@@ -20,12 +21,14 @@ _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
 def split(lines: Sequence[str], delimiter: str) -> list[list[str]]:
     """Split lines that are not blank into values; the delimiter ``" "`` is any white space.
 
-    There are fewer rows than lines if a quoted value extends over several lines. Raises csv.Error: an open quote, or a
-    value beyond the size limit of the csv module.
+    There are fewer rows than lines if a quoted value extends over several lines. Raises csv.Error:
+    an open quote, or a value beyond the size limit of the csv module.
     """
     if delimiter == " ":
         return [
-            [quoted or bare for quoted, bare in _QUOTED.findall(line)] if '"' in line else line.split()
+            [quoted or bare for quoted, bare in _QUOTED.findall(line)]
+            if '"' in line
+            else line.split()
             for line in lines
         ]
     return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True))
@@ -43,7 +46,9 @@ def fields(line: str, delimiter: str) -> list[str]:
 # Typographic minus signs, hyphens and dashes that some programs write instead of "-".
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\ufe63\uff0d", "-"))
 _FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
-_QUANTITY = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_].*|[%°].*)", re.DOTALL)
+_QUANTITY = re.compile(
+    r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_].*|[%°].*)", re.DOTALL
+)
 
 
 def plain_notation(text: str) -> str:
@@ -101,9 +106,12 @@ def brief(text: str) -> str:
     return repr(text if len(text) <= 40 else text[:40] + "…")
 
 
-# Marks between thousands: point, comma, apostrophes and any blanks; in India between hundreds of thousands, too.
+# Marks between thousands: point, comma, apostrophes and any blanks; in India between hundreds of
+# thousands, too.
 _MARKS = r"[.,'’´`˙٬\s]"
-_GROUPED = re.compile(rf"[+-]?\d{{1,3}}({_MARKS})(?:\d{{2,3}}\1)*\d{{3}}(?:([.,])\d*)?(?:[eE][+-]?\d+)?")
+_GROUPED = re.compile(
+    rf"[+-]?\d{{1,3}}({_MARKS})(?:\d{{2,3}}\1)*\d{{3}}(?:([.,])\d*)?(?:[eE][+-]?\d+)?"
+)
 _UNGROUP = "export it without separators between thousands"
 
 
@@ -111,7 +119,9 @@ def decimal_hint(text: str, decimal: str) -> str:
     """Return the remedy for a number in an unsupported notation; empty for other texts."""
     grouped = _GROUPED.fullmatch(plain_notation(text.strip()))
     if grouped and grouped[2] and grouped[1] != grouped[2]:
-        return f"; {_UNGROUP}" + ("" if grouped[2] == decimal else f', and set decimal = "{grouped[2]}"')
+        return f"; {_UNGROUP}" + (
+            "" if grouped[2] == decimal else f', and set decimal = "{grouped[2]}"'
+        )
     if decimal == "." and "," in text and number(text, ",") is not None:
         return '; if it has a decimal comma, set decimal = ","'
     if decimal == "," and "." in text and number(text, ".") is not None:
@@ -119,12 +129,22 @@ def decimal_hint(text: str, decimal: str) -> str:
         return f'; it has a decimal point, although decimal is ","{either}'
     if grouped:
         return f"; {_UNGROUP}"
-    return next((f"; {mend}" for pattern, mend in _MENDS if pattern.fullmatch(plain_notation(text.strip()))), "")
+    return next(
+        (
+            f"; {mend}"
+            for pattern, mend in _MENDS
+            if pattern.fullmatch(plain_notation(text.strip()))
+        ),
+        "",
+    )
 
 
 _SOME = r"\d[\d.,]*(?:[eE][+-]?\d+)?"
 _MENDS = (
-    (re.compile(rf"\({_SOME}\)"), "brackets mean a negative number to accountants alone: write it with a minus sign"),
+    (
+        re.compile(rf"\({_SOME}\)"),
+        "brackets mean a negative number to accountants alone: write it with a minus sign",
+    ),
     (re.compile(rf"{_SOME}-"), "write the minus sign before the number"),
     (re.compile(r"[+-]?\d*\.\d+[+-]\d{3}"), "the exponent has no letter: write it as 1.2e-101"),
     (re.compile(rf"[<>≤≥~≈±]\s*[+-]?{_SOME}"), "write the number alone"),
@@ -132,7 +152,9 @@ _MENDS = (
     (re.compile(r"[+-]?(?=.*[^\x00-\x7f])\d+(?:[.,]\d*)?"), "write it in the digits 0 to 9"),
     (re.compile(r"[+-]?\d+_[\d_.,]+"), _UNGROUP),
 )
-_OUT_OF_RANGE = re.compile(r"(?i)[+-]?(?:inf|infinity|over\w*|ovr?l?d?|o\.?l\.?|range|#+|1\.#(?:inf|ind|qnan).*)")
+_OUT_OF_RANGE = re.compile(
+    r"(?i)[+-]?(?:inf|infinity|over\w*|ovr?l?d?|o\.?l\.?|range|#+|1\.#(?:inf|ind|qnan).*)"
+)
 _OF_WORKSHEETS = re.compile(r"#.*[!?]|#N/A|#N/V")
 
 
@@ -190,7 +212,9 @@ def longest_run(rows: Sequence[Line], delimiter: str, minimum_width: int = 2) ->
     return list(rows[longest.start : longest.stop])
 
 
-def similar_rows(rows: Sequence[Line], delimiter: str, minimum_width: int) -> Iterable[tuple[int, int]]:
+def similar_rows(
+    rows: Sequence[Line], delimiter: str, minimum_width: int
+) -> Iterable[tuple[int, int]]:
     """Yield start and stop of runs of lines with equally many values and numbers at the same positions."""
     start = 0
     previous: list[int | None] = []
@@ -231,7 +255,8 @@ def without_blank_end(values: list[str]) -> list[str]:
 # -- names and units -------------------------------------------------------------------------------
 
 BRACKETED = re.compile(r"\(.*\)|\[.*\]")
-# Names between white space: two blanks or a tab apart, a word with units behind it, and all words up to a unit.
+# Names between white space: two blanks or a tab apart, a word with units behind it, and all words
+# up to a unit.
 _WIDE = re.compile(r"\S+(?: \S+)*")
 _WITH_UNIT = re.compile(r"\S+(?:\s+(?:\(\S*\)|\[\S*\])(?!\S))*")
 _UP_TO_UNIT = re.compile(r"\S.*?[)\]](?!\S)|\S.*\S|\S")
@@ -245,7 +270,9 @@ def split_names(line: str, fields: Sequence[str], delimiter: str) -> list[list[s
     splits = [list(fields)]
     if delimiter == " " and len(fields) > 1:
         patterns = _WIDE, _WITH_UNIT, _UP_TO_UNIT
-        splits += [[" ".join(name.split()) for name in pattern.findall(line)] for pattern in patterns]
+        splits += [
+            [" ".join(name.split()) for name in pattern.findall(line)] for pattern in patterns
+        ]
     return [names for index, names in enumerate(splits) if names not in splits[:index]]
 
 
@@ -261,7 +288,9 @@ def find_name(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> 
     indices = []
     for index, candidate in enumerate(names):
         below = split_unit(brackets[index])[1] if index < len(brackets) else None
-        if split_unit(candidate)[0] == name or (unit is not None and (candidate, below) == (stem, unit)):
+        if split_unit(candidate)[0] == name or (
+            unit is not None and (candidate, below) == (stem, unit)
+        ):
             indices.append(index)
     return indices
 
@@ -275,8 +304,8 @@ _TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
 def units_in_line(fields: Sequence[str]) -> list[str]:
     """Return the units of a line, one for each value, in brackets; an empty list if it is not a line of units.
 
-    Any text in brackets is a unit. Without brackets, at least half of the values must be units of measurement and none
-    a number, so that a line of names such as ``t;F;x`` is not a line of units.
+    Any text in brackets is a unit. Without brackets, at least half of the values must be units of
+    measurement and none a number, so that a line of names such as ``t;F;x`` is not a line of units.
     """
     filled = [field for field in fields if field]
     if filled and all(map(BRACKETED.fullmatch, filled)):
@@ -285,7 +314,8 @@ def units_in_line(fields: Sequence[str]) -> list[str]:
     if not bare or any(map(like_a_number, bare)) or 2 * sum(map(_is_measured_in, bare)) < len(bare):
         return []
     return [
-        field if not field or BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]" for field in fields
+        field if not field or BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]"
+        for field in fields
     ]
 
 

@@ -14,9 +14,14 @@ from historysim.tables.columns import split_unit
 FEWEST_ROWS = 8  # least number of rows of a run
 MOST_LISTED = 6  # largest number of runs in a message
 _NUMBER = r"[\W_]*(?:(?:no|nr|num|number|nummer|index|idx|id|count)[\W_]*)?$"
-# Consecutive numbers of cycles or loops mean a continuous record; runs and tests are always separate.
-_CYCLE = re.compile(rf"(?i)^[\W_]*(?:cycles?|cyc|zykl(?:us|en)|loops?|schleifen?|サイクル|循环|周期|循環){_NUMBER}")
-_RUN = re.compile(rf"(?i)^[\W_]*(?:runs?|tests?|l[aä]uf(?:e)?|versuche?|messung|essais?|試験|试验){_NUMBER}")
+# Consecutive numbers of cycles or loops mean a continuous record; runs and tests are always
+# separate.
+_CYCLE = re.compile(
+    rf"(?i)^[\W_]*(?:cycles?|cyc|zykl(?:us|en)|loops?|schleifen?|サイクル|循环|周期|循環){_NUMBER}"
+)
+_RUN = re.compile(
+    rf"(?i)^[\W_]*(?:runs?|tests?|l[aä]uf(?:e)?|versuche?|messung|essais?|試験|试验){_NUMBER}"
+)
 
 
 @attrs.frozen
@@ -50,10 +55,16 @@ def find_run_column(path: Path, layout: Format) -> RunColumn | None:
 def _run_numbers(path: Path, name: str, layout: Format) -> Sequence[int]:
     """Return the number of each run; empty if the column does not hold one whole number per block of rows."""
     try:
-        values = read_table(path, {"run": Column(name, unit="1")}, {"run": "1"}, layout).columns["run"]
+        values = read_table(path, {"run": Column(name, unit="1")}, {"run": "1"}, layout).columns[
+            "run"
+        ]
     except InputError:
         return []
     starts = np.append(0, 1 + np.flatnonzero(np.diff(values)))
     numbers, rows = values[starts], np.diff(starts, append=values.size)
     is_counter = bool((numbers % 1 == 0).all()) and np.unique(numbers).size == numbers.size
-    return numbers.astype(int).tolist() if is_counter and numbers.size > 1 and rows.min() >= FEWEST_ROWS else []
+    return (
+        numbers.astype(int).tolist()
+        if is_counter and numbers.size > 1 and rows.min() >= FEWEST_ROWS
+        else []
+    )

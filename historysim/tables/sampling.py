@@ -11,7 +11,8 @@ from historysim.errors import InputError
 
 FEWEST_TIMES = 4  # smallest number of values that are judged
 _UNEVEN = 1e-3  # largest deviation of even steps, over their median, in addition to the last digit
-_FALLS = 0.1  # largest fraction of steps at which the clock of a file with several runs starts again
+# largest fraction of steps at which the clock of a file with several runs starts again
+_FALLS = 0.1
 
 _SAMPLING = r"sampl\w*|abtast\w*|scan|acqui\w*|record\w*|logg?(?:ing)?|mess|[ée]chantillon\w*|采样|サンプリング|取样"
 _GAP = r"[\W_]*(?:d['’]|de |of )?"
@@ -26,7 +27,8 @@ _RATE = re.compile(
     rf"(?i)(?:{_SAMPLING}){_GAP}(?:rate|freq\w*|率|频率|周波数|レート)"
     rf"|(?:fr[ée]quence|frequency|rate){_GAP}(?:{_SAMPLING})|f_?s|f_?sample|s_?r|rate|abtastrate|abtastfrequenz"
 )
-# A label, its unit in brackets, and a number with or without a unit behind signs such as ":" or "=".
+# A label, its unit in brackets, and a number with or without a unit behind signs such as ":" or
+# "=".
 _ENTRY = re.compile(
     r"(?P<label>[^\W\d][^\[\](){}:=;,|\t\"\d]*?)\s*(?:[\[(](?P<unit>[^\])]+)[\])])?[\"\s]*(?:[:=;,|\t\"]|\s)+"
     r"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?:[\"\s]*(?P<behind>[^\W\d_]+))?"
@@ -46,14 +48,18 @@ def is_even_time(values: Floats) -> bool:
     steps = np.diff(values)
     step, distinct = float(np.median(steps)), np.unique(steps)
     digit = float(np.diff(distinct).max(initial=0.0)) if distinct.size == 2 else 0.0
-    return bool(steps.min() > 0 and np.abs(steps - step).max() <= _UNEVEN * step + min(digit, 0.5 * step))
+    return bool(
+        steps.min() > 0 and np.abs(steps - step).max() <= _UNEVEN * step + min(digit, 0.5 * step)
+    )
 
 
 def header_rate(lines: Iterable[str]) -> tuple[float, str] | None:
     """Return the sampling rate [Hz] that an entry of a header states, and this entry; None without one."""
     for line in lines:
         for entry in _ENTRY.finditer(line.strip()):
-            unit = entry["unit"] or (entry["behind"] if entry["behind"] and is_unit(entry["behind"]) else "")
+            unit = entry["unit"] or (
+                entry["behind"] if entry["behind"] and is_unit(entry["behind"]) else ""
+            )
             if rate := entry_rate(entry["label"], float(entry["number"].replace(",", ".")), unit):
                 return rate, entry[0].strip()
     return None

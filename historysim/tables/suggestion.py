@@ -23,8 +23,8 @@ from historysim.tables.sampling import entry_rate, header_rate, is_even_time, is
 # A word starts at the start of a name, or after a device or a group, and ends before a non-letter.
 _AT, _END = r"^(?:.*[./:|>])?\W*", r"(?![^\W\d_])"
 _WORD = r"(?<![^\W\d_])"
-# Names of the columns of a channel in English, German, French, Chinese and Japanese, the most likely first; a pattern
-# counts if exactly one column matches, or several of one name.
+# Names of the columns of a channel in English, German, French, Chinese and Japanese, the most
+# likely first; a pattern counts if exactly one column matches, or several of one name.
 _TIME = (
     rf"{_AT}(time(stamp)?|zeit|temps|elapsed|t|时间|時間|时刻|時刻){_END}",
     rf"^\W*(?-i:t){_END}",
@@ -55,14 +55,18 @@ _STROKE = (
     rf"stroke|pos|行程|ストローク|course|auslenk|{_WORD}(hub|slip){_END}",
     rf"{_AT}(x|u|ux|s|dx){_END}",
 )
-# A coefficient of friction is not a load; a depth, a height or wear is not a tangential displacement.
-_RATIO = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio|reibwert|beiwert|zahl|系数|係数|率|^\W*(?:[µμ]|mu)(?![^\W\d_])")
+# A coefficient of friction is not a load; a depth, a height or wear is not a tangential
+# displacement.
+_RATIO = re.compile(
+    r"(?i)coef|(?<![^\W_])cof|ratio|reibwert|beiwert|zahl|系数|係数|率|^\W*(?:[µμ]|mu)(?![^\W\d_])"
+)
 # Names of friction coefficients, which times the normal load are the tangential load.
 _COEFFICIENT = re.compile(
     r"(?i)(?<![^\W_])cof(?![^\W\d_])|fric\w*\W*coef|coef\w*.*fri?[co]t|reib\w*(wert|zahl|koeff)|摩擦(系数|係数)"
     r"|^\W*(?:[µμ]|mu)(?![^\W\d_])"
 )
-_LARGEST_COEFFICIENT = 2.0  # values of a tangential column without a unit up to which it is one of coefficients
+# values of a tangential column without a unit up to which it is one of coefficients
+_LARGEST_COEFFICIENT = 2.0
 _NOT_A_STROKE = re.compile(
     r"(?i)depth|indent|penetr|approach|height|wear|normal|vertical|eindring|tiefe|höhe|verschleiß|verschleiss|profond|usure"
     r"|深|高度|高さ|压入|圧入|押込|磨损|磨耗|摩耗|amplitu[dt]|(?<![^\W_])(?:p-?p|pk-?pk|peak)(?![^\W\d_])|振幅"
@@ -74,18 +78,23 @@ _COUNTER = re.compile(
     rf"cycles?|zykl\w*|loops?|steps?|messpunkt|行|番号|序号){_END}"
 )
 _UNIT = r"(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)"
-# A unit at the end of a name, as in ``Fx_mN``, ``Weg in µm``, ``Force, N``, ``F/N`` or ``Force N``; letters that often
-# have another meaning are left out.
+# A unit at the end of a name, as in ``Fx_mN``, ``Weg in µm``, ``Force, N``, ``F/N`` or ``Force N``;
+# letters that often have another meaning are left out.
 _UNIT_IN_NAME = re.compile(rf".+?(?:_|\s+in\s+|[,;:/]\s*|\s+|-){_UNIT}")
 
 
 def suggest_loading(
-    path: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1, *, files: Sequence[Path] = ()
+    path: Path,
+    listings: Sequence[Listing],
+    layout: Format,
+    blocks: int = 1,
+    *,
+    files: Sequence[Path] = (),
 ) -> str:
     """Suggest a section ``[loading]`` in TOML for a file with these columns, with ``"?"`` for unknown values.
 
-    The path is relative to the scenario; ``blocks`` is the number of tables in the file. With ``files``, a folder, a
-    pattern or several files of these columns, each file is a run.
+    The path is relative to the scenario; ``blocks`` is the number of tables in the file. With
+    ``files``, a folder, a pattern or several files of these columns, each file is a run.
     """
     lines = ["[loading]", f"file = {_quote_files(files or [path])}"]
     lines += ['run = "each"  # each file is a run'] if files else []
@@ -93,8 +102,12 @@ def suggest_loading(
         layout = attrs.evolve(layout, block=layout.block or 1)
         lines.append(f"block = {layout.block}  # of {blocks}")
     layout, raw = _read_with_decimal(path, listings, layout)
-    layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}
-    lines += [f"{key} = {_quote(of)}" for key, of in layout_keys.items() if of != getattr(Format(), key)]
+    layout_keys = {
+        key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")
+    }
+    lines += [
+        f"{key} = {_quote(of)}" for key, of in layout_keys.items() if of != getattr(Format(), key)
+    ]
     interval = _header_rate(path, listings, layout)
     times = _time_columns(raw, listings, None if interval is None else 1 / interval[0])
     time = _time_of_channels(raw, times, listings)
@@ -104,16 +117,26 @@ def suggest_loading(
     moving = [listing for listing in listings if listing not in (*still, *times, *short)]
     ratios = _unnamed_ratios(raw, moving)
     lateral = [listing for listing in moving if _find_column([listing], "N", _TANGENTIAL[:1])]
-    normal = _find_column([listing for listing in moving if listing not in (*lateral, *ratios)], "N", _NORMAL)
+    normal = _find_column(
+        [listing for listing in moving if listing not in (*lateral, *ratios)], "N", _NORMAL
+    )
     across = _along_y(listings)
-    remaining = [listing for listing in moving if listing not in (normal, *ratios, *across.values())]
+    remaining = [
+        listing for listing in moving if listing not in (normal, *ratios, *across.values())
+    ]
     friction = _find_column(remaining, "N", _TANGENTIAL)
-    stroke = _find_column([listing for listing in remaining if not _NOT_A_STROKE.search(_name(listing))], "m", _STROKE)
+    stroke = _find_column(
+        [listing for listing in remaining if not _NOT_A_STROKE.search(_name(listing))], "m", _STROKE
+    )
     depth = None if stroke else _find_column(remaining, "m", (_NOT_A_STROKE.pattern,))
-    normal, friction = _any_forces(raw, remaining, normal, friction, only_normal=stroke is None and depth is not None)
+    normal, friction = _any_forces(
+        raw, remaining, normal, friction, only_normal=stroke is None and depth is not None
+    )
     if (both := _trace_and_retrace(remaining)) is not None:
         friction, stroke = both[0], stroke or _find_column(remaining, "m", ("dist|scan|length",))
-    coefficient = None if friction else _coefficient(remaining) or (ratios[0] if len(ratios) == 1 else None)
+    coefficient = (
+        None if friction else _coefficient(remaining) or (ratios[0] if len(ratios) == 1 else None)
+    )
     lines += [] if files else _run_lines(path, raw, time, layout)
     lines += _time_lines(raw, time, interval)
     lines += [
@@ -123,9 +146,19 @@ def suggest_loading(
     ]
     is_absent = normal is None and not _find_column(listings, "", _NORMAL)
     if is_absent and (friction or coefficient or stroke):
-        lines.append(f'normal_load = {{ constant = "{_guessed_load(raw, friction)}" }}  # a guess: fill it in')
+        lines.append(
+            f'normal_load = {{ constant = "{_guessed_load(raw, friction)}" }}  # a guess: fill it in'
+        )
     else:
-        lines.append(_key("normal_load", normal, "mN", *_pressing(raw, normal), stated=_assumed_unit(raw, normal, "N")))
+        lines.append(
+            _key(
+                "normal_load",
+                normal,
+                "mN",
+                *_pressing(raw, normal),
+                stated=_assumed_unit(raw, normal, "N"),
+            )
+        )
     if (friction or coefficient) and not stroke:
         # a load recorded without a displacement was the controlled quantity
         saturate = "saturate = true  # a tangential load beyond the friction limit is held there"
@@ -152,7 +185,9 @@ def suggest_loading(
     return "\n".join(lines + response)
 
 
-def _read_with_decimal(path: Path, listings: Sequence[Listing], layout: Format) -> tuple[Format, "_Raw"]:
+def _read_with_decimal(
+    path: Path, listings: Sequence[Listing], layout: Format
+) -> tuple[Format, "_Raw"]:
     """Read the columns; with a decimal comma if more of them are numbers then."""
     raw = _read_columns(path, listings, layout)
     if layout.decimal == "." and layout.delimiter != "," and len(raw) < len(listings):
@@ -178,7 +213,11 @@ def _time_lines(raw: "_Raw", time: Listing | None, interval: tuple[float, str] |
         return ["", "[loading.columns]", _time_key(raw, time, interval)]
     if interval is not None:
         return [f'rate = "{interval[0]:.10g} Hz"  # {interval[1]}', "", "[loading.columns]"]
-    return ["", "[loading.columns]", "# no column looks like time: without it, the row is the clock"]
+    return [
+        "",
+        "[loading.columns]",
+        "# no column looks like time: without it, the row is the clock",
+    ]
 
 
 def suggest_scenario(
@@ -193,18 +232,24 @@ def suggest_scenario(
     """Suggest a scenario in TOML for the file ``output``; keys that do not follow from columns are comments."""
     named = relative = [*(files or [path])]
     if output.parent.absolute() != Path.cwd():
-        relative = [Path(os.path.relpath(file.absolute(), output.parent.absolute())) for file in named]
+        relative = [
+            Path(os.path.relpath(file.absolute(), output.parent.absolute())) for file in named
+        ]
     loading = suggest_loading(path, listings, layout, blocks, files=files)
-    loading = loading.replace(f"file = {_quote_files(named)}", f"file = {_quote_files(relative)}", 1)
+    loading = loading.replace(
+        f"file = {_quote_files(named)}", f"file = {_quote_files(relative)}", 1
+    )
     fit = "" if "[loading.response]" not in loading else _FIT
     return f"title = {_quote(path.stem)}\n{_HEAD}\n{loading}\n{fit}"
 
 
 GUESSED_FRICTION = 0.2
-_MEDIAN_STEP = 0.954  # median of the absolute difference of two samples of white noise, over its standard deviation
+# median of the absolute difference of two samples of white noise, over its standard deviation
+_MEDIAN_STEP = 0.954
 # Largest displacement and load of a file without units that is taken to be in SI.
 _LARGEST_IN_SI = {"m": 5e-3, "N": 1e3}
-_LEAST_MOTION, _LEAST_SWING = 12.0, 0.2  # smallest range of a motion, over the noise and over the mean
+# smallest range of a motion, over the noise and over the mean
+_LEAST_MOTION, _LEAST_SWING = 12.0, 0.2
 
 _HEAD = """
 [materials]  # fill in: both materials, by name or as { name = …, youngs_modulus = …, poissons_ratio = … }
@@ -227,7 +272,8 @@ parameters = ["friction"]  # and "lateral_stiffness", with [instrument]
 """
 
 
-_Raw = Mapping[Listing, Floats]  # finite values of the columns that can be read, in the unit of the file
+# finite values of the columns that can be read, in the unit of the file
+_Raw = Mapping[Listing, Floats]
 
 
 def _read_columns(path: Path, listings: Sequence[Listing], layout: Format) -> _Raw:
@@ -243,27 +289,39 @@ def _read_columns(path: Path, listings: Sequence[Listing], layout: Format) -> _R
     except InputError:
         if len(listings) == 1:
             return {}
-        return {key: values for item in listings for key, values in _read_columns(path, [item], layout).items()}
+        return {
+            key: values
+            for item in listings
+            for key, values in _read_columns(path, [item], layout).items()
+        }
     return {listings[int(number)]: values[np.isfinite(values)] for number, values in read.items()}
 
 
 def _values(raw: _Raw, listing: Listing, unit: str) -> Floats:
     """Return the finite values of a column in a unit, the default for an unknown unit; empty if it cannot be read."""
     try:
-        factor = conversion_factor(listing.unit.partition(",")[0] or _unit_in_name(listing) or unit, unit)
+        factor = conversion_factor(
+            listing.unit.partition(",")[0] or _unit_in_name(listing) or unit, unit
+        )
     except InputError:
         return np.empty(0)
     return factor * raw.get(listing, np.empty(0))
 
 
-def _header_rate(path: Path, listings: Sequence[Listing], layout: Format) -> tuple[float, str] | None:
+def _header_rate(
+    path: Path, listings: Sequence[Listing], layout: Format
+) -> tuple[float, str] | None:
     """Return the sampling rate [Hz] that the header of a text, or a scalar of a file of arrays, states."""
     for listing in listings:
-        if listing.values == "1" or (listing.values == "a text" and listing.first_value[:1].isdigit()):
+        if listing.values == "1" or (
+            listing.values == "a text" and listing.first_value[:1].isdigit()
+        ):
             value, _, unit = listing.first_value.partition(" ")
             label = re.split(r"[./]", split_unit(_name(listing))[0])[-1]
             with suppress(ValueError):
-                if rate := entry_rate(label, float(value), unit or listing.unit or _unit_in_name(listing)):
+                if rate := entry_rate(
+                    label, float(value), unit or listing.unit or _unit_in_name(listing)
+                ):
                     return rate, f"{_name(listing)} = {listing.first_value}"
     return header_rate(header_lines(path, layout))
 
@@ -271,25 +329,52 @@ def _header_rate(path: Path, listings: Sequence[Listing], layout: Format) -> tup
 def _time_columns(raw: _Raw, listings: Sequence[Listing], interval: float | None) -> list[Listing]:
     """Return the columns that may hold the times: by name and values, else by unit, else by values alone."""
     rows = max((values.size for values in raw.values()), default=0)
-    clocks = [listing for listing in listings if listing in raw and is_time(raw[listing]) and raw[listing].size > 1]
-    clocks = [listing for listing in clocks if 2 * raw[listing].size > rows] if rows > 1 else [*listings]
+    clocks = [
+        listing
+        for listing in listings
+        if listing in raw and is_time(raw[listing]) and raw[listing].size > 1
+    ]
+    clocks = (
+        [listing for listing in clocks if 2 * raw[listing].size > rows] if rows > 1 else [*listings]
+    )
     for pattern in _TIME:
         if named := [listing for listing in clocks if _find_column([listing], "s", (pattern,))]:
             return named
-    unnamed = [listing for listing in clocks if is_even_time(raw[listing]) and not _COUNTER.search(_name(listing))]
+    unnamed = [
+        listing
+        for listing in clocks
+        if is_even_time(raw[listing]) and not _COUNTER.search(_name(listing))
+    ]
     if in_time := [listing for listing in unnamed if _time_unit(listing)]:
         return in_time
     of_other_unit = [listing for listing in unnamed if listing.unit and is_common(listing.unit)]
-    unknown = [listing for listing in unnamed if listing not in of_other_unit and not _unit_in_name(listing)]
-    of_interval = [listing for listing in unknown if interval and _unit_of_steps(raw[listing], interval)]
+    unknown = [
+        listing
+        for listing in unnamed
+        if listing not in of_other_unit and not _unit_in_name(listing)
+    ]
+    of_interval = [
+        listing for listing in unknown if interval and _unit_of_steps(raw[listing], interval)
+    ]
     counted = [listing for listing in unknown if float(np.diff(raw[listing][:2])[0]) == 1]
-    quantities = (*_NORMAL, *_TANGENTIAL, *_ANY_FORCE, *_STROKE, _NOT_A_STROKE.pattern, _RATIO.pattern)
+    quantities = (
+        *_NORMAL,
+        *_TANGENTIAL,
+        *_ANY_FORCE,
+        *_STROKE,
+        _NOT_A_STROKE.pattern,
+        _RATIO.pattern,
+    )
     return of_interval or [
-        listing for listing in unknown if listing not in counted and not _find_column([listing], "", quantities)
+        listing
+        for listing in unknown
+        if listing not in counted and not _find_column([listing], "", quantities)
     ]
 
 
-def _time_of_channels(raw: _Raw, times: Sequence[Listing], listings: Sequence[Listing]) -> Listing | None:
+def _time_of_channels(
+    raw: _Raw, times: Sequence[Listing], listings: Sequence[Listing]
+) -> Listing | None:
     """Return one of several time columns: of the displacement, else one in even steps with a unit; None without one."""
     strokes = [_name(listing) for listing in listings if _find_column([listing], "m", _STROKE)]
     return min(
@@ -313,28 +398,46 @@ def _unit_of_steps(values: Floats, interval: float) -> str:
     """Return the unit in which the steps of a column are the sampling interval [s]; empty if none fits."""
     step = float(np.median(np.diff(values)))
     factors = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "min": 60.0}
-    return next((unit for unit, factor in factors.items() if np.isclose(step * factor, interval, rtol=2e-3)), "")
+    return next(
+        (
+            unit
+            for unit, factor in factors.items()
+            if np.isclose(step * factor, interval, rtol=2e-3)
+        ),
+        "",
+    )
 
 
 def _still_columns(raw: _Raw, listings: Sequence[Listing], time: Listing | None) -> list[Listing]:
     """Return columns of lengths that are no displacement: constant, or the amplitude of a faster motion.
 
-    Noise on a value that is not zero is an amplitude, as is any length next to a frequency of one cycle or more in
-    each sampling interval.
+    Noise on a value that is not zero is an amplitude, as is any length next to a frequency of one
+    cycle or more in each sampling interval.
     """
     cycles = 0.0
     if time is not None and (times := _values(raw, time, "s")).size > 1:
-        frequencies = [item for item in listings if _FREQUENCY.search(_name(item)) and _is_of(item.unit, "Hz")]
+        frequencies = [
+            item for item in listings if _FREQUENCY.search(_name(item)) and _is_of(item.unit, "Hz")
+        ]
         measured = [values for item in frequencies if (values := _values(raw, item, "Hz")).size]
-        cycles = max((float(np.median(values)) for values in measured), default=0.0) * float(np.median(np.diff(times)))
+        cycles = max((float(np.median(values)) for values in measured), default=0.0) * float(
+            np.median(np.diff(times))
+        )
     still = []
     for listing in listings:
-        if (values := raw.get(listing, np.empty(0))).size < 2 or not _is_of(listing.unit or "m", "m"):
+        if (values := raw.get(listing, np.empty(0))).size < 2 or not _is_of(
+            listing.unit or "m", "m"
+        ):
             continue
         steps = np.abs(np.diff(values))
         # most steps of few digits are 0
-        extent, noise = float(np.ptp(values)), float(np.median(steps) or steps.mean()) / _MEDIAN_STEP
-        is_noise = extent < _LEAST_MOTION * noise and extent < _LEAST_SWING * abs(float(values.mean()))
+        extent, noise = (
+            float(np.ptp(values)),
+            float(np.median(steps) or steps.mean()) / _MEDIAN_STEP,
+        )
+        is_noise = extent < _LEAST_MOTION * noise and extent < _LEAST_SWING * abs(
+            float(values.mean())
+        )
         is_force = not listing.unit and not _find_column([listing], "", _STROKE)
         if not is_force and (not extent or is_noise or cycles >= 1):
             still.append(listing)
@@ -344,7 +447,8 @@ def _still_columns(raw: _Raw, listings: Sequence[Listing], time: Listing | None)
 def _find_column(listings: Sequence[Listing], unit: str, patterns: Sequence[str]) -> Listing | None:
     """Find the column that alone matches a pattern and a unit, by the first such pattern.
 
-    Of several columns of one name, e.g. of several tests, the first. An empty unit matches any column.
+    Of several columns of one name, e.g. of several tests, the first. An empty unit matches any
+    column.
     """
     for pattern in patterns:
         fitting = [
@@ -365,9 +469,15 @@ def _coefficient(listings: Sequence[Listing]) -> Listing | None:
     fitting = [
         listing
         for listing in listings
-        if _COEFFICIENT.search(_name(listing)) and listing.values != "a text" and listing.unit in {"", "1", "-"}
+        if _COEFFICIENT.search(_name(listing))
+        and listing.values != "a text"
+        and listing.unit in {"", "1", "-"}
     ]
-    plain = [listing for listing in fitting if _COEFFICIENT.fullmatch(split_unit(_name(listing))[0].strip())]
+    plain = [
+        listing
+        for listing in fitting
+        if _COEFFICIENT.fullmatch(split_unit(_name(listing))[0].strip())
+    ]
     return fitting[0] if len(fitting) == 1 else next(iter(plain), None)
 
 
@@ -384,7 +494,9 @@ def _unnamed_ratios(raw: _Raw, listings: Sequence[Listing]) -> list[Listing]:
         if not (listing.unit or _unit_in_name(listing))
         and _find_column([listing], "", _TANGENTIAL[:1])
         and not _find_column([listing], "", _ANY_FORCE)
-        and 0 < float(np.abs(raw.get(listing, np.empty(0))).max(initial=0.0)) <= _LARGEST_COEFFICIENT
+        and 0
+        < float(np.abs(raw.get(listing, np.empty(0))).max(initial=0.0))
+        <= _LARGEST_COEFFICIENT
     ]
 
 
@@ -392,12 +504,16 @@ def _times_load(listing: Listing) -> list[str]:
     """Return the key of a tangential load: a column of coefficients times the normal load."""
     reference = _reference(listing)
     column = reference.strip("{} ") if reference.startswith("{") else f"column = {reference}"
-    return [f'tangential_load = {{ {column}, times = "normal_load" }}  # a coefficient, times the normal load']
+    return [
+        f'tangential_load = {{ {column}, times = "normal_load" }}  # a coefficient, times the normal load'
+    ]
 
 
 def _trace_and_retrace(listings: Sequence[Listing]) -> tuple[Listing, Listing] | None:
     """Return the columns of trace and retrace of a force, by name; None unless there is exactly one pair."""
-    names = {_name(listing).lower(): listing for listing in listings if _is_of(listing.unit or "N", "N")}
+    names = {
+        _name(listing).lower(): listing for listing in listings if _is_of(listing.unit or "N", "N")
+    }
     pairs = [
         (names[trace], listing)
         for name, listing in names.items()
@@ -455,7 +571,10 @@ def _pressing(raw: _Raw, listing: Listing | None) -> tuple[str, str]:
         return "", ""
     if values.mean() < 0:
         return "scale = -1", "compression is negative in the file"
-    return "", f"{count_text(below, 'sample is', 'samples are')} below zero; if that is noise: negative_as_zero = true"
+    return (
+        "",
+        f"{count_text(below, 'sample is', 'samples are')} below zero; if that is noise: negative_as_zero = true",
+    )
 
 
 _NO_UNIT, _BY_NAME = "no unit in the file: check it", "from its name: check it"
@@ -501,21 +620,33 @@ def _time_key(raw: _Raw, listing: Listing, interval: tuple[float, str] | None) -
 
 def _assumed_unit(raw: _Raw, listing: Listing | None, unit: str) -> str:
     """Return the SI unit if a file without units is plausible in SI, else an empty string."""
-    if listing is None or listing.unit or _unit_in_name(listing) or not (values := _values(raw, listing, unit)).size:
+    if (
+        listing is None
+        or listing.unit
+        or _unit_in_name(listing)
+        or not (values := _values(raw, listing, unit)).size
+    ):
         return ""
     largest = float(np.ptp(values) if unit == "m" else np.abs(values).max())
     return unit if 0 < largest <= _LARGEST_IN_SI[unit] else ""
 
 
 def _tangential_keys(
-    raw: _Raw, key: str, listing: Listing | None, unit: str, across: Mapping[Listing | None, Listing]
+    raw: _Raw,
+    key: str,
+    listing: Listing | None,
+    unit: str,
+    across: Mapping[Listing | None, Listing],
 ) -> list[str]:
     """Return the key of a tangential channel and, if it has a column along y, the key of that column."""
     si = "m" if key.endswith("displacement") else "N"
     keys = [_key(key, listing, unit, stated=_assumed_unit(raw, listing, si))]
     if listing not in across:
         return keys
-    return [*keys, _key(f"{key}_y", across[listing], unit, stated=_assumed_unit(raw, across[listing], si))]
+    return [
+        *keys,
+        _key(f"{key}_y", across[listing], unit, stated=_assumed_unit(raw, across[listing], si)),
+    ]
 
 
 def _along_y(listings: Sequence[Listing]) -> dict[Listing | None, Listing]:

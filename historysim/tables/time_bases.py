@@ -16,7 +16,15 @@ INTERVALS = (
     "wf_increment", "dt", "delta_t", "increment", "interval", "sample_interval", "sampling_interval", "sample_period",
     "sampling_period",
 )  # fmt: skip
-RATES = ("sample_rate", "sampling_rate", "samplerate", "rate", "fs", "sampling_frequency", "sample_frequency")
+RATES = (
+    "sample_rate",
+    "sampling_rate",
+    "samplerate",
+    "rate",
+    "fs",
+    "sampling_frequency",
+    "sample_frequency",
+)
 OFFSETS = ("wf_start_offset", "t0", "start", "start_offset", "time_offset")
 DATES = ("wf_start_time", "start_time", "timestamp")
 NAMES = frozenset((*INTERVALS, *RATES, *OFFSETS, *DATES))
@@ -52,7 +60,9 @@ class TimeBase:
 
     def times(self, count: int, origin: "TimeBase") -> Floats:
         """Return the times of samples [s] since the date of another time base."""
-        return np.asarray(self.start_after(origin) + origin.start + self.interval * np.arange(count), np.float64)
+        return np.asarray(
+            self.start_after(origin) + origin.start + self.interval * np.arange(count), np.float64
+        )
 
     def start_after(self, other: "TimeBase") -> float:
         """Return the start relative to that of another time base [s]; NaN if only one of them has a date."""
@@ -74,7 +84,11 @@ class TimeBase:
         """Describe start and interval."""
         start = quantity_text(self.start, "s", 9)
         if self.date is not None:
-            start = str(self.date + np.timedelta64(round(self.start * 1e9), "ns")).rstrip("0").rstrip(".")
+            start = (
+                str(self.date + np.timedelta64(round(self.start * 1e9), "ns"))
+                .rstrip("0")
+                .rstrip(".")
+            )
         return f"starts at {start}, a sample each {quantity_text(self.interval, 's', 9)}"
 
 
@@ -103,8 +117,14 @@ def _date(value: object) -> np.datetime64 | None:
     if isinstance(value, str):
         with contextlib.suppress(ValueError):
             date = dt.datetime.fromisoformat(value.strip())
-            value = np.datetime64(date.astimezone(dt.UTC).replace(tzinfo=None) if date.tzinfo else date)
-    return value.astype("datetime64[ns]") if isinstance(value, np.datetime64) and not np.isnat(value) else None
+            value = np.datetime64(
+                date.astimezone(dt.UTC).replace(tzinfo=None) if date.tzinfo else date
+            )
+    return (
+        value.astype("datetime64[ns]")
+        if isinstance(value, np.datetime64) and not np.isnat(value)
+        else None
+    )
 
 
 @attrs.frozen(eq=False)
@@ -130,13 +150,18 @@ def differing_bases(columns: Sequence[TimedColumn]) -> bool:
     """Return whether the time bases of columns differ."""
     known = [column for column in columns if column.base is not None]
     longest = max((len(column.values) for column in known), default=0)
-    return any(not column.base.is_same(known[0].base, longest) for column in known[1:] if column.base and known[0].base)
+    return any(
+        not column.base.is_same(known[0].base, longest)
+        for column in known[1:]
+        if column.base and known[0].base
+    )
 
 
 def describe_bases(columns: Sequence[TimedColumn]) -> str:
     """Describe the time bases of columns, for messages."""
     texts = [
-        f"{column.name} {column.base.text() if column.base else 'has no start and interval'}" for column in columns
+        f"{column.name} {column.base.text() if column.base else 'has no start and interval'}"
+        for column in columns
     ]
     return "; ".join(texts[:MOST_NAMED]) + ("; …" if len(texts) > MOST_NAMED else "")
 
@@ -144,7 +169,10 @@ def describe_bases(columns: Sequence[TimedColumn]) -> str:
 def join_by_time(columns: Sequence[TimedColumn]) -> JoinedColumns:
     """Interpolate columns onto the times of the first one; InputError if a time base is unknown, or none overlap."""
     first = columns[0].base
-    starts = [column.base.start_after(first) if column.base and first else float("nan") for column in columns]
+    starts = [
+        column.base.start_after(first) if column.base and first else float("nan")
+        for column in columns
+    ]
     if first is None or np.isnan(starts).any():
         raise InputError(
             f"columns with different times: {describe_bases(columns)}; expected start and interval of each, or a "
@@ -162,7 +190,9 @@ def join_by_time(columns: Sequence[TimedColumn]) -> JoinedColumns:
         values.append(np.where(covered, np.interp(time, times, column.values), np.nan))
         inside &= covered
     if not inside.any():
-        raise InputError(f"columns without a common time: {describe_bases(columns)}; expected times that overlap")
+        raise InputError(
+            f"columns without a common time: {describe_bases(columns)}; expected times that overlap"
+        )
     common = f"{int(inside.sum()):,} of {time.size:,} samples are in all of them"
     notice = f"different times: {describe_bases(columns)}; joined by time onto {columns[0].name}, {common}"
     return JoinedColumns(values, inside, time, notice)

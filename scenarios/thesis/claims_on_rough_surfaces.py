@@ -1,12 +1,16 @@
 """Claims of the source on rough surfaces that no figure shows: area and friction, adhesion, load or friction, size.
 
-Silicon on glass, μ = .2, generated surfaces (β = 20 µm, 9-point rule), 50 mN where no load is said. Assumed: with a
-constant shear strength the friction force is τ₀ A, so that μ varies as A/N.
+Silicon on glass, μ = .2, generated surfaces (β = 20 µm, 9-point rule), 50 mN where no load is said.
+Assumed: with a constant shear strength the friction force is τ₀ A, so that μ varies as A/N.
 
-- The contact area is proportional to the load, and μ constant (2.3, 4.4.1, 5.5.1): the power of the area over the load.
-- Adhesion does not matter on rough contacts (2.2.2, 7): what could pull, 1.5πWR of each asperity in contact (JKR).
-- Load matters more than friction (6.2.1, 7): what 10 % more load does to δ, which 10 % more friction raises by 10 %.
-- A larger nominal area is better predicted (6.2.2, 7): the relative deviation of δ between surfaces of one size.
+- The contact area is proportional to the load, and μ constant (2.3, 4.4.1, 5.5.1): the power of the
+  area over the load.
+- Adhesion does not matter on rough contacts (2.2.2, 7): what could pull, 1.5πWR of each asperity in
+  contact (JKR).
+- Load matters more than friction (6.2.1, 7): what 10 % more load does to δ, which 10 % more
+  friction raises by 10 %.
+- A larger nominal area is better predicted (6.2.2, 7): the relative deviation of δ between surfaces
+  of one size.
 """
 
 # historysim gallery: example
@@ -30,13 +34,18 @@ def _ensembles(side: int, seed: int) -> list[hs.Ensemble]:
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
     summits = hs.random_surface((side, side), 1e-6, 1e-6, 20e-6, seed=seed).summits(rule=9)
     scale = ROUGHNESS / 1e-6
-    return [hs.Ensemble(pair, summits.height * each, summits.radius / each, friction=0.2) for each in scale]
+    return [
+        hs.Ensemble(pair, summits.height * each, summits.radius / each, friction=0.2)
+        for each in scale
+    ]
 
 
 def _numbers(ensemble: hs.Ensemble) -> tuple[list[float], list[float], float]:
     """Return δ [m] and contact area [m²] at each load, and the share of 50 mN with which adhesion could pull."""
     depth = np.array([ensemble.approach_at(load) for load in LOADS])
-    approach = np.maximum(ensemble.summit_height - ensemble.summit_height.max() + depth[:, np.newaxis], 0.0)
+    approach = np.maximum(
+        ensemble.summit_height - ensemble.summit_height.max() + depth[:, np.newaxis], 0.0
+    )
     area = np.pi * (ensemble.summit_radius * approach).sum(axis=1)
     radii = ensemble.summit_radius[approach[MIDDLE] > 0]
     pull = 1.5 * np.pi * ensemble.pair.work_of_adhesion * radii.sum() / LOADS[MIDDLE]
@@ -46,11 +55,15 @@ def _numbers(ensemble: hs.Ensemble) -> tuple[list[float], list[float], float]:
 def calculated(seeds: int = 10, sizes: int = 40) -> xr.Dataset:
     """Return δ [m], area [m²] and adhesion over Rq, load and seed, and δ at 50 mN over side, Rq and surface."""
     found = [[_numbers(each) for each in _ensembles(256, seed)] for seed in range(1, seeds + 1)]
-    reach, area, pull = (np.array([[one[part] for one in row] for row in found]) for part in range(3))
+    reach, area, pull = (
+        np.array([[one[part] for one in row] for row in found]) for part in range(3)
+    )
     by_size = np.empty((SIDES.size, ROUGHNESS.size, sizes))
     for row, side in enumerate(SIDES):
         for seed in range(sizes):
-            by_size[row, :, seed] = [_numbers(each)[0][MIDDLE] for each in _ensembles(int(side), seed + 1)]
+            by_size[row, :, seed] = [
+                _numbers(each)[0][MIDDLE] for each in _ensembles(int(side), seed + 1)
+            ]
     dims = ("seed", "rms_height", "normal_load")
     return xr.Dataset(
         {
@@ -79,9 +92,15 @@ def rows(found: xr.Dataset) -> list[list[str]]:
     names = ("24 nm", "0.1 µm", "1 µm")
     return [
         ["Rq", *names],
-        ["power of the area over the load, 10 to 90 mN", *(f"{each:.3f}" for each in exponent.values)],
+        [
+            "power of the area over the load, 10 to 90 mN",
+            *(f"{each:.3f}" for each in exponent.values),
+        ],
         ["change of μ from 50 to 90 mN", *(f"{100 * each:.1f} %" for each in friction.values)],
-        ["adhesion over the load", *(f"{100 * each:.2g} %" for each in found.adhesion.mean("seed").values)],
+        [
+            "adhesion over the load",
+            *(f"{100 * each:.2g} %" for each in found.adhesion.mean("seed").values),
+        ],
         ["change of δ with 10 % more load", *(f"{100 * each:.1f} %" for each in more.values)],
         *(
             [f"relative deviation of δ, side of {side} µm", *(f"{each:.3f}" for each in own)]
@@ -101,9 +120,18 @@ def drawn(found: xr.Dataset) -> list[Figure]:
         fit="power",
         title="Claim: the contact area is proportional to the load",
     )
-    sizes = found[["displacement_of_size"]].rename(surface="seed", displacement_of_size="preliminary_displacement")
-    looks = {"over": "side", "each": "rms_height", "title": "Claim: a larger nominal area varies less"}
-    return [first, hs.plots.curve(sizes, quantity="preliminary_displacement", from_zero=True, **looks)]
+    sizes = found[["displacement_of_size"]].rename(
+        surface="seed", displacement_of_size="preliminary_displacement"
+    )
+    looks = {
+        "over": "side",
+        "each": "rms_height",
+        "title": "Claim: a larger nominal area varies less",
+    }
+    return [
+        first,
+        hs.plots.curve(sizes, quantity="preliminary_displacement", from_zero=True, **looks),
+    ]
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
 """Fig. 4.8: traction over the diameter of the contact, one ellipse for each load, Si (a) and SiO₂ (b) on glass.
 
-The maximum is 3F/2πa² (Eq. 4.4 prints a³) on the contact area of Hertz. The source takes the measured F, which it has
-in a picture alone, and as F ∝ N^0.7 (4.4.1): the maximum then rises with the load, and more slowly at a high load, as
-4.4.3 says. F = τ₀A on the area of adhesive contact (JKR) gives the opposite order, high at low load and then level,
-as 4.6 says; constant μ lets it rise as N^(1/3). Assumed: all three have the μ of Fig. 4.1 at 50 mN.
+The maximum is 3F/2πa² (Eq. 4.4 prints a³) on the contact area of Hertz. The source takes the
+measured F, which it has in a picture alone, and as F ∝ N^0.7 (4.4.1): the maximum then rises with
+the load, and more slowly at a high load, as 4.4.3 says. F = τ₀A on the area of adhesive contact
+(JKR) gives the opposite order, high at low load and then level, as 4.6 says; constant μ lets it
+rise as N^(1/3). Assumed: all three have the μ of Fig. 4.1 at 50 mN.
 """
 
 # historysim gallery: example
@@ -30,7 +31,10 @@ def _law(name: str, pair: hs.MaterialPair, friction: float) -> float | hs.laws.F
     area = (
         np.pi
         * hs.theory.adhesion.jkr_contact_radius(
-            REFERENCE, summit_radius=RADIUS, contact_modulus=pair.contact_modulus, work_of_adhesion=work
+            REFERENCE,
+            summit_radius=RADIUS,
+            contact_modulus=pair.contact_modulus,
+            work_of_adhesion=work,
         )
         ** 2
     )
@@ -58,10 +62,16 @@ def calculated() -> xr.Dataset:
     for row, ball in enumerate(BALLS):
         for column, law in enumerate(LAWS):
             history = _slid(ball, law).isel(step=slice(1, None, 2), asperity=0)
-            values[row, column] = 1.5 * history.tangential_load / (np.pi * history.contact_radius**2)
+            values[row, column] = (
+                1.5 * history.tangential_load / (np.pi * history.contact_radius**2)
+            )
     return xr.Dataset(
         {"greatest_traction": (("ball", "law", "normal_load"), values, {"units": "Pa"})},
-        {"ball": list(BALLS), "law": list(LAWS), "normal_load": ("normal_load", LOADS, {"units": "N"})},
+        {
+            "ball": list(BALLS),
+            "law": list(LAWS),
+            "normal_load": ("normal_load", LOADS, {"units": "N"}),
+        },
     )
 
 
@@ -74,7 +84,13 @@ def drawn(found: xr.Dataset) -> list[Figure]:
         for axes, law in zip(figure.subplots(1, 3, sharey=True), LAWS, strict=True):
             steps = tuple(range(1, 2 * LOADS.size, 2))
             labels = tuple(f"{load * 1e3:g} mN" for load in LOADS)
-            looks = {"across": "diameter", "limit": False, "steps": steps, "labels": labels, "title": law}
+            looks = {
+                "across": "diameter",
+                "limit": False,
+                "steps": steps,
+                "labels": labels,
+                "title": law,
+            }
             hs.plots.traction(_slid(ball, law), ax=axes, **looks)
             axes.get_legend().set_loc("lower center")
         figure.axes[0].set_ylim(0, 1.05 * float(found.greatest_traction.sel(ball=ball).max()))

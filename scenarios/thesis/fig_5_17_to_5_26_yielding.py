@@ -1,10 +1,11 @@
 """Figs. 5.17, 5.21 and 5.26, elastic and with summits that yield: δ of each level, from a virgin surface and in a run.
 
-Zirconia on glass, generated surfaces (β = 20 µm), the hardness of glass, Kogut and Etsion's law. At the printed Rq of
-24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300 nm and 1 µm nearly all of the load
-rests on flattened summits, δ is far less, and the order of loads counts: raised without release each level is that of
-a virgin surface; lowered, δ falls more than it rose. "Constant when the load falls" (Fig. 5.26) is not what yielding
-gives. The source's own balls have a few far higher summits: these yield, which no Gaussian surface of this Rq shows.
+Zirconia on glass, generated surfaces (β = 20 µm), the hardness of glass, Kogut and Etsion's law. At
+the printed Rq of 24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300
+nm and 1 µm nearly all of the load rests on flattened summits, δ is far less, and the order of loads
+counts: raised without release each level is that of a virgin surface; lowered, δ falls more than it
+rose. "Constant when the load falls" (Fig. 5.26) is not what yielding gives. The source's own balls
+have a few far higher summits: these yield, which no Gaussian surface of this Rq shows.
 """
 
 # historysim gallery: example
@@ -17,12 +18,18 @@ import historysim as hs
 
 ROUGHNESS = np.array([24e-9, 300e-9, 1e-6])
 LOADS = np.array([50e-3, 70e-3, 90e-3])
-RUNS = {"constant": [[load] for load in LOADS], "rises": [list(LOADS)], "falls": [list(LOADS[::-1])]}
+RUNS = {
+    "constant": [[load] for load in LOADS],
+    "rises": [list(LOADS)],
+    "falls": [list(LOADS[::-1])],
+}
 LAWS = {"elastic": None, "yielding": "kogut-etsion"}
 
 
 def _levels(ensemble: hs.Ensemble, loads: list[float]) -> list[float]:
-    history = hs.replay(ensemble, [hs.NormalLoad(float(time), load) for time, load in enumerate(loads)])
+    history = hs.replay(
+        ensemble, [hs.NormalLoad(float(time), load) for time, load in enumerate(loads)]
+    )
     return [float(each) for each in history.contact.preliminary_displacement().values]
 
 
@@ -37,9 +44,17 @@ def calculated(seeds: int = 4) -> xr.Dataset:
                 ensemble = hs.Ensemble.from_summits(pair, summits, 0.17, yielding=law)
                 for number, (name, runs) in enumerate(RUNS.items()):
                     found = [level for loads in runs for level in _levels(ensemble, loads)]
-                    values[row, column, number, :, seed - 1] = found[::-1] if name == "falls" else found
+                    values[row, column, number, :, seed - 1] = (
+                        found[::-1] if name == "falls" else found
+                    )
     return xr.Dataset(
-        {"preliminary_displacement": (("rms_height", "law", "run", "normal_load", "seed"), values, {"units": "m"})},
+        {
+            "preliminary_displacement": (
+                ("rms_height", "law", "run", "normal_load", "seed"),
+                values,
+                {"units": "m"},
+            )
+        },
         {
             "rms_height": ("rms_height", ROUGHNESS, {"units": "m"}),
             "law": list(LAWS),
@@ -74,6 +89,10 @@ if __name__ == "__main__":
     mean = result.preliminary_displacement.mean("seed") * 1e9
     for rms in mean.rms_height.values:
         for law in LAWS:
-            print(f"Rq {rms * 1e9:g} nm, {law}", mean.sel(rms_height=rms, law=law).to_pandas().round(2), sep="\n")
+            print(
+                f"Rq {rms * 1e9:g} nm, {law}",
+                mean.sel(rms_height=rms, law=law).to_pandas().round(2),
+                sep="\n",
+            )
     for number, figure in enumerate(drawn(result), 1):
         figure.savefig(f"fig_5_17_to_5_26_yielding_{number}.png")

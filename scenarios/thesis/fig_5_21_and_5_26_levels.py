@@ -1,7 +1,7 @@
 """Figs. 5.21 and 5.26: preliminary displacement of each level of a run without release, zirconia and alumina on glass.
 
-The runs are those of fig_5_19_rising_loads.toml (50, 70, 90 mN) and fig_5_24_falling_loads.toml (90, 70, 50 mN). δ of a
-load has no memory: whatever was before, it is that of Fig. 5.17.
+The runs are those of fig_5_19_rising_loads.toml (50, 70, 90 mN) and fig_5_24_falling_loads.toml
+(90, 70, 50 mN). δ of a load has no memory: whatever was before, it is that of Fig. 5.17.
 """
 
 # historysim gallery: example
@@ -25,14 +25,24 @@ def calculated(seeds: int = 4) -> xr.Dataset:
     for run, file in enumerate(RUNS.values()):
         for row, (material, roughness, friction) in enumerate(BALLS.values()):
             for seed in range(1, seeds + 1):
-                settings = {"materials.first": material, "surface.rms_height": roughness, "surface.seed": seed}
+                settings = {
+                    "materials.first": material,
+                    "surface.rms_height": roughness,
+                    "surface.seed": seed,
+                }
                 settings |= {"friction.coefficient": friction, "loading.substeps": 1}
                 history = hs.run(hs.load(Path(__file__).with_name(file), settings))
                 found = hs.analysis.preliminary_displacement(history).values
                 ends = [found[np.isclose(history.total_normal_load, load)][-1] for load in LOADS]
                 values[run, row, :, seed - 1] = ends
     return xr.Dataset(
-        {"preliminary_displacement": (("run", "ball", "normal_load", "seed"), values, {"units": "m"})},
+        {
+            "preliminary_displacement": (
+                ("run", "ball", "normal_load", "seed"),
+                values,
+                {"units": "m"},
+            )
+        },
         {
             "run": list(RUNS),
             "ball": list(BALLS),

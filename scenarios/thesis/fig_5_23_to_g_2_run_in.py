@@ -1,14 +1,16 @@
 """Figs. 5.23, 6.15 to 6.17 and G.2, with maps that are run in: summits yield and wear, and are found anew.
 
-Alumina on zirconia, generated maps (Rq 1.18 µm, the sum of the vacuum pair at 5 N and 100 m of Table B.3, β = 20 µm,
-128 × 128 points of 1 µm), μ = .3, eight passes of 10 mm under the load, Kogut and Etsion's law with H = 12.5 GPa,
-Archard's with K = 1e-6; what is cut off is lost. The real maps are not published; a contact is smaller than a pixel, so
-that a pass lowers the points of the summits that it meets. What the passes do:
+Alumina on zirconia, generated maps (Rq 1.18 µm, the sum of the vacuum pair at 5 N and 100 m of
+Table B.3, β = 20 µm, 128 × 128 points of 1 µm), μ = .3, eight passes of 10 mm under the load, Kogut
+and Etsion's law with H = 12.5 GPa, Archard's with K = 1e-6; what is cut off is lost. The real maps
+are not published; a contact is smaller than a pixel, so that a pass lowers the points of the
+summits that it meets. What the passes do:
 
-- δ is far less in the first pass than by Hertz, and less again in the last: the direction of Fig. 5.23, "after the
-  test less", not its two orders of magnitude;
+- δ is far less in the first pass than by Hertz, and less again in the last: the direction of Fig.
+  5.23, "after the test less", not its two orders of magnitude;
 - the radii of the summits that touch double, where G.2 has them fall with the distance;
-- maps spread less, as the source claims of run-in surfaces. Most of it is the immediate effect of yielding.
+- maps spread less, as the source claims of run-in surfaces. Most of it is the immediate effect of
+  yielding.
 """
 
 # historysim gallery: example
@@ -40,7 +42,9 @@ def calculated(seeds: int = 6, passes: int = 8, points: int = 128) -> xr.Dataset
         for seed in range(1, seeds + 1):
             surface = hs.random_surface((points, points), 1e-6, RMS_HEIGHT, 20e-6, seed=seed)
             steps = [Pass(load, DISTANCE)] * passes
-            _, records = run_in(surface, pair, steps, friction=FRICTION, yielding="kogut-etsion", wear=wear)
+            _, records = run_in(
+                surface, pair, steps, friction=FRICTION, yielding="kogut-etsion", wear=wear
+            )
             elastic[row, seed - 1] = _elastic(pair, surface, load)
             for number, one in enumerate(records):
                 displacement[row, number, seed - 1] = one.preliminary_displacement
@@ -86,7 +90,9 @@ if __name__ == "__main__":
     result = calculated()
     for name in ("preliminary_displacement", "touching_radius"):
         mean, spread = result[name].mean("seed"), result[name].std("seed")
-        print(name, (mean * 1e9).round(1).to_pandas(), (spread / mean).round(3).to_pandas(), sep="\n")
+        print(
+            name, (mean * 1e9).round(1).to_pandas(), (spread / mean).round(3).to_pandas(), sep="\n"
+        )
     print("elastic", (result.elastic_displacement.mean("seed") * 1e9).round(1).values, "nm")
     for number, figure in enumerate(drawn(result), 1):
         figure.savefig(f"fig_5_23_to_g_2_run_in_{number}.png")

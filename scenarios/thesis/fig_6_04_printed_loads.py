@@ -1,8 +1,8 @@
 """Fig. 6.4 with the loads of each contact as they are printed: F/n² with R/√n, and F/√n with R.
 
-They do not add up to F: F/n² leaves F/n in all, F/√n makes it √n F. If n is the number on a side ("about 64 contacts"
-is n = 8), F/n² does add up and is the F/n of fig_6_04_texture.toml at n² contacts; F/√n never does. Only so the
-texture that keeps R moves more.
+They do not add up to F: F/n² leaves F/n in all, F/√n makes it √n F. If n is the number on a side
+("about 64 contacts" is n = 8), F/n² does add up and is the F/n of fig_6_04_texture.toml at n²
+contacts; F/√n never does. Only so the texture that keeps R moves more.
 """
 
 # historysim gallery: example
@@ -38,7 +38,9 @@ def drawn(found: xr.Dataset) -> Figure:
     """Return the figure."""
     title = "Fig. 6.4 with the printed loads: preliminary displacement over the number of contacts"
     looks = {"logarithmic": False, "from_zero": True, "title": title}
-    return hs.plots.curve(found, quantity="preliminary_displacement", over="count", each="law", **looks)
+    return hs.plots.curve(
+        found, quantity="preliminary_displacement", over="count", each="law", **looks
+    )
 
 
 if __name__ == "__main__":

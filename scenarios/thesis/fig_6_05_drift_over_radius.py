@@ -1,7 +1,8 @@
 """Fig. 6.5: drift over the relative change of radius, ΔR = (R₂ - R₁)/R₁.
 
-R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (given). Forward with R₁, back with R₂ (from .1 to 3 µm times the
-factor): the drift is the difference of the preliminary displacements. The source has less than 20 nm at × 100.
+R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (given). Forward with R₁, back with R₂ (from .1 to 3
+µm times the factor): the drift is the difference of the preliminary displacements. The source has
+less than 20 nm at × 100.
 """
 
 # historysim gallery: example
@@ -33,7 +34,11 @@ def calculated() -> xr.Dataset:
         {"drift": (("start", "change"), drift, {"units": "m", "long_name": "drift"})},
         {
             "start": [f"$R_1$ = {LEAST * factor * 1e6:g} µm" for factor in FACTORS],
-            "change": ("change", CHANGES, {"long_name": r"relative change of the radius $\Delta R$"}),
+            "change": (
+                "change",
+                CHANGES,
+                {"long_name": r"relative change of the radius $\Delta R$"},
+            ),
         },
     )
 
@@ -41,7 +46,9 @@ def calculated() -> xr.Dataset:
 def drawn(found: xr.Dataset) -> Figure:
     """Return the figure."""
     title = "Fig. 6.5: drift over relative change of radius, alumina on zirconia, 10 mN"
-    return hs.plots.curve(found, quantity="drift", over="change", each="start", logarithmic=False, title=title)
+    return hs.plots.curve(
+        found, quantity="drift", over="change", each="start", logarithmic=False, title=title
+    )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Fig. 6.6: (a) the sequence of the normal load, (b) branch drift over its change.
 
-From 50 mN up to 100 and down to 1, from 100 mN by 50 mN up and down. R = .5 µm, μ = .5 (given). A falling load
-drifts more, and a higher load at the start less, as the source says. Its numbers are those of R = 1 µm, as if the
-diameter had been used. Assumed: the steps of the sequence.
+From 50 mN up to 100 and down to 1, from 100 mN by 50 mN up and down. R = .5 µm, μ = .5 (given). A
+falling load drifts more, and a higher load at the start less, as the source says. Its numbers are
+those of R = 1 µm, as if the diameter had been used. Assumed: the steps of the sequence.
 """
 
 # historysim gallery: example
@@ -27,7 +27,11 @@ def calculated(radius: str = "0.5 µm", count: int = 11) -> xr.Dataset:
     drift, difference, change = np.empty((3, 2, len(FIRST), shares.size))
     for row, ends in enumerate(ENDS.values()):
         for column, (first, end) in enumerate(zip(FIRST, ends, strict=True)):
-            settings = {"surface.radius": radius, "loading.waypoints[0].normal_load": first, "loading.substeps": 1}
+            settings = {
+                "surface.radius": radius,
+                "loading.waypoints[0].normal_load": first,
+                "loading.substeps": 1,
+            }
             loads = [first + end * part for part in shares]
             over = {"loading.waypoints[2].normal_load": loads}
             found = hs.sweep(hs.load(path, settings), over, outputs=["branch_drift", "drift"])
@@ -37,8 +41,16 @@ def calculated(radius: str = "0.5 µm", count: int = 11) -> xr.Dataset:
     size = len(lines), shares.size
     return xr.Dataset(
         {
-            "drift": (("line", "point"), drift.reshape(size), {"units": "m", "long_name": "branch drift"}),
-            "difference": (("line", "point"), difference.reshape(size), {"units": "m", "long_name": "Eq. 6.1"}),
+            "drift": (
+                ("line", "point"),
+                drift.reshape(size),
+                {"units": "m", "long_name": "branch drift"},
+            ),
+            "difference": (
+                ("line", "point"),
+                difference.reshape(size),
+                {"units": "m", "long_name": "Eq. 6.1"},
+            ),
             "change": (
                 ("line", "point"),
                 np.abs(change).reshape(size),
@@ -57,7 +69,13 @@ def _sequence() -> Figure:
         for end in ends:
             loads = np.round(np.linspace(first, first + end, 6) * 1e3, 1)
             style, way = ("-", "up") if end > 0 else ("--", "down")
-            axes.step(np.arange(7), [*loads, loads[-1]], style, where="post", label=f"from {first * 1e3:g} mN {way}")
+            axes.step(
+                np.arange(7),
+                [*loads, loads[-1]],
+                style,
+                where="post",
+                label=f"from {first * 1e3:g} mN {way}",
+            )
     axes.set_xticks(np.arange(6) + 0.5, ["there", "back"] * 3)
     axes.set(ylim=(0, None), xlabel="stroke", ylabel="normal load $N$ (mN)")
     axes.set_title("Fig. 6.6 a: sequence of the normal load, rising and falling", fontsize=9)
@@ -70,7 +88,9 @@ def drawn(found: xr.Dataset) -> list[Figure]:
     title = "Fig. 6.6 b: drift over the difference of the normal load, alumina on zirconia"
     return [
         _sequence(),
-        hs.plots.curve(found, quantity="drift", over="change", each="line", from_zero=True, title=title),
+        hs.plots.curve(
+            found, quantity="drift", over="change", each="line", from_zero=True, title=title
+        ),
     ]
 
 

@@ -1,6 +1,7 @@
 """Fig. 6.7: drift over the change of the friction coefficient: linear, and the same from any start.
 
-By .1 to .25 from μ = .2, .7 and .9, and from .9 down. The radius is that of scenario 20; 10 mN (given).
+By .1 to .25 from μ = .2, .7 and .9, and from .9 down. The radius is that of scenario 20; 10 mN
+(given).
 """
 
 # historysim gallery: example
@@ -16,7 +17,12 @@ import historysim as hs
 CHANGES = np.array([0.0, 0.1, 0.15, 0.2, 0.25])
 SCENARIO = Path(__file__).parents[1] / "20_radius_load_friction.toml"
 SETTINGS = {f"loading.waypoints[{number}].normal_load": "10 mN" for number in (0, 2)}
-STARTS = {"from 0.2": (0.2, 1), "from 0.7": (0.7, 1), "from 0.9": (0.9, 1), "from 0.9 down": (0.9, -1)}
+STARTS = {
+    "from 0.2": (0.2, 1),
+    "from 0.7": (0.7, 1),
+    "from 0.9": (0.9, 1),
+    "from 0.9 down": (0.9, -1),
+}
 
 
 def calculated() -> xr.Dataset:
@@ -31,7 +37,11 @@ def calculated() -> xr.Dataset:
         {"drift": (("start", "change"), drift, {"units": "m", "long_name": "drift"})},
         {
             "start": list(STARTS),
-            "change": ("change", CHANGES, {"long_name": r"difference of the coefficient $|\Delta\mu|$"}),
+            "change": (
+                "change",
+                CHANGES,
+                {"long_name": r"difference of the coefficient $|\Delta\mu|$"},
+            ),
         },
     )
 

@@ -1,9 +1,10 @@
 """Figs. 6.9 and 6.10: preliminary displacement over the mean summit radius, for each β and each Rq.
 
-Bars along x are mean ± standard deviation of the radii; along y the displacement with all radii one deviation smaller
-and larger, heights as they are (6.2.2). Alumina on zirconia, 50 mN, μ = .5 (given for 6.10, assumed for 6.9). Fig.
-6.9: β of 10 to 80 µm at Rq = 1 µm; bars are longer at short β, but relatively the same. Fig. 6.10: Rq of .1 to 5 µm at
-β = 20 µm; δ rises with Rq, against one sentence of 6.2.2.
+Bars along x are mean ± standard deviation of the radii; along y the displacement with all radii one
+deviation smaller and larger, heights as they are (6.2.2). Alumina on zirconia, 50 mN, μ = .5 (given
+for 6.10, assumed for 6.9). Fig. 6.9: β of 10 to 80 µm at Rq = 1 µm; bars are longer at short β, but
+relatively the same. Fig. 6.10: Rq of .1 to 5 µm at β = 20 µm; δ rises with Rq, against one sentence
+of 6.2.2.
 """
 
 # historysim gallery: example
@@ -24,8 +25,8 @@ RADII = ("all radii the mean; bars: one deviation less, and more", "radii as the
 def calculated(seeds: int = 8, points: int = 512) -> xr.Dataset:
     """Return radii and displacements [m], ``a_…`` of Fig. 6.9 over β, ``b_…`` of Fig. 6.10 over Rq, both over seeds.
 
-    ``displacement``, ``low`` and ``high`` go over ``radii``, too: all of them the mean, with what one deviation more
-    and less of it gives, or as they are.
+    ``displacement``, ``low`` and ``high`` go over ``radii``, too: all of them the mean, with what
+    one deviation more and less of it gives, or as they are.
     """
     pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
     a, b = (np.empty((6, 2, len(values), seeds)) for values in (LENGTHS, ROUGHNESSES))
@@ -42,7 +43,11 @@ def calculated(seeds: int = 8, points: int = 512) -> xr.Dataset:
         "displacement": r"preliminary displacement $\delta$",
     }
     found = {
-        f"{figure}_{name}": (("radii", dim, "seed"), own, {"units": "m", "long_name": called.get(name, name)})
+        f"{figure}_{name}": (
+            ("radii", dim, "seed"),
+            own,
+            {"units": "m", "long_name": called.get(name, name)},
+        )
         for figure, dim, values in (("a", "autocorrelation_length", a), ("b", "rms_height", b))
         for name, own in zip(names, values, strict=True)
     }
@@ -68,17 +73,31 @@ def _numbers(pair: hs.MaterialPair, summits: hs.Summits) -> list[tuple[float, fl
     real = displacement(summits.radius)
     # larger radii carry the load with less approach
     low, middle, high = (displacement(mean + sign * deviation) for sign in (1, 0, -1))
-    return [(mean, mean), (mean - deviation, mean), (mean + deviation, mean), (middle, real), (low, real), (high, real)]
+    return [
+        (mean, mean),
+        (mean - deviation, mean),
+        (mean + deviation, mean),
+        (middle, real),
+        (low, real),
+        (high, real),
+    ]
 
 
 def _name_points(axes: Axes, found: xr.Dataset, own: str) -> None:
     """Write β, or Rq, above the points of the real radii."""
     values, symbol = (LENGTHS, "β") if own == "a" else (ROUGHNESSES, "Rq")
     real = found.isel(radii=1).mean("seed")
-    points = zip(real[f"{own}_mean_summit_radius"].values, real[f"{own}_displacement"].values, values, strict=True)
+    points = zip(
+        real[f"{own}_mean_summit_radius"].values,
+        real[f"{own}_displacement"].values,
+        values,
+        strict=True,
+    )
     for number, (radius, displacement, value) in enumerate(points):
         name = f"{symbol} = {value * 1e6:g} µm" if number == 0 else f"{value * 1e6:g}"
-        axes.annotate(name, (radius * 1e6, displacement * 1e9), (4, 5), textcoords="offset points", fontsize=7)
+        axes.annotate(
+            name, (radius * 1e6, displacement * 1e9), (4, 5), textcoords="offset points", fontsize=7
+        )
 
 
 def drawn(found: xr.Dataset) -> list[Figure]:
@@ -89,7 +108,10 @@ def drawn(found: xr.Dataset) -> list[Figure]:
     }
     figures = []
     for own, title in titles.items():
-        ends = {"x": (f"{own}_radius_low", f"{own}_radius_high"), "y": (f"{own}_low", f"{own}_high")}
+        ends = {
+            "x": (f"{own}_radius_low", f"{own}_radius_high"),
+            "y": (f"{own}_low", f"{own}_high"),
+        }
         names = {"quantity": f"{own}_displacement", "over": f"{own}_mean_summit_radius"}
         looks = {"unit": "nm", "over_unit": "µm"}
         figure = hs.plots.curve(found, **names, each="radii", ends=ends, title=title, **looks)

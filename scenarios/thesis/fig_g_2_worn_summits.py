@@ -1,9 +1,10 @@
 """Fig. G.2 a to d: radius over height of the summits of worn maps.
 
-Ball and plate, 100 and 1000 m, each at 1 and 5 N, in ambient and vacuum. The measured maps are not published.
-Assumed: one generated surface (β = 20 µm, 256 × 256 points of 1 µm), scaled to the Rq of Table B.3, so that radii go
-as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m in ambient, where the text lets zirconia's radii
-rise with the load: the maps themselves are needed. `kind = "measured"` reads real ones.
+Ball and plate, 100 and 1000 m, each at 1 and 5 N, in ambient and vacuum. The measured maps are not
+published. Assumed: one generated surface (β = 20 µm, 256 × 256 points of 1 µm), scaled to the Rq of
+Table B.3, so that radii go as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m
+in ambient, where the text lets zirconia's radii rise with the load: the maps themselves are needed.
+`kind = "measured"` reads real ones.
 """
 
 # historysim gallery: example
@@ -33,7 +34,10 @@ def _summits(rms: float) -> hs.Summits:
 
 def calculated() -> xr.Dataset:
     """Return mean radius and height [m] of the summits over panel and case."""
-    means = [[(each.radius.mean(), each.height.mean()) for each in map(_summits, row)] for row in PANELS.values()]
+    means = [
+        [(each.radius.mean(), each.height.mean()) for each in map(_summits, row)]
+        for row in PANELS.values()
+    ]
     values = np.array(means)
     dims = ("panel", "case")
     return xr.Dataset(
@@ -48,7 +52,9 @@ def calculated() -> xr.Dataset:
 def drawn(found: xr.Dataset) -> list[Figure]:  # noqa: ARG001 - the clouds, and not their means
     """Return the four panels."""
     return [
-        hs.plots.summits([_summits(rms) for rms in row], labels=CASES, apart=True, title=f"Fig. G.2 {name}")
+        hs.plots.summits(
+            [_summits(rms) for rms in row], labels=CASES, apart=True, title=f"Fig. G.2 {name}"
+        )
         for name, row in PANELS.items()
     ]
 

@@ -1,9 +1,9 @@
 """Table 6.1: mean and standard deviation of radii and heights of summits, over the autocorrelation length.
 
 Rq = 1 µm, pixels of 1 µm, exponential autocorrelation, 9-point rule. Each surface is 256 × 256 points cut out of a
-larger one, its heights as they fall: periodic maps, centred to zero mean, hide how far the mean height of a piece
-scatters. All ten means of the source are those of one such surface each; of its deviations only the 1.23 µm at 60 µm
-is not.
+larger one, its heights as they fall: periodic maps, centred to zero mean, hide how far the mean
+height of a piece scatters. All ten means of the source are those of one such surface each; of its
+deviations only the 1.23 µm at 60 µm is not.
 """
 
 # historysim gallery: example
@@ -32,10 +32,19 @@ def calculated(seeds: int = 3) -> xr.Dataset:
         for number in range(4 * seeds):
             seed, piece = divmod(number, 4)
             surface = hs.random_surface((WHOLE, WHOLE), 1e-6, 1e-6, length, seed=seed + 1)
-            x, y = ((part * PIECE * 1e-6, (part * PIECE + PIECE - 1) * 1e-6) for part in divmod(piece, 2))
+            x, y = (
+                (part * PIECE * 1e-6, (part * PIECE + PIECE - 1) * 1e-6)
+                for part in divmod(piece, 2)
+            )
             summits = surface.cropped(x=x, y=y).summits(rule=9)
             radius, height = summits.radius, summits.height
-            told = (radius.mean(), radius.std(ddof=1), height.mean(), height.std(ddof=1), height.size)
+            told = (
+                radius.mean(),
+                radius.std(ddof=1),
+                height.mean(),
+                height.std(ddof=1),
+                height.size,
+            )
             values[:, row, number] = told
     # each piece is a separate surface with a separate seed
     dims = ("autocorrelation_length", "seed")
@@ -51,7 +60,12 @@ def calculated(seeds: int = 3) -> xr.Dataset:
 
 def rows(found: xr.Dataset) -> list[list[str]]:
     """Return the table, in µm: what the source prints, and mean ± deviation of one surface here."""
-    table = [["β (µm)", *(f"{name.replace('_', ' ')}, {who}" for name in SOURCE for who in ("source", "here"))]]
+    table = [
+        [
+            "β (µm)",
+            *(f"{name.replace('_', ' ')}, {who}" for name in SOURCE for who in ("source", "here")),
+        ]
+    ]
     for row, length in enumerate(LENGTHS):
         line = [f"{length * 1e6:g}"]
         for name, printed in SOURCE.items():
@@ -63,10 +77,17 @@ def rows(found: xr.Dataset) -> list[list[str]]:
 
 def drawn(found: xr.Dataset) -> list[Figure]:
     """Return radius and height over β."""
-    titles = {"mean_summit_radius": "mean summit radius", "mean_summit_height": "mean summit height"}
+    titles = {
+        "mean_summit_radius": "mean summit radius",
+        "mean_summit_height": "mean summit height",
+    }
     return [
         hs.plots.curve(
-            found, quantity=name, unit="µm", from_zero=True, title=f"Table 6.1: {text} over autocorrelation length"
+            found,
+            quantity=name,
+            unit="µm",
+            from_zero=True,
+            title=f"Table 6.1: {text} over autocorrelation length",
         )
         for name, text in titles.items()
     ]

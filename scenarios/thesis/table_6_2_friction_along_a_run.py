@@ -1,8 +1,9 @@
 """Table 6.2: preliminary displacement and drift along 1000 m at 5 N, with the measured coefficients of friction.
 
-The alumina and the zirconia of Table B.3 at 5 N and 1000 m in ambient, as one surface of their sum, 1.887 µm; β = 20 µm
-is assumed. δ is proportional to μ. The printed δ grows by the same for each metre whatever μ; only its last value is of
-the order that the model has, and its .74 has the smallest, where the text says the largest.
+The alumina and the zirconia of Table B.3 at 5 N and 1000 m in ambient, as one surface of their sum,
+1.887 µm; β = 20 µm is assumed. δ is proportional to μ. The printed δ grows by the same for each
+metre whatever μ; only its last value is of the order that the model has, and its .74 has the
+smallest, where the text says the largest.
 """
 
 # historysim gallery: example
@@ -48,10 +49,30 @@ def rows(found: xr.Dataset) -> list[list[str]]:
     """Return the table, in µm."""
     own = found.preliminary_displacement * 1e6
     mean, deviation = own.mean("seed").values, own.std("seed", ddof=1).values
-    table = [["distance (m)", "μ", "δ, source", "δ, here", "drift of the pair, source", "drift of the pair, here"]]
-    for row, (distance, friction, printed) in enumerate(zip(DISTANCE, FRICTION, PRINTED, strict=True)):
-        line = [str(distance), f"{friction}", f"{printed:.2f}", f"{mean[row]:.2f} ± {deviation[row]:.2f}"]
-        pair = [f"{PRINTED_DRIFT[row // 2]:.2f}", f"{abs(mean[row + 1] - mean[row]):.2f}"] if row % 2 == 0 else ["", ""]
+    table = [
+        [
+            "distance (m)",
+            "μ",
+            "δ, source",
+            "δ, here",
+            "drift of the pair, source",
+            "drift of the pair, here",
+        ]
+    ]
+    for row, (distance, friction, printed) in enumerate(
+        zip(DISTANCE, FRICTION, PRINTED, strict=True)
+    ):
+        line = [
+            str(distance),
+            f"{friction}",
+            f"{printed:.2f}",
+            f"{mean[row]:.2f} ± {deviation[row]:.2f}",
+        ]
+        pair = (
+            [f"{PRINTED_DRIFT[row // 2]:.2f}", f"{abs(mean[row + 1] - mean[row]):.2f}"]
+            if row % 2 == 0
+            else ["", ""]
+        )
         table.append(line + pair)
     return [*table, ["first to last", "", "", "", "", f"{abs(mean[-1] - mean[0]):.2f}"]]
 

@@ -71,15 +71,22 @@ def adhering_of(tmp_path, first='"silicon"', work="", load=50):
 def test_a_scenario_takes_the_work_of_adhesion_from_its_materials(tmp_path):
     silicon, glass = hs.material("silicon"), hs.material("float glass")
     expected = 2 * math.sqrt(silicon.surface_energy * glass.surface_energy)
-    by_energies, by_work = adhering_of(tmp_path), adhering_of(tmp_path, work=f"work_of_adhesion = {expected!r}")
+    by_energies, by_work = (
+        adhering_of(tmp_path),
+        adhering_of(tmp_path, work=f"work_of_adhesion = {expected!r}"),
+    )
     np.testing.assert_allclose(by_energies.maugis_parameter, by_work.maugis_parameter, rtol=1e-12)
-    np.testing.assert_allclose(by_energies.load_parameter, 50e-3 / (math.pi * expected * 2.5e-3), rtol=1e-9)
+    np.testing.assert_allclose(
+        by_energies.load_parameter, 50e-3 / (math.pi * expected * 2.5e-3), rtol=1e-9
+    )
     assert adhering_of(tmp_path, load=0) is None
 
 
 def test_a_scenario_without_surface_energies_says_what_is_missing(tmp_path):
     first = '{ name = "mine", youngs_modulus = 1e11, poissons_ratio = 0.2 }'
-    with pytest.raises(hs.InputError, match=r"s\.toml: adhesion\.work_of_adhesion: missing; the materials have no"):
+    with pytest.raises(
+        hs.InputError, match=r"s\.toml: adhesion\.work_of_adhesion: missing; the materials have no"
+    ):
         adhering_of(tmp_path, first=first)
 
 

@@ -44,12 +44,18 @@ def ball_at(*shares):
 def scattered_states(several):
     """An ensemble of unequal asperities, and the states of a random history."""
     rng = np.random.default_rng(11)
-    contact = random_contact(rng, 6, several_coefficients=several)._replace(contact_modulus=2.0, shear_modulus=0.3)
+    contact = random_contact(rng, 6, several_coefficients=several)._replace(
+        contact_modulus=2.0, shear_modulus=0.3
+    )
     pair = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
     ensemble = hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
     state, states = ensemble.initial_state(), []
     for move in random_moves(rng, contact, 0.12, count=12, friction_changes=True):
-        approach = move.normal_value if move.normal_kind == "displacement" else contact.approach(move.normal_value)
+        approach = (
+            move.normal_value
+            if move.normal_kind == "displacement"
+            else contact.approach(move.normal_value)
+        )
         state = ensemble.advance(
             state,
             normal_displacement=float(approach),
@@ -128,7 +134,9 @@ def test_a_normal_load_that_takes_the_contact_edge_behind_its_front_wipes_a_reve
 
 def test_each_asperity_of_a_group_remembers_the_reversals_that_it_was_there_for():
     ensemble = hs.Ensemble(PAIR, [0.0, -0.6 * DEPTH, -0.95 * DEPTH], R, MU)
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=DEPTH, tangential_displacement=0.0)
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_displacement=DEPTH, tangential_displacement=0.0
+    )
     slide = PAIR.displacement_ratio * MU * DEPTH
     for target in (0.8 * slide, 0.6 * slide):
         state = ensemble.advance(state, tangential_displacement=target)
@@ -168,7 +176,9 @@ def test_the_traction_integrates_to_the_load_and_obeys_coulomb(several):
     for state in states:
         for asperity in (ensemble.asperity(i, state) for i in range(len(ensemble))):
             limit = asperity.friction * asperity.normal_load
-            assert integrated(asperity) == pytest.approx(asperity.tangential_load, abs=1e-7 * limit + 1e-15)
+            assert integrated(asperity) == pytest.approx(
+                asperity.tangential_load, abs=1e-7 * limit + 1e-15
+            )
             r = np.linspace(0, 1.2 * asperity.contact_radius, 50)
             peak = float(asperity.pressure(0.0))
             excess = np.abs(asperity.traction(r)) - asperity.friction * asperity.pressure(r)
@@ -184,17 +194,28 @@ def test_the_stiffness_is_the_slope_of_the_load(turns):
     onward = turns[-1] - (turns[-2] if len(turns) > 1 else 0.0)
     step = math.copysign(1e-6 * DEPTH, onward)
     loads = [
-        BALL.advance(state, tangential_displacement=state.tangential_displacement + k * step).tangential_load
+        BALL.advance(
+            state, tangential_displacement=state.tangential_displacement + k * step
+        ).tangential_load
         for k in (0, 1, 2)
     ]
     # one-sided, second order; the remainder is the third derivative and rounding over the step
     slope = (-3 * loads[0] + 4 * loads[1] - loads[2]) / (2 * step)
     assert ball.tangential_stiffness == pytest.approx(slope, rel=1e-8)
-    assert ball.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * ball.stick_radius, rel=4 * EPS)
+    assert ball.tangential_stiffness == pytest.approx(
+        8 * PAIR.shear_modulus * ball.stick_radius, rel=4 * EPS
+    )
 
 
 # the column of each variable, as a recorder writes it
-COLUMNS = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state", "dissipated_energy")
+COLUMNS = (
+    "normal_load",
+    "tangential_load",
+    "contact_radius",
+    "stick_radius",
+    "slip_state",
+    "dissipated_energy",
+)
 
 
 @pytest.mark.parametrize("several", [False, True])
@@ -202,8 +223,15 @@ def test_what_an_asperity_answers_is_what_is_recorded_of_it_bit_for_bit(several)
     rng = np.random.default_rng(5)
     count = 40
     friction = rng.uniform(0.15, 0.25, count) if several else MU
-    ensemble = hs.Ensemble(PAIR, rng.normal(0, 40e-9, count), rng.uniform(1e-5, 3e-5, count), friction)
-    events = [hs.NormalLoad(0, 5e-3), hs.TangentialLoad(1, 4e-4), hs.TangentialLoad(2, -2e-4), hs.NormalLoad(3, 4e-3)]
+    ensemble = hs.Ensemble(
+        PAIR, rng.normal(0, 40e-9, count), rng.uniform(1e-5, 3e-5, count), friction
+    )
+    events = [
+        hs.NormalLoad(0, 5e-3),
+        hs.TangentialLoad(1, 4e-4),
+        hs.TangentialLoad(2, -2e-4),
+        hs.NormalLoad(3, 4e-3),
+    ]
     job = hs.Replay(ensemble, events, record="all", hold=False)
     row, state = job.dataset().isel(step=-1), job.state()
     for i in range(count):
@@ -214,7 +242,15 @@ def test_what_an_asperity_answers_is_what_is_recorded_of_it_bit_for_bit(several)
 
 # properties of an asperity, as numbers
 NUMBERS = (
-    *("normal_load", "contact_radius", "stick_radius", "slip_state", "slip_annulus", "friction", "approach"),
+    *(
+        "normal_load",
+        "contact_radius",
+        "stick_radius",
+        "slip_state",
+        "slip_annulus",
+        "friction",
+        "approach",
+    ),
     *("dissipated_energy", "stored_energy", "preliminary_displacement", "tangential_stiffness"),
     *("summit_height", "summit_radius"),
 )
@@ -225,7 +261,10 @@ def answers(asperity):
     """All that an asperity answers, as bytes of numbers."""
     found = {name: np.asarray(getattr(asperity, name)).tobytes() for name in NUMBERS}
     radius = PLACES * asperity.contact_radius
-    found |= {"traction": asperity.traction(radius).tobytes(), "pressure": asperity.pressure(radius).tobytes()}
+    found |= {
+        "traction": asperity.traction(radius).tobytes(),
+        "pressure": asperity.pressure(radius).tobytes(),
+    }
     if asperity.has_moved_straight:
         found["reversal_points"] = asperity.reversal_points.tobytes()
     return found | {"tangential_load": np.asarray(asperity.tangential_load).tobytes()}
@@ -264,7 +303,11 @@ def test_in_two_directions_it_has_the_bits_of_an_ensemble_of_one(seed):
     for _ in range(6):
         angle, size = rng.uniform(0, 2 * math.pi), rng.uniform(0, 1.1) * LIMIT
         load = (size * math.cos(angle), size * math.sin(angle))
-        how = {"normal_load": rng.uniform(0.8, 1.2) * LOAD, "tangential_load": load, "saturate": True}
+        how = {
+            "normal_load": rng.uniform(0.8, 1.2) * LOAD,
+            "tangential_load": load,
+            "saturate": True,
+        }
         alone, state = alone.advance(**how), ensemble.advance(state, **how)
         assert alone.state == state
         assert answers(alone) == answers(ensemble.asperity(0, state))
@@ -286,11 +329,16 @@ def test_along_a_line_in_the_plane_reversal_points_are_vectors():
     assert points.radius == pytest.approx(flat.reversal_points.radius, rel=1e-12)
     expected = np.multiply.outer(flat.reversal_points.displacement, direction)
     assert points.displacement == pytest.approx(expected, rel=1e-12)
-    assert plane.history.tangential_load == pytest.approx(np.multiply.outer(flat.history.tangential_load, direction))
+    assert plane.history.tangential_load == pytest.approx(
+        np.multiply.outer(flat.history.tangential_load, direction)
+    )
 
 
 def test_the_slip_annulus_is_from_the_stick_radius_to_the_edge():
-    assert ball_at(0.5).slip_annulus == (pytest.approx(RADIUS * 0.5 ** (1 / 3)), ball_at().contact_radius)
+    assert ball_at(0.5).slip_annulus == (
+        pytest.approx(RADIUS * 0.5 ** (1 / 3)),
+        ball_at().contact_radius,
+    )
     assert ball_at().slip_annulus == (ball_at().contact_radius,) * 2
 
 
@@ -305,7 +353,9 @@ def test_steps_are_remembered_until_they_are_wiped_out():
     for share in (0.9, -0.7, 0.5, -0.2):
         ball = ball.advance(tangential_load=share * LIMIT)
     # as many reversals as turns, the last step is now
-    assert loads(ball) == [(LOAD, pytest.approx(share * LIMIT)) for share in (0.0, 0.9, -0.7, 0.5, -0.2)]
+    assert loads(ball) == [
+        (LOAD, pytest.approx(share * LIMIT)) for share in (0.0, 0.9, -0.7, 0.5, -0.2)
+    ]
     assert ball.history.tangential_displacement[1:-1].tolist() == reversals(ball)
     # the two inner loops close
     closed = ball.advance(tangential_load=-0.71 * LIMIT)
@@ -318,7 +368,11 @@ def test_steps_are_remembered_until_they_are_wiped_out():
 def test_a_normal_load_is_remembered_while_its_contact_edge_is():
     ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD).advance(tangential_load=0.3 * LIMIT)
     raised = ball.advance(normal_load=2 * LOAD)
-    assert loads(raised) == [(LOAD, 0.0), (LOAD, pytest.approx(0.3 * LIMIT)), (2 * LOAD, pytest.approx(0.3 * LIMIT))]
+    assert loads(raised) == [
+        (LOAD, 0.0),
+        (LOAD, pytest.approx(0.3 * LIMIT)),
+        (2 * LOAD, pytest.approx(0.3 * LIMIT)),
+    ]
     lowered = raised.advance(normal_load=0.9 * LOAD)
     assert [normal for normal, _ in loads(lowered)] == [0.9 * LOAD]
 
@@ -327,22 +381,33 @@ def test_a_normal_load_is_remembered_while_its_contact_edge_is():
 def test_an_asperity_is_pickled_with_its_memory(planar):
     ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD)
     ball = ball.advance(tangential_load=(0.5 * LIMIT, 0.1 * LIMIT) if planar else 0.5 * LIMIT)
-    again = pickle.loads(pickle.dumps(ball))  # noqa: S301 - made here
+    again = pickle.loads(pickle.dumps(ball))
     for same in (again, copy.copy(ball), copy.deepcopy(ball)):
         assert same == ball
         assert hash(same) == hash(ball)
-    assert ball not in {ball.advance(normal_load=2 * LOAD), hs.Asperity(PAIR, R, MU), hs.Asperity(PAIR, R, 2 * MU)}
+    assert ball not in {
+        ball.advance(normal_load=2 * LOAD),
+        hs.Asperity(PAIR, R, MU),
+        hs.Asperity(PAIR, R, 2 * MU),
+    }
     for same in (again, copy.copy(ball), copy.deepcopy(ball)):
         assert same == ball
         assert hash(same) == hash(ball)
-    assert ball not in {ball.advance(normal_load=2 * ball.normal_load), hs.Asperity(ball.pair, 1e-3, 0.2)}
+    assert ball not in {
+        ball.advance(normal_load=2 * ball.normal_load),
+        hs.Asperity(ball.pair, 1e-3, 0.2),
+    }
     assert answers(again) == answers(ball)
     assert again.history.tobytes() == ball.history.tobytes()
     onward = (0.0, 0.2 * LIMIT) if planar else 0.2 * LIMIT
-    assert answers(again.advance(tangential_load=onward)) == answers(ball.advance(tangential_load=onward))
+    assert answers(again.advance(tangential_load=onward)) == answers(
+        ball.advance(tangential_load=onward)
+    )
 
 
-@pytest.mark.parametrize("targets", [{}, {"normal_load": LOAD}, {"normal_load": LOAD, "tangential_load": (1e-3, 2e-3)}])
+@pytest.mark.parametrize(
+    "targets", [{}, {"normal_load": LOAD}, {"normal_load": LOAD, "tangential_load": (1e-3, 2e-3)}]
+)
 def test_a_notebook_shows_the_traction(targets):
     ball = hs.Asperity(PAIR, R, MU).advance(**targets)
     text = ball._repr_html_()
@@ -359,20 +424,32 @@ def test_friction_laws_wear_and_yielding_act_on_an_asperity_by_itself():
     worn = worn.advance(normal_load=1e-3).advance(tangential_displacement=1e-6)
     assert worn.summit_height < 0
     assert worn.summit_height == worn.state.evolved.summit_height[0]
-    assert hs.Asperity(PAIR, 1e-5, hs.laws.ShearStrength(300e6)).advance(normal_load=1e-3).friction != MU
-    assert hs.Asperity(PAIR, 1e-6, MU, yielding="kogut-etsion").advance(normal_load=1e-3).summit_radius > 1e-6
+    assert (
+        hs.Asperity(PAIR, 1e-5, hs.laws.ShearStrength(300e6)).advance(normal_load=1e-3).friction
+        != MU
+    )
+    assert (
+        hs.Asperity(PAIR, 1e-6, MU, yielding="kogut-etsion").advance(normal_load=1e-3).summit_radius
+        > 1e-6
+    )
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: hs.Asperity("silicon", R, MU), "pair is 'silicon'; expected a MaterialPair"),
-        (lambda: hs.Asperity(PAIR, 0.0, MU), "radius is 0; expected a finite number greater than 0"),
+        (
+            lambda: hs.Asperity(PAIR, 0.0, MU),
+            "radius is 0; expected a finite number greater than 0",
+        ),
         (lambda: hs.Asperity(PAIR, [R, R], MU), "radius is a list of shape"),
         (lambda: hs.Asperity(PAIR, R, [0.1, 0.2]), "friction is a list of shape"),
         (lambda: hs.Asperity(PAIR, R, -0.1), "friction is -0.1"),
         (lambda: hs.Asperity(PAIR, R, MU).advance(normal_load=-1.0), "normal_load is -1"),
-        (lambda: hs.Asperity(PAIR, R, MU).advance(tangential_load=1e-3), "beyond the friction limit of 0 N"),
+        (
+            lambda: hs.Asperity(PAIR, R, MU).advance(tangential_load=1e-3),
+            "beyond the friction limit of 0 N",
+        ),
         (
             lambda: two()[0].advance(normal_load=1e-3),
             "asperity 0 is one of 2 that move together; expected the ensemble",
@@ -396,7 +473,9 @@ def test_all_asperities_are_a_sequence_of_the_same_ones(several):
     for state in states[::4]:
         found = ensemble.asperities(state)
         assert len(found) == len(ensemble)
-        assert [answers(each) for each in found] == [answers(ensemble.asperity(i, state)) for i in range(len(ensemble))]
+        assert [answers(each) for each in found] == [
+            answers(ensemble.asperity(i, state)) for i in range(len(ensemble))
+        ]
         assert [each.index for each in found[1:4]] == [1, 2, 3]
         assert [each.index for each in found[::-2]] == [5, 3, 1]
         assert answers(found[-1]) == answers(ensemble.asperity(len(ensemble) - 1, state))
@@ -405,6 +484,8 @@ def test_all_asperities_are_a_sequence_of_the_same_ones(several):
 
 
 def test_patches_are_no_asperities():
-    curves = hs.Ensemble.from_normal_curves(PAIR, [1e-9, 2e-9, 3e-9, 4e-9], [1e-4, 3e-4, 6e-4, 1e-3])
+    curves = hs.Ensemble.from_normal_curves(
+        PAIR, [1e-9, 2e-9, 3e-9, 4e-9], [1e-4, 3e-4, 6e-4, 1e-3]
+    )
     with pytest.raises(hs.InputError, match="a patch of a normal curve is not an asperity"):
         require_asperities(curves)

@@ -32,12 +32,17 @@ def external_load(ensemble, approach):
 def test_one_sphere_snaps_in_and_is_pulled_off():
     ball = sphere()
     state = ball.advance(ball.initial_state(), normal_load=0.0)
-    assert state.approach == pytest.approx(((3 * PULL / (4 * MODULUS)) ** 2 / RADIUS) ** (1 / 3), rel=1e-12)
+    assert state.approach == pytest.approx(
+        ((3 * PULL / (4 * MODULUS)) ** 2 / RADIUS) ** (1 / 3), rel=1e-12
+    )
     contact = ball.asperity(0, state).contact_radius
     assert contact == pytest.approx((3 * PULL * RADIUS / (4 * MODULUS)) ** (1 / 3), rel=1e-12)
     assert (state.normal_load, state.attraction) == pytest.approx((0.0, PULL), abs=1e-12 * PULL)
     # ∫ (F - P) dd up to P = F
-    assert (state.jumps, state.jump_energy) == (1, pytest.approx(0.6 * PULL * state.approach, rel=1e-9))
+    assert (state.jumps, state.jump_energy) == (
+        1,
+        pytest.approx(0.6 * PULL * state.approach, rel=1e-9),
+    )
     held = ball.advance(state, tangential_load=0.999 * FRICTION * PULL)
     assert held.tangential_load == pytest.approx(0.999 * FRICTION * PULL, rel=1e-12)
     with pytest.raises(hs.FrictionLimitError):
@@ -57,7 +62,9 @@ def test_one_sphere_snaps_in_and_is_pulled_off():
 def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
     ensemble = rough(seed)
     deepest = ensemble.resolve(0.0, 60 * PULL)[1]
-    fine = np.unique(np.concatenate([np.linspace(0, deepest, 400_001)[1:], ensemble.first_touch + 1e-18]))
+    fine = np.unique(
+        np.concatenate([np.linspace(0, deepest, 400_001)[1:], ensemble.first_touch + 1e-18])
+    )
     fine = fine[(fine > 0) & (fine <= deepest)]
     load = external_load(ensemble, fine)
     targets = [0.0, 5 * PULL, 40 * PULL, 10 * PULL, 0.5 * load.min(), 30 * PULL, 0.9 * load.min()]
@@ -87,18 +94,32 @@ def test_energy_is_balanced_over_a_loop_of_the_normal_load():
         moved = ensemble.advance(state, normal_load=float(target))
         work += 0.5 * (moved.normal_load + state.normal_load) * (moved.approach - state.approach)
         state = moved
-    before, after = ({float(touch) for touch in ensemble.first_touch if touch < s.approach} for s in (start, state))
+    before, after = (
+        {float(touch) for touch in ensemble.first_touch if touch < s.approach}
+        for s in (start, state)
+    )
     elastic = [
         8
         / 15
         * MODULUS
-        * (np.sqrt(ensemble.summit_radius) * np.maximum(s.approach - ensemble.first_touch, 0) ** 2.5).sum()
-        - (2 * np.pi * WORK * ensemble.summit_radius * np.maximum(s.approach - ensemble.first_touch, 0)).sum()
+        * (
+            np.sqrt(ensemble.summit_radius)
+            * np.maximum(s.approach - ensemble.first_touch, 0) ** 2.5
+        ).sum()
+        - (
+            2
+            * np.pi
+            * WORK
+            * ensemble.summit_radius
+            * np.maximum(s.approach - ensemble.first_touch, 0)
+        ).sum()
         for s in (start, state)
     ]
     assert len(after) >= len(before)
     assert state.jumps > start.jumps
-    assert state.jump_energy - start.jump_energy == pytest.approx(work - (elastic[1] - elastic[0]), rel=1e-3)
+    assert state.jump_energy - start.jump_energy == pytest.approx(
+        work - (elastic[1] - elastic[0]), rel=1e-3
+    )
 
 
 def test_the_tangential_memory_is_that_of_the_contact_without_attraction():
@@ -112,7 +133,13 @@ def test_the_tangential_memory_is_that_of_the_contact_without_attraction():
             hs.TangentialDisplacement(time, rng.uniform(-1, 1) * 2e-9),
         ]
     first, second = hs.replay(ensemble, events), hs.replay(plain, events)
-    for name in ("tangential_load", "stick_radius", "normal_load", "dissipated_energy", "friction_limit"):
+    for name in (
+        "tangential_load",
+        "stick_radius",
+        "normal_load",
+        "dissipated_energy",
+        "friction_limit",
+    ):
         assert first[name].values.tobytes() == second[name].values.tobytes()
     difference = second.total_normal_load - first.total_normal_load
     assert difference.values == pytest.approx(first.total_attraction.values, rel=1e-9)
@@ -153,36 +180,65 @@ def test_a_log_a_state_and_a_pickle_hold_the_attraction(tmp_path):
     direct = hs.replay(ensemble, events)
     for name in ("total_normal_load", "total_attraction", "jumps", "jump_energy"):
         assert again[name].values.tobytes() == direct[name].values.tobytes()
-    state = pickle.loads(pickle.dumps(hs.Replay(ensemble, events).state()))  # noqa: S301 - written here
-    copy = pickle.loads(pickle.dumps(ensemble))  # noqa: S301 - written here
-    assert copy.advance(state, tangential_load=0.0).normal_load == pytest.approx(9 * PULL, rel=1e-12)
+    state = pickle.loads(pickle.dumps(hs.Replay(ensemble, events).state()))
+    copy = pickle.loads(pickle.dumps(ensemble))
+    assert copy.advance(state, tangential_load=0.0).normal_load == pytest.approx(
+        9 * PULL, rel=1e-12
+    )
     with pytest.raises(hs.InputError, match="another"):
-        hs.Ensemble(PAIR, ensemble.summit_height, RADIUS, FRICTION, attraction=DMT).state_from_bytes(state.to_bytes())
+        hs.Ensemble(
+            PAIR, ensemble.summit_height, RADIUS, FRICTION, attraction=DMT
+        ).state_from_bytes(state.to_bytes())
 
 
 def test_the_force_of_a_meniscus():
     meniscus = hs.attraction.Meniscus(surface_tension=0.072, contact_angles=(np.pi / 3, np.pi / 2))
-    assert meniscus.forces(np.array([RADIUS])) == pytest.approx(2 * np.pi * RADIUS * 0.072 * 0.5, rel=1e-12)
+    assert meniscus.forces(np.array([RADIUS])) == pytest.approx(
+        2 * np.pi * RADIUS * 0.072 * 0.5, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(
     ("action", "reason"),
     [
-        (lambda: hs.attraction.JKR(work_of_adhesion=WORK), "beyond full stick its theory is disputed"),
-        (lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(3.0, 3.0)), "which attract"),
+        (
+            lambda: hs.attraction.JKR(work_of_adhesion=WORK),
+            "beyond full stick its theory is disputed",
+        ),
+        (
+            lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(3.0, 3.0)),
+            "which attract",
+        ),
         (lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(1.0,)), "two angles"),
         (lambda: hs.attraction.DMT(work_of_adhesion=-1.0), "work_of_adhesion"),
-        (lambda: hs.Ensemble(PAIR, 0.0, RADIUS, 0.2, attraction="dmt"), "expected hs.attraction.DMT"),
+        (
+            lambda: hs.Ensemble(PAIR, 0.0, RADIUS, 0.2, attraction="dmt"),
+            "expected hs.attraction.DMT",
+        ),
         (
             lambda: hs.Ensemble(
-                PAIR, 0.0, RADIUS, 0.2, attraction=DMT, wear=hs.wear.ArchardWear(coefficient=1, hardness=1e9)
+                PAIR,
+                0.0,
+                RADIUS,
+                0.2,
+                attraction=DMT,
+                wear=hs.wear.ArchardWear(coefficient=1, hardness=1e9),
             ),
             "wear",
         ),
         (lambda: sphere().stepper(), "stepper"),
-        (lambda: sphere().with_geometry(sphere().initial_state(), summit_height=1e-9), "change of summits"),
-        (lambda: hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, -1.0)]), "pulls on the contact"),
-        (lambda: hs.replay(sphere(), [hs.NormalLoad(0, 0.0), hs.NormalLoad(1, -1.0)]), "event 1 at t = 1 s.*separates"),
+        (
+            lambda: sphere().with_geometry(sphere().initial_state(), summit_height=1e-9),
+            "change of summits",
+        ),
+        (
+            lambda: hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, -1.0)]),
+            "pulls on the contact",
+        ),
+        (
+            lambda: hs.replay(sphere(), [hs.NormalLoad(0, 0.0), hs.NormalLoad(1, -1.0)]),
+            "event 1 at t = 1 s.*separates",
+        ),
     ],
 )
 def test_what_is_not_modelled_is_refused(action, reason):
@@ -210,7 +266,8 @@ waypoints = [{{ time = 0, normal_load = 0 }}, {{ time = 1, normal_load = "-1 µN
 def test_a_scenario_has_the_section(tmp_path):
     path = tmp_path / "s.toml"
     path.write_text(
-        SCENARIO.format(kind="sphere", more="", law='law = "dmt"\nwork_of_adhesion = 0.05'), encoding="utf-8"
+        SCENARIO.format(kind="sphere", more="", law='law = "dmt"\nwork_of_adhesion = 0.05'),
+        encoding="utf-8",
     )
     history = hs.run(path)
     assert history.total_normal_load.values == pytest.approx([0.0, -1e-6], abs=1e-18)
@@ -220,9 +277,16 @@ def test_a_scenario_has_the_section(tmp_path):
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        ({"kind": "sphere", "more": "", "law": 'law = "jkr"\nwork_of_adhesion = 0.05'}, "attraction: .*disputed"),
         (
-            {"kind": "cylinder", "more": "length = 1\nreference_depth = 1", "law": 'law = "dmt"\nwork_of_adhesion = 1'},
+            {"kind": "sphere", "more": "", "law": 'law = "jkr"\nwork_of_adhesion = 0.05'},
+            "attraction: .*disputed",
+        ),
+        (
+            {
+                "kind": "cylinder",
+                "more": "length = 1\nreference_depth = 1",
+                "law": 'law = "dmt"\nwork_of_adhesion = 1',
+            },
             "attraction: ",
         ),
     ],
@@ -238,7 +302,9 @@ def test_the_pull_off_of_a_history_and_its_picture():
     ensemble = rough()
     deepest = ensemble.resolve(0.0, 20 * PULL)[1]
     depths = np.append(np.linspace(-1e-9, deepest, 40), np.linspace(deepest, -1e-9, 40))
-    history = hs.replay(ensemble, [hs.NormalDisplacement(float(k), depth) for k, depth in enumerate(depths)])
+    history = hs.replay(
+        ensemble, [hs.NormalDisplacement(float(k), depth) for k, depth in enumerate(depths)]
+    )
     curve = history.contact.pull_off(points=2001)
     assert curve.attrs["pull_off_load"] == pytest.approx(curve.normal_load.values.min(), rel=1e-9)
     assert curve.normal_load.values == pytest.approx(

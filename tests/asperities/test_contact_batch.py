@@ -17,7 +17,9 @@ def random_walk(rng, count, steps):
     for k in range(1, steps):
         approach[k] = np.where(held[k] < 0.4, approach[k - 1], approach[k])
         back = rng.integers(0, k, count)
-        displacement[k] = np.where(held[k] > 0.7, displacement[back, np.arange(count)], displacement[k])
+        displacement[k] = np.where(
+            held[k] > 0.7, displacement[back, np.arange(count)], displacement[k]
+        )
     return approach, displacement
 
 
@@ -37,11 +39,15 @@ def test_each_contact_is_an_ensemble_of_one_asperity(seed):
         state = single.initial_state()
         for k in range(steps):
             state = single.advance(
-                state, normal_displacement=approach[k, i], tangential_displacement=displacement[k, i]
+                state,
+                normal_displacement=approach[k, i],
+                tangential_displacement=displacement[k, i],
             )
             assert loads[0, k, i] == pytest.approx(state.normal_load, rel=1e-13)
             # rounding of the displacements, with the greatest stiffness
-            assert loads[1, k, i] == pytest.approx(state.tangential_load, abs=1e-13 * 4 * radius.max() * 0.1**1.5)
+            assert loads[1, k, i] == pytest.approx(
+                state.tangential_load, abs=1e-13 * 4 * radius.max() * 0.1**1.5
+            )
 
 
 def test_a_deep_memory_finds_room():

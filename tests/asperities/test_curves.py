@@ -33,7 +33,9 @@ def random_moves(rng, approach, count=30):
 
 
 def worst(first, second, name):
-    return float(np.abs(first[name].values - second[name].values).max() / np.abs(first[name].values).max())
+    return float(
+        np.abs(first[name].values - second[name].values).max() / np.abs(first[name].values).max()
+    )
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +52,9 @@ def clipped(approach, touch):
 # Loads over approaches up to .1 that rise and are convex.
 CURVES = {
     "flat punch": lambda a: a,
-    "rounded flat punch": lambda a: np.where(a < 0.03, a**1.5, 0.03**1.5 + 1.5 * 0.03**0.5 * (a - 0.03)),
+    "rounded flat punch": lambda a: np.where(
+        a < 0.03, a**1.5, 0.03**1.5 + 1.5 * 0.03**0.5 * (a - 0.03)
+    ),
     "d^1.05": lambda a: a**1.05,
     "d^1.1": lambda a: a**1.1,
     "indenter r^8": lambda a: a**1.125,
@@ -82,7 +86,11 @@ def rows_of(kind, count, rng):
 
 def errors(curve, noise, rng):
     """The estimate and the true largest error, both over the largest load."""
-    rows = rows_of(rng.choice(["even", "logarithmic", "random"]), int(rng.integers(20, 200 if noise else 60)), rng)
+    rows = rows_of(
+        rng.choice(["even", "logarithmic", "random"]),
+        int(rng.integers(20, 200 if noise else 60)),
+        rng,
+    )
     exact = curve(rows) / curve(np.array([0.1]))
     own = exact if rng.random() < 0.5 else 1.0
     load = np.maximum(exact + noise * own * rng.normal(size=rows.size), 1e-9)
@@ -127,9 +135,15 @@ def test_the_energy_lost_at_knots_and_between_them_is_the_work_of_a_closed_loop(
         approach = rows_of("even", 30, None)
         table = hs.Ensemble.from_normal_curves(PAIR, approach, CURVES[name](approach), friction=0.5)
         events = [hs.NormalDisplacement(0, 0.08)]
-        events += [hs.TangentialDisplacement(t + 1, u) for t, u in enumerate((0.06, -0.06, 0.06, -0.06, 0.06))]
+        events += [
+            hs.TangentialDisplacement(t + 1, u)
+            for t, u in enumerate((0.06, -0.06, 0.06, -0.06, 0.06))
+        ]
         history = hs.replay(table, events, substeps=400)
-        force, moved = history["total_tangential_load"].values, history["tangential_displacement"].values
+        force, moved = (
+            history["total_tangential_load"].values,
+            history["tangential_displacement"].values,
+        )
         work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(moved)))
         energy = history["total_dissipated_energy"].values
         loop = slice(-1601, None, 800)
@@ -147,8 +161,13 @@ def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_ju
     load = clipped(approach[:, None], touch) @ rng.uniform(0.1, 1.0, 9)
     table = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=0.5)
     events = random_moves(rng, 0.1, 20)
-    whole, parts = (hs.replay(table, events, substeps=each)["total_dissipated_energy"].values for each in (1, 50))
-    np.testing.assert_allclose(whole, parts[np.arange(1, whole.size + 1) * 50 - 50], rtol=1e-10, atol=1e-16)
+    whole, parts = (
+        hs.replay(table, events, substeps=each)["total_dissipated_energy"].values
+        for each in (1, 50)
+    )
+    np.testing.assert_allclose(
+        whole, parts[np.arange(1, whole.size + 1) * 50 - 50], rtol=1e-10, atol=1e-16
+    )
 
 
 def test_a_flat_punch_sticks_until_all_of_it_slides():
@@ -156,7 +175,9 @@ def test_a_flat_punch_sticks_until_all_of_it_slides():
     loads = [hs.NormalLoad(0, 0.2), hs.TangentialLoad(1, 0.0999), hs.TangentialLoad(2, -0.0999)]
     history = hs.replay(table, loads, substeps=10)
     assert float(history["total_dissipated_energy"][-1]) < 1e-14
-    np.testing.assert_allclose(history["total_tangential_load"], 3.0 * history["tangential_displacement"], atol=1e-14)
+    np.testing.assert_allclose(
+        history["total_tangential_load"], 3.0 * history["tangential_displacement"], atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("shape", [pytest.param((5000, 1e-4), marks=pytest.mark.slow), (40, 2e-2)])
@@ -172,7 +193,9 @@ def test_measured_curves_of_any_length_are_taken(shape):
 def test_noise_that_is_given_is_the_noise():
     noise = 1e-3 * HERTZ[-1]
     load = HERTZ[1:] + noise * np.random.default_rng(5).normal(size=40)
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], np.abs(load), friction=0.5, noise=noise)
+    table = hs.Ensemble.from_normal_curves(
+        PAIR, APPROACH[1:], np.abs(load), friction=0.5, noise=noise
+    )
     np.testing.assert_allclose(table.curves.noise, noise)
     assert table.curves.residual < 4e-3
     with pytest.raises(hs.InputError, match="noise has shape"):
@@ -189,7 +212,10 @@ def test_what_is_not_known_of_a_curve_is_reported():
 
     assert texts(APPROACH, HERTZ) == texts(APPROACH, APPROACH) == {}
     late = np.linspace(0.05, 0.1, 30)
-    assert "is at 50 % of its range of approach" in texts(late, pressing(late).sum(axis=1))["first_row"]
+    assert (
+        "is at 50 % of its range of approach"
+        in texts(late, pressing(late).sum(axis=1))["first_row"]
+    )
     noisy = np.abs(HERTZ + 0.02 * HERTZ[-1] * np.random.default_rng(1).normal(size=41))
     assert "of its largest load under its noise" in texts(APPROACH[1:], noisy[1:])["normal_curve"]
 
@@ -197,7 +223,9 @@ def test_what_is_not_known_of_a_curve_is_reported():
 def test_parts_of_patches_agree_with_the_superposition(tabulated):
     state = tabulated.initial_state()
     for approach, displacement in ((0.07, 0.02), (0.05, -0.01), (0.05, 0.012), (0.06, 0.0)):
-        state = tabulated.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+        state = tabulated.advance(
+            state, normal_displacement=approach, tangential_displacement=displacement
+        )
     found, load = tabulated.superposition(state), tabulated.curves.load
     assert found.normal @ load.sum(axis=1) == pytest.approx(state.normal_load, rel=1e-12)
     assert found.tangential @ load.sum(axis=1) == pytest.approx(state.tangential_load, rel=1e-10)
@@ -207,14 +235,19 @@ def test_parts_of_patches_agree_with_the_superposition(tabulated):
     events += [hs.NormalDisplacement(3, 0.06), hs.TangentialDisplacement(3, 0.0)]
     row = hs.replay(tabulated, events, record="all").isel(step=-1)
     np.testing.assert_allclose(row["normal_load"], found.normal @ load, rtol=1e-9, atol=1e-15)
-    np.testing.assert_allclose(row["tangential_load"], found.tangential @ load, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(
+        row["tangential_load"], found.tangential @ load, rtol=1e-9, atol=1e-15
+    )
 
 
 @pytest.fixture(scope="module")
 def tabulated(asperities):
     approach = np.linspace(0.0, 0.08, 61)
     depth = np.clip(approach[:, None] + asperities.summit_height, 0, None)
-    load, area = 4 / 3 * np.sqrt(asperities.summit_radius) * depth**1.5, np.pi * asperities.summit_radius * depth
+    load, area = (
+        4 / 3 * np.sqrt(asperities.summit_radius) * depth**1.5,
+        np.pi * asperities.summit_radius * depth,
+    )
     return hs.Ensemble.from_normal_curves(PAIR, approach, load, area, friction=0.5)
 
 
@@ -226,7 +259,9 @@ def test_hertz_as_a_table_is_hertz():
     expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), EVENTS, substeps=5, hold=False)
     for name in set(given.data_vars) & set(expected.data_vars):
         np.testing.assert_allclose(given[name], expected[name], rtol=1e-9, atol=1e-15, err_msg=name)
-    np.testing.assert_allclose(given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12)
+    np.testing.assert_allclose(
+        given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12
+    )
 
 
 def test_an_ensemble_as_tables_is_the_ensemble(asperities, tabulated):
@@ -234,7 +269,12 @@ def test_an_ensemble_as_tables_is_the_ensemble(asperities, tabulated):
     expected = hs.replay(asperities, events, substeps=4, record="all")
     given = hs.replay(tabulated, events, substeps=4, record="all")
     assert tabulated.curves.error() < 2e-4
-    for name in ("total_normal_load", "total_tangential_load", "total_dissipated_energy", "real_contact_area"):
+    for name in (
+        "total_normal_load",
+        "total_tangential_load",
+        "total_dissipated_energy",
+        "real_contact_area",
+    ):
         assert worst(expected, given, name) < 3e-4, name
     for name in ("normal_load", "tangential_load"):
         assert worst(expected, given, name) < 2e-3, name
@@ -252,7 +292,9 @@ def test_first_touch_and_count_of_patches():
     load = np.stack([HERTZ, np.clip(APPROACH - 0.05, 0, None) ** 1.5], axis=1)
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, load, friction=0.5, x=[0, 1], y=[0, 0])
     np.testing.assert_allclose(table.first_touch, [0.0, 0.05])
-    history = hs.replay(table, [hs.NormalDisplacement(0, 0.04), hs.NormalDisplacement(1, 0.09)], record="all")
+    history = hs.replay(
+        table, [hs.NormalDisplacement(0, 0.04), hs.NormalDisplacement(1, 0.09)], record="all"
+    )
     assert history["contact_count"].values.tolist() == [1, 2]
     assert history["slip_state"].values.tolist() == [[1, 0], [1, 1]]
     assert history["normal_load"].values[0, 1] == 0.0
@@ -270,8 +312,14 @@ def rising(**change):
         ({"load": np.sqrt(APPROACH)}, "not convex.*expected a load that rises ever faster"),
         ({"approach": APPROACH[::-1]}, "approach is .* expected ascending values"),
         ({"approach": APPROACH[:3], "load": HERTZ[:3]}, "2 rows with a load; expected 4 or more"),
-        ({"load": np.clip(HERTZ - 0.01, 0, None)}, "load is 0 in row 0.*take the approach from first touch"),
-        ({"load": np.stack([HERTZ, -HERTZ / 2], axis=1)}, "in row 0 of patch 1; expected 0 or more"),
+        (
+            {"load": np.clip(HERTZ - 0.01, 0, None)},
+            "load is 0 in row 0.*take the approach from first touch",
+        ),
+        (
+            {"load": np.stack([HERTZ, -HERTZ / 2], axis=1)},
+            "in row 0 of patch 1; expected 0 or more",
+        ),
         (
             {"load": np.stack([HERTZ, np.sin(40 * APPROACH) ** 2 * 0.01], axis=1)},
             "load is .* of patch 1; expected a value that rises",
@@ -290,7 +338,8 @@ def test_tables_that_no_contact_has_are_refused(change, message):
 def test_a_load_beyond_the_table_is_refused():
     table = rising()
     with pytest.raises(
-        hs.LoadError, match=r"a normal load of 1 N is beyond the normal curve, which ends at 0.0421637 N"
+        hs.LoadError,
+        match=r"a normal load of 1 N is beyond the normal curve, which ends at 0.0421637 N",
     ):
         table.advance(table.initial_state(), normal_load=1.0)
     with pytest.raises(hs.LoadError, match=r"an approach of 0.2 m is beyond"):

@@ -43,7 +43,9 @@ def fingerprint(state):
 def rough(count, seed=0, **options):
     rng = np.random.default_rng(seed)
     friction = options.pop("friction", 0.4)
-    return hs.Ensemble(PAIR, rng.normal(0.0, 0.01, count), rng.lognormal(0.0, 0.4, count), friction, **options)
+    return hs.Ensemble(
+        PAIR, rng.normal(0.0, 0.01, count), rng.lognormal(0.0, 0.4, count), friction, **options
+    )
 
 
 # -- load balance ----------------------------------------------------------------------------------
@@ -56,7 +58,9 @@ def test_a_sphere_is_hertz(normal_load):
     approach = (3 * normal_load / (4 * 2.0 * math.sqrt(2.5))) ** (2 / 3)
     assert state.approach == pytest.approx(approach, rel=8 * EPS)
     assert state.normal_load == pytest.approx(normal_load, rel=2 * EPS)
-    assert sphere.asperity(0, state).contact_radius == pytest.approx(math.sqrt(2.5 * approach), rel=8 * EPS)
+    assert sphere.asperity(0, state).contact_radius == pytest.approx(
+        math.sqrt(2.5 * approach), rel=8 * EPS
+    )
 
 
 @pytest.mark.parametrize("count", [2, 7, 300])
@@ -81,12 +85,16 @@ def test_the_loads_of_the_asperities_sum_to_the_total_after_any_step(count):
     ensemble = rough(count)
     rng = np.random.default_rng(2)
     loads = count * 10.0 ** rng.uniform(-9, 1, 12 if count > 1000 else 60)
-    history = hs.replay(ensemble, [hs.NormalLoad(k, load) for k, load in enumerate(loads)], record="all")
+    history = hs.replay(
+        ensemble, [hs.NormalLoad(k, load) for k, load in enumerate(loads)], record="all"
+    )
     assert history.total_normal_load.values == pytest.approx(loads, rel=4 * EPS)
     # rounding of an approach against the depth of an asperity that has just touched
     assert history.normal_load.values.sum(axis=1) == pytest.approx(loads, rel=1e-12)
     approach = ensemble.highest_summit - history.separation.values
-    assert hertz_loads(ensemble, approach[:, np.newaxis]).sum(axis=1) == pytest.approx(loads, rel=1e-11)
+    assert hertz_loads(ensemble, approach[:, np.newaxis]).sum(axis=1) == pytest.approx(
+        loads, rel=1e-11
+    )
 
 
 def test_an_ensemble_iterates_over_its_asperities_in_the_initial_state():
@@ -101,7 +109,9 @@ def test_an_asperity_far_below_has_no_effect():
     height, radius = rng.normal(0.0, 0.01, 6), rng.lognormal(0.0, 0.3, 6)
     few = hs.Ensemble(PAIR, height, radius, 0.4)
     # the unit of length is the largest radius, so that an absurd small one keeps every bit
-    more = hs.Ensemble(PAIR, [*height[:3], -1e9, *height[3:]], [*radius[:3], 1e-200, *radius[3:]], 0.4)
+    more = hs.Ensemble(
+        PAIR, [*height[:3], -1e9, *height[3:]], [*radius[:3], 1e-200, *radius[3:]], 0.4
+    )
     contact = random_contact(rng, 1)._replace(contact_modulus=2.0, shear_modulus=0.3)
     events = to_events(random_moves(rng, contact, 0.02))
     without = hs.replay(few, events, record="all", saturate=True)
@@ -161,7 +171,8 @@ def test_a_request_beyond_the_limit_is_refused_or_held_at_it(friction, sign):
     assert caught.value.limit == pytest.approx(limit, rel=1e-13)
     held = ensemble.advance(state, tangential_load=sign * 1.01 * limit, saturate=True)
     assert held.tangential_load == pytest.approx(sign * limit, rel=1e-13)
-    # near the limit the stick radius varies with the cube root of what is missing, here a rounding of the load
+    # near the limit the stick radius varies with the cube root of what is missing, here a rounding
+    # of the load
     slack = 1e-4 if np.ndim(friction) else 0.0
     for asperity in (ensemble.asperity(i, held) for i in range(10)):
         assert asperity.stick_radius <= slack * asperity.contact_radius
@@ -188,7 +199,10 @@ def test_parameters_are_copied_and_frozen():
     ("change", "complaint"),
     [
         ({"summit_height": [0.0, np.nan]}, r"summit_height\[1\] is nan"),
-        ({"summit_height": []}, "summit_height is empty; expected one number, or a list with one per asperity"),
+        (
+            {"summit_height": []},
+            "summit_height is empty; expected one number, or a list with one per asperity",
+        ),
         ({"summit_height": [[0.0, 1.0]]}, "summit_height has shape"),
         ({"summit_radius": -1.0}, "summit_radius is -1"),
         ({"summit_height": [0.0, 1.0, 2.0], "summit_radius": [1.0, 2.0]}, "3 asperities|2 values"),
@@ -210,7 +224,10 @@ def test_bad_parameters_are_refused(change, complaint):
         ({"normal_load": -1e-9}, "normal_load"),
         ({"normal_load": np.inf}, "normal_load"),
         ({"tangential_displacement": -np.inf}, "tangential_displacement"),
-        ({"normal_load": 0.1, "normal_displacement": 0.1}, "both normal_load and normal_displacement"),
+        (
+            {"normal_load": 0.1, "normal_displacement": 0.1},
+            "both normal_load and normal_displacement",
+        ),
         ({"friction": -0.1}, "friction"),
     ],
 )
@@ -232,7 +249,10 @@ def test_an_asperity_that_does_not_exist_is_refused(index):
 
 def test_an_ensemble_is_made_of_summits():
     summits = SimpleNamespace(
-        height=np.array([0.0, 0.1]), radius=np.array([1.0, 2.0]), x=np.array([3.0, 4.0]), y=np.array([5.0, 6.0])
+        height=np.array([0.0, 0.1]),
+        radius=np.array([1.0, 2.0]),
+        x=np.array([3.0, 4.0]),
+        y=np.array([5.0, 6.0]),
     )
     ensemble = hs.Ensemble.from_summits(PAIR, summits, friction=0.25, tolerance=1e-8)
     assert np.array_equal(ensemble.summit_height, summits.height)
@@ -248,7 +268,9 @@ def test_an_ensemble_is_made_of_summits():
 
 def test_an_ensemble_has_a_repr():
     one = hs.Ensemble(PAIR, 0.0, 2e-6, 0.3)
-    assert repr(one) == "<Ensemble: 1 asperity, summit height 0 m, summit radius 2 µm, friction 0.3>"
+    assert (
+        repr(one) == "<Ensemble: 1 asperity, summit height 0 m, summit radius 2 µm, friction 0.3>"
+    )
     several = hs.Ensemble(PAIR, [0.0, 3e-8], [1e-6, 2e-3], [0.2, 0.25])
     assert repr(several) == (
         "<Ensemble: 2 asperities, summit height 0 m to 30 nm, summit radius 1 µm to 2 mm, friction 0.2 to 0.25>"
@@ -272,7 +294,9 @@ def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
 
 
 def test_a_deep_memory_is_walked_on_whole():
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5)
+    ensemble = hs.Ensemble(
+        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5
+    )
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     for k in range(300):
         state = ensemble.advance(state, tangential_displacement=0.01 * (1 - k / 400) * (-1) ** k)

@@ -16,7 +16,10 @@ TOP = float(HEIGHT.max())
 REACH = 0.12
 
 LAWS = {
-    "power": (PowerLaw(0.4, 0.01, -0.3), lambda n, _total, _r, _s: 0.4 * (np.maximum(n, 1e-30) / 0.01) ** -0.3),
+    "power": (
+        PowerLaw(0.4, 0.01, -0.3),
+        lambda n, _total, _r, _s: 0.4 * (np.maximum(n, 1e-30) / 0.01) ** -0.3,
+    ),
     "rising": (PowerLaw(0.4, 0.01, 0.4), lambda n, _total, _r, _s: 0.4 * (n / 0.01) ** 0.4),
     "total": (
         PowerLaw(0.4, 0.01, -0.5, load="total"),
@@ -55,7 +58,8 @@ def random_targets(rng, coefficient, count):
             if abs(probe.tangential_loads.sum()) > 0.85 * limit:
                 tangential = (
                     "displacement",
-                    probe.displacement - np.sign(probe.tangential_loads.sum()) * rng.uniform(0.01, 0.04),
+                    probe.displacement
+                    - np.sign(probe.tangential_loads.sum()) * rng.uniform(0.01, 0.04),
                 )
         else:
             tangential = ("displacement", probe.displacement + rng.uniform(-0.06, 0.06))
@@ -68,7 +72,10 @@ def moved(ensemble, state, normal, tangential, **options):
     kinds = {"load": "load", "displacement": "displacement"}
     return ensemble.advance(
         state,
-        **{f"normal_{kinds[normal[0]]}": normal[1], f"tangential_{kinds[tangential[0]]}": tangential[1]},
+        **{
+            f"normal_{kinds[normal[0]]}": normal[1],
+            f"tangential_{kinds[tangential[0]]}": tangential[1],
+        },
         **options,
     )
 
@@ -150,7 +157,9 @@ def test_random_histories_of_wear_agree_with_springs(name, seed):
     wear, lost = WEAR[name]
 
     targets = random_targets(np.random.default_rng(seed), constant, 5)
-    state, rows = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), constant, targets, lost=lost)
+    state, rows = compare(
+        hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), constant, targets, lost=lost
+    )
     assert rows[1].worn.max() > 1e-6
     deep = TOP - rows[1].lag
     assert state.evolved.summit_height == pytest.approx(deep, abs=3e-5)
@@ -170,7 +179,9 @@ def test_other_summits_are_new_contacts():
     held = (("load", state.normal_load), ("displacement", state.tangential_displacement))
     state = moved(ensemble, state, *held)
     before = state.stored_energy
-    state = ensemble.with_geometry(state, summit_height=height, summit_radius=radius, asperities=[0, 2])
+    state = ensemble.with_geometry(
+        state, summit_height=height, summit_radius=radius, asperities=[0, 2]
+    )
     row.renew([0, 2], height, radius, TOP)
     row.go(*held, 150)
     assert state.evolved.erased_energy == pytest.approx(row.erased, rel=0.02)
@@ -205,18 +216,30 @@ def test_lift_off_and_contact_again_agree_with_springs(name):
         return
     wear, lost = WEAR[name]
 
-    state, _ = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), constant, LIFTED, lost=lost)
+    state, _ = compare(
+        hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), constant, LIFTED, lost=lost
+    )
     assert state.evolved.worn_volume.min() > 0
 
 
 def test_totals_and_chosen_asperities_of_what_evolves():
     ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, LAWS["power"][0], wear=WEAR["archard"][0])
-    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.03), hs.NormalLoad(1.0, 0.01)]
+    events = [
+        hs.NormalLoad(0.0, 0.01),
+        hs.TangentialDisplacement(1.0, 0.03),
+        hs.NormalLoad(1.0, 0.01),
+    ]
     whole = hs.replay(ensemble, events, record="all")
     assert whole.identical(hs.replay(ensemble, events))
-    some, totals = hs.replay(ensemble, events, record=[2, 0]), hs.replay(ensemble, events, record="totals")
+    some, totals = (
+        hs.replay(ensemble, events, record=[2, 0]),
+        hs.replay(ensemble, events, record="totals"),
+    )
     for name in ("worn_volume", "slid_distance", "present_summit_height", "present_friction"):
-        assert some[name].values.tobytes() == np.ascontiguousarray(whole[name].values[:, [0, 2]]).tobytes(), name
+        assert (
+            some[name].values.tobytes()
+            == np.ascontiguousarray(whole[name].values[:, [0, 2]]).tobytes()
+        ), name
         assert name not in totals
     for name in totals.variables:
         assert totals[name].values.tobytes() == whole[name].values.tobytes(), name
@@ -241,7 +264,10 @@ def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
     state = ensemble.initial_state()
     for _ in range(6):
         load, pull = rng.uniform(0.2, 4) * 1e-3, {"tangential_load": rng.uniform(-1, 1) * 1e-4}
-        depth, moved = rng.uniform(-0.1, 1) * 1e-7, {"tangential_displacement": rng.uniform(-1, 1) * 30e-9}
+        depth, moved = (
+            rng.uniform(-0.1, 1) * 1e-7,
+            {"tangential_displacement": rng.uniform(-1, 1) * 30e-9},
+        )
         one = [int(rng.integers(4))]
         do, options = [
             (ensemble.with_friction, {"friction": 0.3, "asperities": one}),
@@ -249,7 +275,10 @@ def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
             (ensemble.advance, {"normal_load": load, "saturate": True} | pull),
             (ensemble.advance, {"normal_load": load} | moved),
             (ensemble.advance, {"normal_displacement": depth, "saturate": True} | pull),
-            (ensemble.advance, {"normal_displacement": depth, "instrument": hs.Instrument(1e6)} | moved),
+            (
+                ensemble.advance,
+                {"normal_displacement": depth, "instrument": hs.Instrument(1e6)} | moved,
+            ),
         ][rng.integers(6)]
         before = state.to_bytes()
         after = do(state, **options)
@@ -266,14 +295,18 @@ def test_friction_that_rises_with_the_way_begins_to_rise_where_sliding_begins(we
     lag, radius = np.sort(rng.uniform(0, 80e-9, 5)), rng.uniform(0.5e-6, 2e-6, 5)
     lag[0], rise = 0.0, PAIR.displacement_ratio * 100e-9 / 0.7 * 0.4
     options = {"wear": ArchardWear(coefficient=wear, hardness=5e9)} if wear else {}
-    ensemble = hs.Ensemble(PAIR, -lag, radius, SlidFriction([0.0, rise, 9 * rise], [0.2, 0.6, 0.6]), **options)
+    ensemble = hs.Ensemble(
+        PAIR, -lag, radius, SlidFriction([0.0, rise, 9 * rise], [0.2, 0.6, 0.6]), **options
+    )
     start = ensemble.advance(ensemble.initial_state(), normal_displacement=100e-9)
     found = []
     for parts in (1, 3, 10, 100):
         state = start
         for part in np.arange(1, parts + 1) / parts:
             reached = part * 0.21 * PAIR.displacement_ratio * 100e-9
-            state = ensemble.advance(state, normal_load=start.normal_load, tangential_displacement=reached)
+            state = ensemble.advance(
+                state, normal_load=start.normal_load, tangential_displacement=reached
+            )
         found.append(state.tangential_load)
     assert 0 < state.evolved.slid_distance.min() < 0.05 * reached
     np.testing.assert_allclose(found, found[-1], rtol=0, atol=most * 0.4 * start.normal_load)
@@ -307,12 +340,16 @@ def random_events(rng, normal, tangential, heights, largest):
         if time == 0 or rng.random() < 0.8:
             approach = PEAK * rng.uniform(0.2, 1.2)
         load = float((4 / 3 * np.maximum(approach + np.array(heights), 0.0) ** 1.5).sum())
-        events.append(hs.NormalLoad(time, load) if normal == "load" else hs.NormalDisplacement(time, approach))
+        events.append(
+            hs.NormalLoad(time, load) if normal == "load" else hs.NormalDisplacement(time, approach)
+        )
         share = rng.uniform(-largest, largest)
         if tangential == "load":
             events.append(hs.TangentialLoad(time, share * COEFFICIENT * load))
         else:
-            events.append(hs.TangentialDisplacement(time, 1.5 * COEFFICIENT * PEAK * rng.uniform(-1, 1)))
+            events.append(
+                hs.TangentialDisplacement(time, 1.5 * COEFFICIENT * PEAK * rng.uniform(-1, 1))
+            )
     return events
 
 
@@ -340,7 +377,9 @@ def test_each_law_in_its_coulomb_limit_is_coulombs(name):
     ):
         rng = np.random.default_rng([6, case])
         normal, tangential = CONTROLS[case % 4]
-        events = random_events(rng, normal, tangential, heights, 1.6 if saturate else rng.choice([0.6, 1.2]))
+        events = random_events(
+            rng, normal, tangential, heights, 1.6 if saturate else rng.choice([0.6, 1.2])
+        )
         options = {
             "instrument": hs.Instrument(lateral_stiffness=stiffness),
             "saturate": saturate,
@@ -359,28 +398,39 @@ def test_each_law_in_its_coulomb_limit_is_coulombs(name):
 @pytest.mark.parametrize("name", ["power", "strength", "slid"])
 def test_a_path_to_a_load_is_that_to_the_displacement_where_it_ends(name):
     ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, LAWS[name][0])
-    start = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.004)
+    start = ensemble.advance(
+        ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.004
+    )
     target = {"normal_displacement": 0.05, "tangential_load": -0.3 * abs(start.tangential_load)}
     to_load = ensemble.advance(start, **target)
     target["tangential_load"] = None
     target["tangential_displacement"] = to_load.tangential_displacement
     to_displacement = ensemble.advance(start, **target)
-    assert to_displacement.tangential_load == pytest.approx(to_load.tangential_load, abs=1e-4 * to_load.normal_load)
+    assert to_displacement.tangential_load == pytest.approx(
+        to_load.tangential_load, abs=1e-4 * to_load.normal_load
+    )
     assert to_displacement.dissipated_energy == pytest.approx(to_load.dissipated_energy, rel=1e-3)
 
 
 @pytest.mark.parametrize(
     "wear",
-    [ArchardWear(coefficient=0.1, hardness=2.0), EnergyWear(volume_per_energy=0.3, shape="blunted")],
+    [
+        ArchardWear(coefficient=0.1, hardness=2.0),
+        EnergyWear(volume_per_energy=0.3, shape="blunted"),
+    ],
 )
 def test_erased_energy_does_not_depend_on_the_number_of_paths(wear):
     ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.3, wear=wear)
     erased = []
     for paths in (1, 100):
-        state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.04, tangential_displacement=0.0)
+        state = ensemble.advance(
+            ensemble.initial_state(), normal_displacement=0.04, tangential_displacement=0.0
+        )
         for share in np.arange(1, paths + 1) / paths:
             approach, displacement = 0.04 - 0.01 * share, 0.04 * share
-            state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+            state = ensemble.advance(
+                state, normal_displacement=approach, tangential_displacement=displacement
+            )
         erased.append(state.evolved.erased_energy)
     assert erased[0] == pytest.approx(erased[1], rel=3e-3)
     assert erased[1] > 1e-3 * state.dissipated_energy
@@ -395,14 +445,17 @@ def test_worn_asperities_first_slide_when_they_would_without_wear():
         hs.TangentialDisplacement(2.0, -0.03),
     ]
     times = [
-        hs.replay(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.3, wear=wear), events, record="all").slide_time.values
+        hs.replay(
+            hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.3, wear=wear), events, record="all"
+        ).slide_time.values
         for wear in (None, ArchardWear(coefficient=0.1, hardness=1.0))
     ]
     assert np.isfinite(times[0]).all()
     assert times[1] == pytest.approx(times[0], rel=1e-12)
 
 
-# -- blunted wear, lift-off, slid distances ----------------------------------------------------------
+# -- blunted wear, lift-off, slid distances
+# ----------------------------------------------------------
 
 GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 MODULUS, SHEAR = GLASS.contact_modulus, GLASS.shear_modulus
@@ -418,7 +471,9 @@ class InnermostSprings:
         self.strain, self.approach, self.displacement = np.zeros(len(height)), 0.0, 0.0
 
     def loads(self, approach):
-        return 4 / 3 * MODULUS / np.sqrt(self.curvature) * np.maximum(approach - self.lag, 0.0) ** 1.5
+        return (
+            4 / 3 * MODULUS / np.sqrt(self.curvature) * np.maximum(approach - self.lag, 0.0) ** 1.5
+        )
 
     def approach_at(self, load, guess):
         for _ in range(50):
@@ -435,7 +490,8 @@ class InnermostSprings:
         last = self.approach_at(load, max(self.approach, 1e-8))
         moved = (displacement - self.displacement) / steps
         for k in range(1, steps + 1):
-            # as the program has it: the normal load that the shape at the start carries on a straight approach
+            # as the program has it: the normal load that the shape at the start carries on a
+            # straight approach
             own = np.maximum(first + (last - first) * k / steps - lag, 0.0)
             self.approach = self.approach_at(
                 (4 / 3 * MODULUS / np.sqrt(curvature) * own**1.5).sum(), self.approach or last
@@ -469,7 +525,11 @@ def test_blunted_summits_agree_with_springs_at_any_substeps():
 
 def end_of(ensemble, path, substeps, kinds=(hs.NormalLoad, hs.TangentialDisplacement), **options):
     """State after straight paths to pairs of values."""
-    events = [kind(float(k), value) for k, pair in enumerate(path) for kind, value in zip(kinds, pair, strict=True)]
+    events = [
+        kind(float(k), value)
+        for k, pair in enumerate(path)
+        for kind, value in zip(kinds, pair, strict=True)
+    ]
     return hs.Replay(ensemble, events, substeps=substeps, record="totals", **options).state()
 
 
@@ -497,9 +557,17 @@ def test_the_displacement_stays_while_the_limit_of_a_sliding_contact_falls():
     shape = GLASS, [0.0, -20e-9], 10e-6, 0.4
     wearing = hs.Ensemble(*shape, wear=ArchardWear(coefficient=1e-6, hardness=1e10))
     path = [(80e-9, 0.6e-3), (-10e-9, 0.2e-3)]
-    ends = [end_of(wearing, path, parts, UNDER_LOAD, saturate=True).tangential_displacement for parts in (1, 4, 50)]
+    ends = [
+        end_of(wearing, path, parts, UNDER_LOAD, saturate=True).tangential_displacement
+        for parts in (1, 4, 50)
+    ]
     # with the load straight in the share, as where asperities evolve, in many paths
-    many = [path[0], *zip(np.linspace(80e-9, -10e-9, 301)[1:], np.linspace(0.6e-3, 0.2e-3, 301)[1:], strict=True)]
+    many = [
+        path[0],
+        *zip(
+            np.linspace(80e-9, -10e-9, 301)[1:], np.linspace(0.6e-3, 0.2e-3, 301)[1:], strict=True
+        ),
+    ]
     plain = end_of(hs.Ensemble(*shape), many, 1, UNDER_LOAD, saturate=True)
     assert ends == pytest.approx([plain.tangential_displacement] * 3, rel=5e-3)
 
@@ -507,10 +575,17 @@ def test_the_displacement_stays_while_the_limit_of_a_sliding_contact_falls():
 def test_slid_distance_counts_gross_slip_only():
     """Friction falls after a reversal: the inner springs slip while the annulus sticks, and that counts for nothing."""
     ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, follow_sliding=True)
-    events = [hs.NormalDisplacement(0.0, 0.02), hs.TangentialDisplacement(0.0, 0.0), hs.events.FrictionRamp(0.0, 0.5)]
+    events = [
+        hs.NormalDisplacement(0.0, 0.02),
+        hs.TangentialDisplacement(0.0, 0.0),
+        hs.events.FrictionRamp(0.0, 0.5),
+    ]
     targets = [(0.5, 0.008), (0.5, 0.0), (0.15, 0.003), (0.15, 0.009)]
     for k, (friction, displacement) in enumerate(targets, 1):
-        events += [hs.TangentialDisplacement(float(k), displacement), hs.events.FrictionRamp(float(k), friction)]
+        events += [
+            hs.TangentialDisplacement(float(k), displacement),
+            hs.events.FrictionRamp(float(k), friction),
+        ]
     slid = hs.replay(ensemble, events, record="all").slid_distance.values[1:, 0]
     count, steps = 400, 4000
     own = 0.02 * (1 - ((np.arange(count) + 0.5) / count) ** 2)
@@ -549,8 +624,14 @@ RAMPS = {
     "strength": {"friction": ShearStrength(0.03)},
     "slid": {"friction": SlidFriction([0.0, 0.3 * FULL_SLIP, 3 * FULL_SLIP], [0.35, 0.25, 0.2])},
     "wear": {"friction": 0.3, "wear": ArchardWear(coefficient=1e-2, hardness=0.07)},
-    "blunted": {"friction": 0.3, "wear": ArchardWear(coefficient=1e-2, hardness=0.07, shape="blunted")},
-    "yielding": {"friction": 0.3, "yielding": hs.yielding.Thornton(hardness=0.1, poissons_ratio=0.3)},
+    "blunted": {
+        "friction": 0.3,
+        "wear": ArchardWear(coefficient=1e-2, hardness=0.07, shape="blunted"),
+    },
+    "yielding": {
+        "friction": 0.3,
+        "yielding": hs.yielding.Thornton(hardness=0.1, poissons_ratio=0.3),
+    },
 }
 
 
@@ -565,9 +646,15 @@ def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach)
     load, rise = 4 / 3 * DEPTH**1.5, 1.1
     ensemble = hs.Ensemble(PAIR, 0.0, 1.0, PowerLaw(0.3 * rise, load, -1 / 3))
     target = DEPTH if control == "normal_displacement" else load
-    state = ensemble.advance(ensemble.initial_state(), **{control: target}, tangential_displacement=reach * FULL_SLIP)
+    state = ensemble.advance(
+        ensemble.initial_state(), **{control: target}, tangential_displacement=reach * FULL_SLIP
+    )
     onset, stored = (rise / reach) ** 2, 0.4 * rise**2
-    work = reach * (0.4 * reach * onset**2.5 + 0.5 * rise * (1 - onset**2)) if onset < 1 else 0.4 * reach**2
+    work = (
+        reach * (0.4 * reach * onset**2.5 + 0.5 * rise * (1 - onset**2))
+        if onset < 1
+        else 0.4 * reach**2
+    )
     stored = min(stored, 0.4 * reach**2)
     unit = 0.3 * load * FULL_SLIP
     assert state.stored_energy / unit == pytest.approx(stored, rel=1e-6)
@@ -610,14 +697,18 @@ def test_one_event_has_the_energy_balance_of_many_small_ones(name, seed):
     }
     once = ensemble.advance(start, **end)
     share = np.arange(1, count + 1) / count
-    fine, row = ensemble.advance_many(start, **{key: begin[key] + (end[key] - begin[key]) * share for key in begin})
+    fine, row = ensemble.advance_many(
+        start, **{key: begin[key] + (end[key] - begin[key]) * share for key in begin}
+    )
     load = np.append(start.tangential_load, row.tangential_load)
     moved = np.append(start.tangential_displacement, row.tangential_displacement)
     work = float(np.trapezoid(load, moved))
     erased = [0.0 if s.evolved is None else s.evolved.erased_energy for s in (start, fine)]
     lost = fine.dissipated_energy - start.dissipated_energy + erased[1] - erased[0]
     scale = max(lost, fine.stored_energy)
-    assert work - (fine.stored_energy - start.stored_energy) == pytest.approx(lost, abs=1e-3 * scale)
+    assert work - (fine.stored_energy - start.stored_energy) == pytest.approx(
+        lost, abs=1e-3 * scale
+    )
     assert once.dissipated_energy == pytest.approx(fine.dissipated_energy, abs=1e-3 * scale)
     limit = 0.3 * max(fine.normal_load, start.normal_load)
     assert once.tangential_load == pytest.approx(fine.tangential_load, abs=2e-4 * limit)
@@ -633,11 +724,18 @@ def test_small_events_on_a_smooth_path_leave_few_vertices(name):
     for count in (1, 1000):
         share = np.arange(1, count + 1) / count
         paths = [
-            at + (end - at) * share for at, end in zip((start.normal_load, start.tangential_load), ends, strict=True)
+            at + (end - at) * share
+            for at, end in zip((start.normal_load, start.tangential_load), ends, strict=True)
         ]
-        states.append(ensemble.advance_many(start, normal_load=paths[0], tangential_load=paths[1])[0])
+        states.append(
+            ensemble.advance_many(start, normal_load=paths[0], tangential_load=paths[1])[0]
+        )
     once, many = states
     assert max(len(many.vertices(group)) for group in set(many.group.tolist())) <= 150
-    assert many.tangential_displacement == pytest.approx(once.tangential_displacement, abs=1e-4 * FULL_SLIP)
+    assert many.tangential_displacement == pytest.approx(
+        once.tangential_displacement, abs=1e-4 * FULL_SLIP
+    )
     assert many.stored_energy == pytest.approx(once.stored_energy, rel=1e-3)
-    assert many.dissipated_energy == pytest.approx(once.dissipated_energy, abs=1e-3 * many.stored_energy)
+    assert many.dissipated_energy == pytest.approx(
+        once.dissipated_energy, abs=1e-3 * many.stored_energy
+    )

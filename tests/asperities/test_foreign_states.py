@@ -17,16 +17,22 @@ from historysim.asperities import laws, wear
 HEIGHTS = (0.0, -1e-8, -2e-8)
 THREE = hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2)
 MANY = hs.Ensemble(PAIR, np.append(0.0, np.linspace(-1e-7, 0.0, 4999)), 1e-5, 0.2)
-YIELDING = hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2, yielding=hs.yielding.Thornton(hardness=4e9, poissons_ratio=0.3))
+YIELDING = hs.Ensemble(
+    PAIR, HEIGHTS, 1e-5, 0.2, yielding=hs.yielding.Thornton(hardness=4e9, poissons_ratio=0.3)
+)
 OTHERS = {
     "materials": hs.Ensemble(SOFT, HEIGHTS, 1e-5, 0.2),
     "summits": hs.Ensemble(PAIR, (0.0, -1e-8, -3e-8), 1e-5, 0.2),
     "unit of length": hs.Ensemble(PAIR, np.multiply(HEIGHTS, 1e3), 1e-2, 0.2),
     "friction": hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.3),
     "law": hs.Ensemble(PAIR, HEIGHTS, 1e-5, laws.ShearStrength(3e8)),
-    "wear": hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2, wear=wear.ArchardWear(coefficient=1e-4, hardness=6e9)),
+    "wear": hs.Ensemble(
+        PAIR, HEIGHTS, 1e-5, 0.2, wear=wear.ArchardWear(coefficient=1e-4, hardness=6e9)
+    ),
     "yielding": YIELDING,
-    "hardness": hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2, yielding=hs.yielding.Thornton(hardness=5e9, poissons_ratio=0.3)),
+    "hardness": hs.Ensemble(
+        PAIR, HEIGHTS, 1e-5, 0.2, yielding=hs.yielding.Thornton(hardness=5e9, poissons_ratio=0.3)
+    ),
     "slid distances": hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2, follow_sliding=True),
     "number": MANY,
 }
@@ -37,9 +43,13 @@ def pressed(ensemble, load=1e-3):
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.__name__)
-@pytest.mark.parametrize(("ensemble", "state"), [(MANY, THREE), (THREE, MANY), (YIELDING, MANY), (YIELDING, THREE)])
+@pytest.mark.parametrize(
+    ("ensemble", "state"), [(MANY, THREE), (THREE, MANY), (YIELDING, MANY), (YIELDING, THREE)]
+)
 def test_a_state_of_another_ensemble_is_refused_by_every_entry(ensemble, state, entry):
-    with pytest.raises(hs.InputError, match=r"the state is of .* asperit.*expected one of this ensemble's"):
+    with pytest.raises(
+        hs.InputError, match=r"the state is of .* asperit.*expected one of this ensemble's"
+    ):
         entry(ensemble, pressed(state), np.random.default_rng(0))
 
 
@@ -48,17 +58,24 @@ def test_a_state_belongs_to_materials_summits_friction_and_laws(what, tmp_path):
     path = tmp_path / "one.state"
     for one, other in ((THREE, OTHERS[what]), (OTHERS[what], THREE)):
         pressed(one).save(path)
-        with pytest.raises(hs.InputError, match=r"one.state: the state is of .*; expected one of this ensemble's"):
+        with pytest.raises(
+            hs.InputError, match=r"one.state: the state is of .*; expected one of this ensemble's"
+        ):
             other.load_state(path)
         with pytest.raises(hs.InputError, match="the state is of"):
             other.stepper(pressed(one))
 
 
 def test_ensembles_that_are_built_alike_take_one_another_s_states():
-    again = [hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2, x=[1, 2, 3], tolerance=1e-4), pickle.loads(pickle.dumps(THREE))]  # noqa: S301
+    again = [
+        hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2, x=[1, 2, 3], tolerance=1e-4),
+        pickle.loads(pickle.dumps(THREE)),
+    ]
     for ensemble in again:
         assert ensemble.advance(pressed(THREE), normal_load=2e-3) == pressed(ensemble, 2e-3)
-    changed = THREE.with_friction(THREE.with_geometry(pressed(THREE), summit_radius=2e-5, asperities=[0]), 0.1)
+    changed = THREE.with_friction(
+        THREE.with_geometry(pressed(THREE), summit_radius=2e-5, asperities=[0]), 0.1
+    )
     assert again[0].advance(changed, normal_load=2e-3) == THREE.advance(changed, normal_load=2e-3)
 
 
@@ -66,8 +83,13 @@ def test_what_a_state_belongs_to_is_the_same_in_another_process():
     code = "import sys; sys.path.insert(0, sys.argv[1]); import numpy as np; from foreign_states import ensembles\n"
     code += "print(*(one.initial_state().memory.line.identity for one in ensembles(np.random.default_rng(0))))"
     folder = sys.modules["foreign_states"].__file__.rpartition("foreign_states")[0]
-    done = subprocess.run([sys.executable, "-c", code, folder], capture_output=True, text=True, check=True)
-    here = [ensemble.initial_state().memory.line.identity for ensemble in ensembles(np.random.default_rng(0))]
+    done = subprocess.run(
+        [sys.executable, "-c", code, folder], capture_output=True, text=True, check=True
+    )
+    here = [
+        ensemble.initial_state().memory.line.identity
+        for ensemble in ensembles(np.random.default_rng(0))
+    ]
     assert len(set(here)) == len(here)
     assert [int(word) for word in done.stdout.split()] == here
 
@@ -185,7 +207,9 @@ def test_a_place_that_is_taken_is_given_back_after_an_error():
             stepper.step(tangential_load=1.0)
     with (
         stepper._guard,
-        pytest.raises(hs.InputError, match=r"the stepper is in use.*expected a stepper for each thread"),
+        pytest.raises(
+            hs.InputError, match=r"the stepper is in use.*expected a stepper for each thread"
+        ),
     ):
         stepper.step(tangential_displacement=1e-9)
     stepper.step(tangential_displacement=1e-9)
@@ -228,8 +252,13 @@ def test_a_state_with_equal_heights_is_read_from_its_own_bytes(law, change, seed
     state = ensemble.initial_state()
     for displacement in rng.choice([-1, 1], 5) * 10.0 ** rng.uniform(-9, -6.5, 5):
         approach = float(rng.uniform(2e-9, 3e-8))
-        state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=float(displacement))
+        state = ensemble.advance(
+            state, normal_displacement=approach, tangential_displacement=float(displacement)
+        )
         read = ensemble.state_from_bytes(state.to_bytes())
-        assert read == pickle.loads(pickle.dumps(state)) == state  # noqa: S301
-        onwards = [ensemble.advance(s, normal_displacement=2e-8, tangential_displacement=1e-8) for s in (state, read)]
+        assert read == pickle.loads(pickle.dumps(state)) == state
+        onwards = [
+            ensemble.advance(s, normal_displacement=2e-8, tangential_displacement=1e-8)
+            for s in (state, read)
+        ]
         assert onwards[0].to_bytes() == onwards[1].to_bytes()

@@ -48,13 +48,17 @@ class Springs:
 
     def turned(self, place):
         depth = place[0] - self.gap
-        return depth * self.cosine + place[1] * self.sine, place[1] * self.cosine - depth * self.sine
+        return depth * self.cosine + place[1] * self.sine, place[
+            1
+        ] * self.cosine - depth * self.sine
 
     def moved(self, place):
         """How the springs are bent in a place next to the present one, and both loads of the body there."""
         (d0, u0), (d1, u1) = self.turned(self.place), self.turned(place)
         with np.errstate(divide="ignore", invalid="ignore"):
-            touching = np.clip(np.nan_to_num((d1[:, None] - self.label) / (d1 - d0)[:, None], posinf=1.0), 0.0, 1.0)
+            touching = np.clip(
+                np.nan_to_num((d1[:, None] - self.label) / (d1 - d0)[:, None], posinf=1.0), 0.0, 1.0
+            )
         share = np.where(d0[:, None] > self.label, 1.0, touching)
         room = np.maximum(d1[:, None] - self.label, 0.0)
         bent = np.clip(
@@ -95,14 +99,17 @@ def test_random_paths_against_springs_on_turned_axes(seed):
         target = np.array([share * 100e-9, displacement])
         for place in np.linspace(springs.place, target, parts + 1)[1:]:
             normal, tangential = springs.step(place)
-        state = ensemble.advance(state, normal_displacement=target[0], tangential_displacement=target[1])
+        state = ensemble.advance(
+            state, normal_displacement=target[0], tangential_displacement=target[1]
+        )
         limit = FRICTION * max(normal, 1e-5)
         assert state.normal_load == pytest.approx(normal, abs=5e-4 * limit)
         assert state.tangential_load == pytest.approx(tangential, abs=1e-3 * limit)
 
 
 @pytest.mark.parametrize(
-    ("channel", "largest", "close"), [("normal_displacement", 80e-9, 1e-13), ("normal_load", 4e-3, 3e-5)]
+    ("channel", "largest", "close"),
+    [("normal_displacement", 80e-9, 1e-13), ("normal_load", 4e-3, 3e-5)],
 )
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
@@ -125,8 +132,16 @@ def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
 def elastic_energy(ensemble, state):
     """Of all asperities, normal and tangential."""
     angle = np.arctan(ensemble.slope)
-    depth = (state.approach - ensemble.first_touch) * np.cos(angle) + state.tangential_displacement * np.sin(angle)
-    normal = 8 / 15 * PAIR.contact_modulus * np.sqrt(ensemble.summit_radius) * np.maximum(depth, 0) ** 2.5
+    depth = (state.approach - ensemble.first_touch) * np.cos(
+        angle
+    ) + state.tangential_displacement * np.sin(angle)
+    normal = (
+        8
+        / 15
+        * PAIR.contact_modulus
+        * np.sqrt(ensemble.summit_radius)
+        * np.maximum(depth, 0) ** 2.5
+    )
     return float(normal.sum()) + state.stored_energy
 
 
@@ -144,8 +159,12 @@ def test_work_of_the_loads_is_stored_or_dissipated():
             return there.normal_load * move[0] + there.tangential_load * move[1]
 
         work += quad(power, 0, 1, epsabs=1e-24, epsrel=1e-11, limit=60)[0]
-        state = ensemble.advance(state, normal_displacement=corner[0], tangential_displacement=corner[1])
-        assert elastic_energy(ensemble, state) + state.dissipated_energy == pytest.approx(work, rel=1e-11)
+        state = ensemble.advance(
+            state, normal_displacement=corner[0], tangential_displacement=corner[1]
+        )
+        assert elastic_energy(ensemble, state) + state.dissipated_energy == pytest.approx(
+            work, rel=1e-11
+        )
         begin = begin or state
     loop = state.dissipated_energy - begin.dissipated_energy
     assert loop > 0.1 * elastic_energy(ensemble, state)
@@ -163,13 +182,20 @@ def test_no_slope_gives_the_bits_of_level_asperities():
         hs.NormalDisplacement(3.0, 50e-9),
     ]
     how = {"substeps": 5, "record": "all"}
-    found, expected = hs.replay(inclined, events, **how, hold=False), hs.replay(level, events, **how, hold=False)
+    found, expected = (
+        hs.replay(inclined, events, **how, hold=False),
+        hs.replay(level, events, **how, hold=False),
+    )
     assert found.drop_vars("slope").identical(expected.assign_attrs(found.attrs))
 
 
 def test_replay_records_what_stepping_finds_whatever_the_substeps():
     ensemble = rough(6, 7)
-    events = [hs.NormalLoad(0.0, 2e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.TangentialDisplacement(2.0, -20e-9)]
+    events = [
+        hs.NormalLoad(0.0, 2e-3),
+        hs.TangentialDisplacement(1.0, 20e-9),
+        hs.TangentialDisplacement(2.0, -20e-9),
+    ]
     coarse, fine = (hs.replay(ensemble, events, substeps=parts) for parts in (1, 7))
     touching = (fine.slip_state != 0).sum("asperity")
     np.testing.assert_array_equal(touching, fine.contact_count)
@@ -178,7 +204,9 @@ def test_replay_records_what_stepping_finds_whatever_the_substeps():
     for name in ("total_tangential_load", "separation", "total_dissipated_energy"):
         np.testing.assert_allclose(at[name], coarse[name], rtol=1e-5)
     state = hs.Replay(ensemble, events).state()
-    assert state.tangential_load == pytest.approx(float(coarse.total_tangential_load[-1]), rel=1e-12)
+    assert state.tangential_load == pytest.approx(
+        float(coarse.total_tangential_load[-1]), rel=1e-12
+    )
     angle = np.arctan(fine.slope)
     rotated = fine.tangential_load * np.cos(angle) + fine.normal_load * np.sin(angle)
     np.testing.assert_allclose(rotated.sum("asperity"), fine.total_tangential_load, rtol=1e-12)
@@ -197,17 +225,20 @@ def test_tangential_stiffness_agrees_with_a_turn():
 
 def test_states_go_to_bytes_and_back():
     ensemble = rough(4, 1)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=1e-3, tangential_displacement=5e-9)
-    again = pickle.loads(pickle.dumps(state))  # noqa: S301 # its own
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_load=1e-3, tangential_displacement=5e-9
+    )
+    again = pickle.loads(pickle.dumps(state))  # its own
     assert again == state != ensemble.initial_state()
     assert hash(again) == hash(state)
-    kept = pickle.loads(pickle.dumps(ensemble))  # noqa: S301 # its own
+    kept = pickle.loads(pickle.dumps(ensemble))  # its own
     assert kept.advance(again, normal_load=2e-3) == ensemble.advance(state, normal_load=2e-3)
     content = state.to_bytes()
     for damaged in (b"", content[:-1], content[:60], b"x" + content[1:], content + b"\0"):
         with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
             InclinedState.from_bytes(damaged)
-    # mark, number of slopes and two controls precede the approach, the displacement and the axes of the slopes
+    # mark, number of slopes and two controls precede the approach, the displacement and the axes of
+    # the slopes
     for place in range(32, 48 + 16 * len(state.facets), 8):
         for number in (1e300, -1e300, np.inf, np.nan):
             forged = content[:place] + struct.pack("<d", number) + content[place + 8 :]
@@ -217,7 +248,9 @@ def test_states_go_to_bytes_and_back():
         forged = content[:8] + struct.pack("<q", count) + content[16:]
         with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
             InclinedState.from_bytes(forged)
-    other = hs.InclinedEnsemble(PAIR, ensemble.summit_height, ensemble.summit_radius, 0.25, slope=-ensemble.slope)
+    other = hs.InclinedEnsemble(
+        PAIR, ensemble.summit_height, ensemble.summit_radius, 0.25, slope=-ensemble.slope
+    )
     for foreign in (sphere(), other):
         with pytest.raises(hs.InputError, match="expected one of this ensemble"):
             foreign.advance(state, normal_load=1e-3)
@@ -227,27 +260,44 @@ def test_states_go_to_bytes_and_back():
     ("refused", "message"),
     [
         (lambda e, s: e.advance(s, tangential_load=1e-4), "no given tangential load"),
-        (lambda e, s: e.advance(s, tangential_displacement=(1e-9, 1e-9)), "no second tangential direction"),
+        (
+            lambda e, s: e.advance(s, tangential_displacement=(1e-9, 1e-9)),
+            "no second tangential direction",
+        ),
         (
             lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.FrictionChange(1, 0.1)]),
             "event 1 at t = 1 s: inclined asperities have no change of friction",
         ),
         (
-            lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.events.GeometryChange(1, summit_radius=1e-4)]),
+            lambda e, _: hs.replay(
+                e, [hs.NormalLoad(0, 1e-3), hs.events.GeometryChange(1, summit_radius=1e-4)]
+            ),
             "event 1 at t = 1 s: inclined asperities have no change of geometry",
         ),
-        (lambda e, s: e.advance(s, normal_load=1e-3, instrument=hs.Instrument(1e6)), "no instrument"),
+        (
+            lambda e, s: e.advance(s, normal_load=1e-3, instrument=hs.Instrument(1e6)),
+            "no instrument",
+        ),
         (
             lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.TangentialLoad(1, 1e-5)]),
             "event 1 at t = 1 s: inclined asperities have no given tangential load",
         ),
-        (lambda e, _: e.advance(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2).initial_state()), "expected one of this ensemble"),
-        (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, hs.laws.ShearStrength(3e8), slope=0.1), "no law of friction"),
+        (
+            lambda e, _: e.advance(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2).initial_state()),
+            "expected one of this ensemble",
+        ),
+        (
+            lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, hs.laws.ShearStrength(3e8), slope=0.1),
+            "no law of friction",
+        ),
         (
             lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.5, slope=[0.1, -2.0]),
             r"slope\[1\] is -2 with friction 0.5",
         ),
-        (lambda *_: hs.InclinedEnsemble(PAIR, [0.0, 0.0], 1e-3, 0.5, slope=[0.1, 0.2, 0.3]), "for 3 asperities"),
+        (
+            lambda *_: hs.InclinedEnsemble(PAIR, [0.0, 0.0], 1e-3, 0.5, slope=[0.1, 0.2, 0.3]),
+            "for 3 asperities",
+        ),
     ],
 )
 def test_unsupported_features_of_inclined_asperities_are_refused(refused, message):
@@ -258,7 +308,11 @@ def test_unsupported_features_of_inclined_asperities_are_refused(refused, messag
 
 def test_questions_to_a_history_of_slopes():
     ensemble = rough(6, 7)
-    events = [hs.NormalLoad(0.0, 2e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.TangentialDisplacement(2.0, -20e-9)]
+    events = [
+        hs.NormalLoad(0.0, 2e-3),
+        hs.TangentialDisplacement(1.0, 20e-9),
+        hs.TangentialDisplacement(2.0, -20e-9),
+    ]
     history = hs.replay(ensemble, events, record="all")
     state = hs.Replay(ensemble, events).state()
     assert float(history.contact.slope_load()[-1]) == pytest.approx(state.slope_load, rel=1e-12)
@@ -267,7 +321,10 @@ def test_questions_to_a_history_of_slopes():
             getattr(history.contact, name)()
     with pytest.raises(hs.InputError, match="expected slopes"):
         hs.replay(ensemble, events, record=[0]).contact.slope_load()
-    assert dict(history.contact.summary())["preliminary displacement"] == "not available: the asperities are inclined"
+    assert (
+        dict(history.contact.summary())["preliminary displacement"]
+        == "not available: the asperities are inclined"
+    )
     with pytest.raises(hs.InputError, match="inclined, which exports do not support"):
         hs.reduce(hs.Replay(ensemble, events), elements=4)
     assert not history.contact.validity()

@@ -22,14 +22,17 @@ MU, LOAD = 0.4, 0.01
 LIMIT = MU * LOAD
 SPHERE = hs.Ensemble(PAIR, summit_height=0.0, summit_radius=1.5, friction=MU)
 
-# lateral stiffness over that of a contact, friction limit over displacement at which it slides: UNAT's is about 0.4
+# lateral stiffness over that of a contact, friction limit over displacement at which it slides:
+# UNAT's is about 0.4
 RATIOS = (1e-6, 0.4, 1e6)
 
 
 def scattered(count):
     """Asperities of unequal height and radius, with three coefficients."""
     rng = np.random.default_rng(0)
-    return random_contact(rng, count)._replace(**MODULI, friction=rng.choice([0.25, 0.4, 0.55], count))
+    return random_contact(rng, count)._replace(
+        **MODULI, friction=rng.choice([0.25, 0.4, 0.55], count)
+    )
 
 
 def ensemble_of(contact):
@@ -54,7 +57,10 @@ def driven(*targets, instrument, state=None, ensemble=SPHERE):
     state = ensemble.initial_state() if state is None else state
     for normal_load, displacement in targets:
         state = ensemble.advance(
-            state, normal_load=normal_load, tangential_displacement=displacement, instrument=instrument
+            state,
+            normal_load=normal_load,
+            tangential_displacement=displacement,
+            instrument=instrument,
         )
     return state
 
@@ -75,7 +81,11 @@ def virgin_load(drive, stiffness, **contact):
     limit = contact["friction"] * contact["normal_load"]
 
     def excess(load):
-        return float(mindlin.tangential_displacement(load, **contact, shear_modulus=0.3)) + load / stiffness - drive
+        return (
+            float(mindlin.tangential_displacement(load, **contact, shear_modulus=0.3))
+            + load / stiffness
+            - drive
+        )
 
     return brentq(excess, -limit, limit, xtol=1e-300, rtol=4 * EPS)
 
@@ -85,7 +95,9 @@ def virgin_load(drive, stiffness, **contact):
 
 def test_the_drive_moves_the_contact_and_bends_the_instrument():
     instrument = Instrument(lateral_stiffness=334e-3 / 1e-6)
-    assert instrument.drive_displacement(20e-9, 10e-3) == pytest.approx(20e-9 + 10e-3 / 3.34e5, rel=2 * EPS)
+    assert instrument.drive_displacement(20e-9, 10e-3) == pytest.approx(
+        20e-9 + 10e-3 / 3.34e5, rel=2 * EPS
+    )
     both = instrument.drive_displacement(np.array([0.0, 1e-9]), np.array([3.34e-3, 0.0]))
     assert both == pytest.approx([10e-9, 1e-9], rel=2 * EPS)
     assert not instrument.rigid
@@ -96,7 +108,10 @@ def test_the_drive_moves_the_contact_and_bends_the_instrument():
 
 @pytest.mark.parametrize("stiffness", [-3.0, math.nan, 1e-200, True, [3.0]], ids=repr)
 def test_a_stiffness_that_is_none_is_refused(stiffness):
-    with pytest.raises(hs.InputError, match=r"^Instrument: lateral_stiffness is .*; expected a number greater than 0"):
+    with pytest.raises(
+        hs.InputError,
+        match=r"^Instrument: lateral_stiffness is .*; expected a number greater than 0",
+    ):
         Instrument(stiffness)
 
 
@@ -113,7 +128,9 @@ def test_an_invalid_instrument_is_refused():
 
 @given(histories())
 def test_a_rigid_instrument_is_none_to_the_bit(drawn):
-    bare, rigid = (drawn.replay(saturate=True, instrument=each) for each in (RIGID, Instrument(math.inf)))
+    bare, rigid = (
+        drawn.replay(saturate=True, instrument=each) for each in (RIGID, Instrument(math.inf))
+    )
     xr.testing.assert_identical(rigid, bare)
     assert "drive_displacement" not in bare
     assert "lateral_stiffness" not in bare.attrs
@@ -127,7 +144,9 @@ def test_a_rigid_instrument_is_none_to_the_bit(drawn):
 def test_virgin_loading_is_cattaneo_mindlin_behind_a_spring(ratio, share):
     stiffness = ratio * LIMIT / SLIDE
     drive = share * (SLIDE + LIMIT / stiffness)
-    state = driven((LOAD, drive), instrument=Instrument(stiffness), state=driven((LOAD, 0.0), instrument=RIGID))
+    state = driven(
+        (LOAD, drive), instrument=Instrument(stiffness), state=driven((LOAD, 0.0), instrument=RIGID)
+    )
     load = virgin_load(drive, stiffness)
     # near the limit the contact is soft, and the closed form loses what is missing to it
     assert state.tangential_load == pytest.approx(load, rel=1e-13)
@@ -147,18 +166,25 @@ def test_beyond_the_limit_the_contact_slides_behind_the_bent_instrument(ratio, s
         state = driven(*first, (LOAD, drive), instrument=instrument)
         assert state.tangential_load == pytest.approx(sign * LIMIT, rel=4 * EPS)
         bent = sign * LIMIT / instrument.lateral_stiffness
-        assert state.tangential_displacement == pytest.approx(drive - bent, abs=4 * EPS * abs(drive))
+        assert state.tangential_displacement == pytest.approx(
+            drive - bent, abs=4 * EPS * abs(drive)
+        )
         assert SPHERE.asperity(0, state).slip_state is hs.SlipState.GROSS_SLIP
         assert SPHERE.asperity(0, state).stick_radius == 0
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_while_the_drive_is_held_the_contact_creeps_as_the_normal_load_falls(ratio):
-    # the springs that still stick have never slipped, so that the state stays the virgin one at its normal load
+    # the springs that still stick have never slipped, so that the state stays the virgin one at its
+    # normal load
     stiffness = ratio * LIMIT / SLIDE
     drive = 0.6 * (SLIDE + LIMIT / stiffness)
     normal = np.linspace(1.0, 0.05, 20) * LOAD
-    events = [hs.NormalLoad(0.0, LOAD), hs.NormalLoad(1.0, LOAD), hs.TangentialDisplacement(1.0, drive)]
+    events = [
+        hs.NormalLoad(0.0, LOAD),
+        hs.NormalLoad(1.0, LOAD),
+        hs.TangentialDisplacement(1.0, drive),
+    ]
     events += [hs.NormalLoad(k + 2.0, value) for k, value in enumerate(normal[1:])]
     history = hs.replay(SPHERE, events, instrument=Instrument(stiffness)).isel(step=slice(1, None))
     sliding = history.slip_state.values[:, 0] == hs.SlipState.GROSS_SLIP
@@ -204,7 +230,12 @@ def test_the_drives_history_is_the_contacts_sheared(drawn):
     # the contact slides far behind a soft instrument, and U has no more digits than that leaves
     rounding = drawn.limit * (1e-13 + 16 * EPS * np.abs(solved).max() / drawn.slide)
     way = drawn.slide + np.abs(np.diff(solved)).sum()
-    for name in ("total_tangential_load", "tangential_load", "total_dissipated_energy", "dissipated_energy"):
+    for name in (
+        "total_tangential_load",
+        "tangential_load",
+        "total_dissipated_energy",
+        "dissipated_energy",
+    ):
         tolerance = rounding * (way if "energy" in name else 1.0)
         assert history[name].values == pytest.approx(bare[name].values, abs=tolerance), name
     assert np.array_equal(history.separation.values, bare.separation.values)
@@ -222,9 +253,14 @@ def test_the_drive_arrives_behind_any_instrument(drawn, exponent):
     assert all(np.isfinite(values.values.astype(float)).all() for values in numbers)
     assert np.all(np.diff(history.total_dissipated_energy.values) >= 0)
     assert np.all(np.abs(history.total_tangential_load) <= history.friction_limit * (1 + 1e-12))
-    # U is sought to a rounding, which moves the drive as many times as far as the contact is stiffer
+    # U is sought to a rounding, which moves the drive as many times as far as the contact is
+    # stiffer
     farthest = np.abs(history.tangential_displacement.values).max() + drawn.slide
-    rounding = 8 * EPS * (np.abs(history.drive_displacement.values).max() + 4 * ratio * farthest / stiffness)
+    rounding = (
+        8
+        * EPS
+        * (np.abs(history.drive_displacement.values).max() + 4 * ratio * farthest / stiffness)
+    )
     rows = iter(history.drive_displacement.values)
     for move in drawn.moves:
         for found in [next(rows) for _ in range(1 if move.friction is None else 2)]:
@@ -240,17 +276,24 @@ def test_ramps_of_both_loads_do_not_feel_the_instrument_and_drives_start_where_t
     ensemble = ensemble_of(contact)
     instrument, reach = instrument_for(contact, 0.12, 0.4)
     limit, _ = scales(contact, 0.12)
-    events = [hs.NormalLoad(0.0, 0.12), hs.TangentialLoad(1.0, 0.5 * limit), hs.NormalLoad(1.0, 0.09)]
+    events = [
+        hs.NormalLoad(0.0, 0.12),
+        hs.TangentialLoad(1.0, 0.5 * limit),
+        hs.NormalLoad(1.0, 0.09),
+    ]
     bare = hs.replay(ensemble, events, substeps=3)
     behind = hs.replay(ensemble, events, substeps=3, instrument=instrument)
     xr.testing.assert_equal(behind.drop_vars("drive_displacement"), bare)
     halfway = [*events, hs.NormalLoad(2.0, 0.09), hs.TangentialDisplacement(3.0, reach)]
     history = hs.replay(ensemble, halfway, instrument=instrument, hold=False)
     start = behind.drive_displacement.values[-1]
-    assert history.drive_displacement.values[-2:] == pytest.approx([(start + reach) / 2, reach], rel=1e-14)
+    assert history.drive_displacement.values[-2:] == pytest.approx(
+        [(start + reach) / 2, reach], rel=1e-14
+    )
 
 
-# -- a spring in parallel ---------------------------------------------------------------------------
+# -- a spring in parallel
+# ---------------------------------------------------------------------------
 
 ROUGH = hs.Ensemble(
     hs.MaterialPair(hs.material("silicon"), hs.material("float glass")),
@@ -276,29 +319,45 @@ def test_a_controlled_load_agrees_with_contact_and_parallel_spring(series):
 
         drive = brentq(excess, -1e-6, 1e-6, xtol=1e-20, rtol=1e-14)
         reference = ROUGH.advance(reference, tangential_displacement=drive, instrument=alone)
-        assert state.tangential_load == pytest.approx(reference.tangential_load, rel=1e-12, abs=1e-15)
-        assert parallel.drive_load(state.tangential_displacement, state.tangential_load) == pytest.approx(
-            load, rel=1e-12
+        assert state.tangential_load == pytest.approx(
+            reference.tangential_load, rel=1e-12, abs=1e-15
         )
+        assert parallel.drive_load(
+            state.tangential_displacement, state.tangential_load
+        ) == pytest.approx(load, rel=1e-12)
     # a load that is not named is held, whatever the normal load and friction do
     for held in (
         ROUGH.advance(state, normal_load=0.03, instrument=parallel),
         ROUGH.with_friction(state, 0.01, instrument=parallel),
     ):
-        assert parallel.drive_load(held.tangential_displacement, held.tangential_load) == pytest.approx(5e-3, rel=1e-12)
+        assert parallel.drive_load(
+            held.tangential_displacement, held.tangential_load
+        ) == pytest.approx(5e-3, rel=1e-12)
     stepper = ROUGH.stepper(pressed, instrument=parallel)
     for load in (8e-3, -3e-3):
         stepper.step(tangential_load=load)
     twice = ROUGH.advance(pressed, tangential_load=8e-3, instrument=parallel)
-    assert stepper.tangential_load == ROUGH.advance(twice, tangential_load=-3e-3, instrument=parallel).tangential_load
+    assert (
+        stepper.tangential_load
+        == ROUGH.advance(twice, tangential_load=-3e-3, instrument=parallel).tangential_load
+    )
 
 
 def test_a_parallel_spring_does_not_change_a_driven_contact(tmp_path):
-    events = [hs.NormalLoad(0, 0.05), hs.TangentialDisplacement(1, 5e-8), hs.TangentialDisplacement(2, -5e-8)]
+    events = [
+        hs.NormalLoad(0, 0.05),
+        hs.TangentialDisplacement(1, 5e-8),
+        hs.TangentialDisplacement(2, -5e-8),
+    ]
     parallel = hs.Instrument(3e5, parallel_stiffness=2e5)
-    alone, both = (hs.replay(ROUGH, events, substeps=5, instrument=each) for each in (hs.Instrument(3e5), parallel))
+    alone, both = (
+        hs.replay(ROUGH, events, substeps=5, instrument=each)
+        for each in (hs.Instrument(3e5), parallel)
+    )
     assert np.array_equal(alone.total_tangential_load, both.total_tangential_load)
-    np.testing.assert_allclose(both.drive_load, both.total_tangential_load + 2e5 * both.drive_displacement, rtol=1e-15)
+    np.testing.assert_allclose(
+        both.drive_load, both.total_tangential_load + 2e5 * both.drive_displacement, rtol=1e-15
+    )
     assert "drive_load" not in alone
     assert both.attrs["parallel_stiffness"] == 2e5
     pushed = [hs.NormalLoad(0, 0.05), hs.TangentialLoad(1, 30e-3), hs.TangentialLoad(2, -8e-3)]
@@ -307,13 +366,21 @@ def test_a_parallel_spring_does_not_change_a_driven_contact(tmp_path):
     with hs.EventLog.create(tmp_path / "a.history", ROUGH, instrument=parallel) as log:
         log.append(pushed)
         assert log.instrument == parallel
-        assert np.array_equal(log.replay().total_tangential_load, job.dataset().total_tangential_load)
-    with pytest.raises(hs.InputError, match="parallel_stiffness, which a unit of co-simulation does not have"):
+        assert np.array_equal(
+            log.replay().total_tangential_load, job.dataset().total_tangential_load
+        )
+    with pytest.raises(
+        hs.InputError, match="parallel_stiffness, which a unit of co-simulation does not have"
+    ):
         hs.write_fmu(job, tmp_path / "a.fmu")
 
 
 def test_in_two_directions_the_spring_acts_in_both():
-    pushed = [hs.NormalLoad(0, 0.05), hs.TangentialLoad(1, (8e-3, 0.0)), hs.TangentialLoad(2, (-8e-3, 30e-3))]
+    pushed = [
+        hs.NormalLoad(0, 0.05),
+        hs.TangentialLoad(1, (8e-3, 0.0)),
+        hs.TangentialLoad(2, (-8e-3, 30e-3)),
+    ]
     history = hs.replay(ROUGH, pushed, instrument=hs.Instrument(3e5, parallel_stiffness=2e5))
     np.testing.assert_allclose(history.drive_load[1:], [(8e-3, 0.0), (-8e-3, 30e-3)], atol=1e-14)
 

@@ -18,8 +18,13 @@ def loaded(ensemble, load):
 
 def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     """So that work of adhesion may be swept from 0 on; the area grows with it from there."""
-    laws = [ShearStrength(11.37e6), *(ShearStrength(11.37e6, "jkr", work) for work in (0.0, 1e-12, 0.1))]
-    hertz, none, hardly, some = (loaded(hs.Ensemble(GLASS, 0.0, BALL, law), 10e-3).friction[0] for law in laws)
+    laws = [
+        ShearStrength(11.37e6),
+        *(ShearStrength(11.37e6, "jkr", work) for work in (0.0, 1e-12, 0.1)),
+    ]
+    hertz, none, hardly, some = (
+        loaded(hs.Ensemble(GLASS, 0.0, BALL, law), 10e-3).friction[0] for law in laws
+    )
     assert none == pytest.approx(hertz, rel=1e-14)
     # a³ grows by √(6πWR/N) of itself to first order
     root = np.sqrt(6 * np.pi * 1e-12 * BALL / 10e-3)
@@ -28,7 +33,9 @@ def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
 
 
 def test_a_power_of_the_total_load_keeps_one_coefficient():
-    ensemble = hs.Ensemble(GLASS, [0.0, -20e-9, -50e-9], BALL, PowerLaw(0.2, 10e-3, -0.25, load="total"))
+    ensemble = hs.Ensemble(
+        GLASS, [0.0, -20e-9, -50e-9], BALL, PowerLaw(0.2, 10e-3, -0.25, load="total")
+    )
     state = loaded(ensemble, 40e-3)
     assert state.friction == pytest.approx(np.full(3, 0.2 * 4**-0.25), rel=1e-12)
     assert state.group.max() == 0
@@ -61,15 +68,26 @@ def test_energy_is_balanced_where_geometry_changes():
     state = ensemble.advance(state, tangential_displacement=0.008)
     work = state.stored_energy + state.dissipated_energy
     new = ensemble.with_geometry(state, summit_height=-0.005, asperities=[0])
-    assert new.stored_energy + new.dissipated_energy + new.evolved.erased_energy == pytest.approx(work, rel=1e-12)
+    assert new.stored_energy + new.dissipated_energy + new.evolved.erased_energy == pytest.approx(
+        work, rel=1e-12
+    )
     assert (new.evolved.erased_memories, new.approach) == (1, state.approach)
 
 
 def test_friction_between_waypoints_agrees_with_many_small_falls():
     """A ramp of friction at a held displacement, and with the load: chords against many changes at rest."""
     ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], 0.5)
-    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.006), hs.NormalLoad(1.0, 0.01)]
-    ramp = [*events, hs.FrictionRamp(1.0, 0.5), hs.FrictionRamp(2.0, 0.2), hs.TangentialDisplacement(2.0, 0.012)]
+    events = [
+        hs.NormalLoad(0.0, 0.01),
+        hs.TangentialDisplacement(1.0, 0.006),
+        hs.NormalLoad(1.0, 0.01),
+    ]
+    ramp = [
+        *events,
+        hs.FrictionRamp(1.0, 0.5),
+        hs.FrictionRamp(2.0, 0.2),
+        hs.TangentialDisplacement(2.0, 0.012),
+    ]
     found = hs.replay(ensemble, ramp, substeps=4)
     assert found.present_friction.values[-5:] == pytest.approx([0.5, 0.425, 0.35, 0.275, 0.2])
     ends = []
@@ -82,7 +100,9 @@ def test_friction_between_waypoints_agrees_with_many_small_falls():
         ends.append(hs.replay(ensemble, small).isel(step=-1))
     for name in ("total_tangential_load", "total_dissipated_energy"):
         coarse, fine = (float(end[name]) for end in ends)
-        assert float(found[name][-1]) == pytest.approx(2 * fine - coarse, abs=abs(fine - coarse) + 1e-6 * fine)
+        assert float(found[name][-1]) == pytest.approx(
+            2 * fine - coarse, abs=abs(fine - coarse) + 1e-6 * fine
+        )
 
 
 def test_a_load_beyond_what_falling_friction_holds_is_refused_or_held():
@@ -100,12 +120,21 @@ def test_a_load_beyond_what_falling_friction_holds_is_refused_or_held():
 
 
 def test_what_is_slid_is_followed_on_request_and_changes_nothing():
-    plain, followed = (hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.5, follow_sliding=follow) for follow in (False, True))
+    plain, followed = (
+        hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.5, follow_sliding=follow) for follow in (False, True)
+    )
     states = [moves(ensemble, ensemble.initial_state()) for ensemble in (plain, followed)]
-    for name in ("normal_load", "tangential_load", "approach", "tangential_displacement", "dissipated_energy"):
+    for name in (
+        "normal_load",
+        "tangential_load",
+        "approach",
+        "tangential_displacement",
+        "dissipated_energy",
+    ):
         assert getattr(states[0], name) == getattr(states[1], name)
     history = hs.replay(
-        followed, [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.1), hs.NormalLoad(1.0, 0.01)]
+        followed,
+        [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.1), hs.NormalLoad(1.0, 0.01)],
     )
     reach = 0.5 * (followed.highest_summit - history.separation.values[-1] + np.array([0.0, -0.01]))
     assert history.slid_distance.values[-1] == pytest.approx(0.1 - reach, rel=1e-9)
@@ -113,9 +142,12 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
 
 
 @pytest.mark.parametrize("substeps", [1, 10])
-@pytest.mark.parametrize("options", [{"follow_sliding": True}, {"wear": ArchardWear(coefficient=1e-30, hardness=1.0)}])
+@pytest.mark.parametrize(
+    "options", [{"follow_sliding": True}, {"wear": ArchardWear(coefficient=1e-30, hardness=1.0)}]
+)
 def test_the_distance_slid_by_all_does_not_depend_on_the_substeps(options, substeps):
-    # the second summit touches midway, and slides immediately; the first has slid since 1/21 of the path
+    # the second summit touches midway, and slides immediately; the first has slid since 1/21 of the
+    # path
     ensemble = hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.25, **options)
     events = [
         hs.NormalDisplacement(0.0, 0.002),
@@ -133,7 +165,8 @@ def test_the_distance_slid_by_all_does_not_depend_on_the_substeps(options, subst
 def test_what_slides_in_turn_does_not_slide_together(substeps):
     ensemble = hs.Ensemble(PAIR, [0.0, -0.002, -0.012], 1.0, [0.1, 0.1, 0.4], follow_sliding=True)
     events = [hs.NormalDisplacement(0.0, 0.02), hs.TangentialDisplacement(0.0, 0.0)]
-    # moved by 0.005 the softest slides last where its limit is the largest: 0.4 (0.02 - 0.012) = 0.0032 from the start
+    # moved by 0.005 the softest slides last where its limit is the largest: 0.4 (0.02 - 0.012) =
+    # 0.0032 from the start
     events.append(hs.TangentialDisplacement(1.0, 0.005))
     history = hs.replay(ensemble, events, substeps=substeps, record="all")
     assert history.total_slid_distance.values[-1] == pytest.approx(0.005 - 0.0032, rel=1e-9)
@@ -169,7 +202,9 @@ def test_patches_do_not_evolve():
     patches = hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=0.2)
     with pytest.raises(hs.InputError, match=r"event 1 .*keep their friction along a path"):
         hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionRamp(1.0, 0.1)])
-    with pytest.raises(hs.InputError, match=r"event 1 at t = 1 s: .*no height and radius to change"):
+    with pytest.raises(
+        hs.InputError, match=r"event 1 at t = 1 s: .*no height and radius to change"
+    ):
         hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.GeometryChange(1.0, summit_height=0.0)])
     with pytest.raises(hs.InputError, match=r"event 1 at t = 1 s: .*share one coefficient"):
         hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionChange(1.0, 0.1, [0])])

@@ -47,7 +47,9 @@ def test_the_half_widths_are_those_of_cattaneo(ratio):
     whole, stick = contact.contact_half_width(state), contact.stick_half_width(state)
     assert whole == pytest.approx(half_width(load), rel=1e-14)
     assert stick / whole == pytest.approx(np.sqrt(1 - ratio), rel=1e-12, abs=1e-7)
-    history = hs.replay(contact, [hs.NormalLoad(0, load), hs.TangentialLoad(1, ratio * FRICTION * load)])
+    history = hs.replay(
+        contact, [hs.NormalLoad(0, load), hs.TangentialLoad(1, ratio * FRICTION * load)]
+    )
     assert history.contact_half_width[-1, 0] == pytest.approx(whole, rel=1e-14)
     assert history.stick_half_width[-1, 0] == pytest.approx(stick, rel=1e-9, abs=1e-12)
     assert history.real_contact_area[-1] == pytest.approx(2 * LENGTH * whole, rel=1e-14)
@@ -90,7 +92,16 @@ class HalfPlane(HalfSpace):
         return self.matrix @ load
 
 
-MOVES = [(1.0, 0.0), (1.0, 0.25), (0.7, 0.1), (0.9, -0.2), (0.95, -0.2), (0.6, -0.05), (0.8, 0.5), (0.75, 0.2)]
+MOVES = [
+    (1.0, 0.0),
+    (1.0, 0.25),
+    (0.7, 0.1),
+    (0.9, -0.2),
+    (0.95, -0.2),
+    (0.6, -0.05),
+    (0.8, 0.5),
+    (0.75, 0.2),
+]
 
 
 def test_tractions_at_varying_loads_beside_a_half_plane_of_elements():
@@ -98,7 +109,9 @@ def test_tractions_at_varying_loads_beside_a_half_plane_of_elements():
     contact, plane = cylinder(depth), HalfPlane(1.02 * half_width(500.0), 100, depth)
     state = contact.initial_state()
     moves = [(d * deepest, u * FRICTION * deepest) for d, u in MOVES]
-    for (d, u), (p, q) in zip(moves, plane.history(moves, FRICTION, parts=16, accuracy=1e-7), strict=True):
+    for (d, u), (p, q) in zip(
+        moves, plane.history(moves, FRICTION, parts=16, accuracy=1e-7), strict=True
+    ):
         state = contact.advance(state, normal_displacement=d, tangential_displacement=u)
         largest = p.max()
         # first order in the cells, at the edges of contact and stick zone
@@ -107,12 +120,19 @@ def test_tractions_at_varying_loads_beside_a_half_plane_of_elements():
         assert error.max() < 0.06
         assert error.mean() < 3e-3
         sums = plane.cell * LENGTH * np.array([p.sum(), q.sum()])
-        assert np.array([state.normal_load, state.tangential_load]) == pytest.approx(sums, abs=5e-5 * sums[0])
+        assert np.array([state.normal_load, state.tangential_load]) == pytest.approx(
+            sums, abs=5e-5 * sums[0]
+        )
 
 
 def test_a_log_a_file_and_a_pickle_hold_it(tmp_path):
     contact = cylinder()
-    events = [hs.NormalLoad(0, 500), hs.TangentialLoad(1, 150), hs.NormalLoad(2, 400), hs.TangentialLoad(3, -100)]
+    events = [
+        hs.NormalLoad(0, 500),
+        hs.TangentialLoad(1, 150),
+        hs.NormalLoad(2, 400),
+        hs.TangentialLoad(3, -100),
+    ]
     path = tmp_path / "line.history"
     with hs.EventLog.create(path, contact) as log:
         log.append(events)
@@ -121,11 +141,11 @@ def test_a_log_a_file_and_a_pickle_hold_it(tmp_path):
     direct = hs.replay(contact, events, hold=False)
     for name in ("stick_half_width", "total_dissipated_energy", "tangential_displacement"):
         assert again[name].values.tobytes() == direct[name].values.tobytes()
-    copy = pickle.loads(pickle.dumps(contact))  # noqa: S301 - written here
+    copy = pickle.loads(pickle.dumps(contact))
     state = contact.advance(contact.initial_state(), normal_load=500.0)
-    assert copy.advance(copy.state_from_bytes(state.to_bytes()), tangential_load=100.0) == contact.advance(
-        state, tangential_load=100.0
-    )
+    assert copy.advance(
+        copy.state_from_bytes(state.to_bytes()), tangential_load=100.0
+    ) == contact.advance(state, tangential_load=100.0)
     other = cylinder(0.02)
     with pytest.raises(hs.InputError, match="expected one of this ensemble"):
         other.check_state(state)
@@ -136,8 +156,13 @@ def test_springs_of_an_instrument_add_their_deflection():
     spring = hs.Instrument(lateral_stiffness=1e9, parallel_stiffness=1e7)
     loads = [hs.NormalLoad(0, 500), hs.TangentialLoad(1, 120)]
     history = hs.replay(contact, loads, instrument=spring)
-    held, moved = history.total_tangential_load[-1].item(), history.tangential_displacement[-1].item()
-    assert moved == pytest.approx(FRICTION * (approach(500, 0.01) - approach(500 - held / FRICTION, 0.01)), rel=1e-7)
+    held, moved = (
+        history.total_tangential_load[-1].item(),
+        history.tangential_displacement[-1].item(),
+    )
+    assert moved == pytest.approx(
+        FRICTION * (approach(500, 0.01) - approach(500 - held / FRICTION, 0.01)), rel=1e-7
+    )
     assert held + 1e7 * (moved + held / 1e9) == pytest.approx(120, rel=1e-9)
 
 
@@ -152,7 +177,10 @@ def test_a_fit_varies_its_friction_and_no_shear_modulus():
 @pytest.mark.parametrize(
     ("action", "reason"),
     [
-        (lambda c, s: c.advance(s, tangential_load=(1.0, 0.0)), "softer across its axis.* one tangential direction"),
+        (
+            lambda c, s: c.advance(s, tangential_load=(1.0, 0.0)),
+            "softer across its axis.* one tangential direction",
+        ),
         (lambda c, s: c.advance(s, normal_load=1e12), "half-width of 0.5"),
         (lambda c, _: hs.replay(c, [hs.FrictionChange(0, 0.1, asperities=[0])]), "one coefficient"),
         (lambda *_: hs.LineContact(PAIR, 0.0, 1.0, 0.2, 1.0), "radius"),
@@ -198,7 +226,11 @@ waypoints = [{{ time = 0, normal_load = 500 }}, {{ time = 1, tangential_load = 1
     [
         ('yielding = "kogut-etsion"', "", "surface.yielding: .*without summits"),
         ('interaction = "full"', "", "surface.interaction: .*without a height map"),
-        ("", '[wear]\nlaw = "archard"\ncoefficient = 1e-4\nhardness = "6 GPa"', "wear: a line contact"),
+        (
+            "",
+            '[wear]\nlaw = "archard"\ncoefficient = 1e-4\nhardness = "6 GPa"',
+            "wear: a line contact",
+        ),
     ],
 )
 def test_a_scenario_refuses_what_a_cylinder_has_not(tmp_path, surface, more, reason):

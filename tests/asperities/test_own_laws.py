@@ -28,8 +28,15 @@ class OwnStrength(laws.FrictionLaw):
 
     def coefficients(self, loaded):
         shape = {"summit_radius": loaded.summit_radius}
-        approach = hertz.approach(loaded.normal_load, contact_modulus=loaded.pair.contact_modulus, **shape)
-        return self.strength * np.pi * hertz.contact_radius(approach, **shape) ** 2 / loaded.normal_load
+        approach = hertz.approach(
+            loaded.normal_load, contact_modulus=loaded.pair.contact_modulus, **shape
+        )
+        return (
+            self.strength
+            * np.pi
+            * hertz.contact_radius(approach, **shape) ** 2
+            / loaded.normal_load
+        )
 
 
 @attrs.frozen
@@ -53,7 +60,12 @@ def end(**options):
     state = ensemble.initial_state()
     for move in MOVES:
         state = ensemble.advance(state, **move)
-    return [state.normal_load, state.tangential_load, state.dissipated_energy, *state.evolved.slid_distance]
+    return [
+        state.normal_load,
+        state.tangential_load,
+        state.dissipated_energy,
+        *state.evolved.slid_distance,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -69,12 +81,24 @@ def test_an_own_law_agrees_with_the_library(own, built_in):
 
 
 def test_a_law_of_the_library_says_its_coefficients():
-    loaded = laws.Loaded(PAIR, np.array([0.01, 0.02]), 0.03, np.array([1.0, 0.7]), np.array([0.0, 0.005]))
-    assert laws.ShearStrength(0.05).coefficients(loaded) == pytest.approx(OwnStrength(0.05).coefficients(loaded))
-    assert laws.SlidFriction([0.0, 0.01], [0.4, 0.3]).coefficients(loaded) == pytest.approx([0.4, 0.35])
-    assert laws.PowerLaw(0.2, 0.01, -0.3).coefficients(loaded) == pytest.approx(0.2 * np.array([1.0, 2.0]) ** -0.3)
-    assert laws.PowerLaw(0.2, 0.01, -0.3, "total").coefficients(loaded) == pytest.approx([0.2 * 3.0**-0.3] * 2)
-    energy = wear.EnergyWear(volume_per_energy=2.0).volume(np.ones(2), np.ones(2), np.array([0.5, -0.1]))
+    loaded = laws.Loaded(
+        PAIR, np.array([0.01, 0.02]), 0.03, np.array([1.0, 0.7]), np.array([0.0, 0.005])
+    )
+    assert laws.ShearStrength(0.05).coefficients(loaded) == pytest.approx(
+        OwnStrength(0.05).coefficients(loaded)
+    )
+    assert laws.SlidFriction([0.0, 0.01], [0.4, 0.3]).coefficients(loaded) == pytest.approx(
+        [0.4, 0.35]
+    )
+    assert laws.PowerLaw(0.2, 0.01, -0.3).coefficients(loaded) == pytest.approx(
+        0.2 * np.array([1.0, 2.0]) ** -0.3
+    )
+    assert laws.PowerLaw(0.2, 0.01, -0.3, "total").coefficients(loaded) == pytest.approx(
+        [0.2 * 3.0**-0.3] * 2
+    )
+    energy = wear.EnergyWear(volume_per_energy=2.0).volume(
+        np.ones(2), np.ones(2), np.array([0.5, -0.1])
+    )
     assert energy.tolist() == [1.0, 0.0]
 
 
@@ -90,7 +114,9 @@ def test_what_an_own_law_raises_comes_out():
         def coefficients(self, loaded):  # noqa: ARG002 - the arguments of a law
             raise KeyboardInterrupt
 
-    where = r"the law 'own slid' fails in test_own_laws\.py, line \d+: ZeroDivisionError: \d asperities"
+    where = (
+        r"the law 'own slid' fails in test_own_laws\.py, line \d+: ZeroDivisionError: \d asperities"
+    )
     with pytest.raises(hs.InputError, match=where) as caught:
         end(friction=Failing())
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
@@ -103,7 +129,10 @@ def test_what_an_own_law_raises_comes_out():
 @pytest.mark.parametrize(
     ("returned", "message"),
     [
-        (np.full(7, 0.2), r"the coefficients are an array \(7,\); expected a number for each of \d asperities"),
+        (
+            np.full(7, 0.2),
+            r"the coefficients are an array \(7,\); expected a number for each of \d asperities",
+        ),
         (None, "one of the coefficients is nan; expected a finite number of 0 or more"),
         ("rough", "the coefficients are 'rough'; expected a number"),
         (-0.1, r"one of the coefficients is -0\.1; expected a finite number of 0 or more"),

@@ -29,9 +29,16 @@ def sphere(friction=1.0, **rings):
 
 def walked(ensemble, path, approach=1.0):
     """States along a path, with approaches at its points."""
-    state, found = ensemble.advance(ensemble.initial_state(), normal_displacement=float(np.ravel(approach)[0])), []
+    state, found = (
+        ensemble.advance(
+            ensemble.initial_state(), normal_displacement=float(np.ravel(approach)[0])
+        ),
+        [],
+    )
     for u, d in zip(path, np.broadcast_to(approach, len(path)), strict=True):
-        state = ensemble.advance(state, normal_displacement=float(d), tangential_displacement=tuple(u))
+        state = ensemble.advance(
+            state, normal_displacement=float(d), tangential_displacement=tuple(u)
+        )
         found.append(state)
     return found
 
@@ -51,7 +58,9 @@ def test_paths_of_the_tables(shape):
         lengths = np.hypot(*np.diff(np.vstack([(0, 0), path]), axis=0).T)
         past = np.cumsum(lengths) - amplitude
         approach = 0.5 + 0.5 * np.maximum(past, 0) / past[-1]
-    ends = np.array([numbers(state) for state in walked(sphere(), path, approach)[parts - 1 :: parts]])
+    ends = np.array(
+        [numbers(state) for state in walked(sphere(), path, approach)[parts - 1 :: parts]]
+    )
     expected = np.array(TABLES[shape])
     assert np.abs(ends - expected)[:, :2].max() < 1e-3
     assert np.abs(ends - expected)[:, 2].max() < 2e-3 * expected[-1, 2]
@@ -61,7 +70,9 @@ def no_table(shape, parts):
     """Displacements along a path for which there is no table, in so many steps a side or a quarter."""
     turn = np.arange(1, 5 * parts + 1) / parts * np.pi / 2
     if shape == "spiral":
-        return np.linspace(0, 1, 5 * parts + 1)[1:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+        return np.linspace(0, 1, 5 * parts + 1)[1:, None] * np.column_stack(
+            [np.cos(turn), np.sin(turn)]
+        )
     if shape == "eight":
         return 0.75 * np.column_stack([np.sin(0.8 * turn), np.sin(1.6 * turn)])
     corners = {
@@ -69,7 +80,9 @@ def no_table(shape, parts):
         "triangle": [(0, 0), (0.8, 0), (-0.4, 0.7), (-0.4, -0.7), (0.8, 0), (0, 0.2)],
     }[shape]
     share = np.arange(1, parts + 1)[:, None] / parts
-    return np.vstack([np.array(a) + share * np.subtract(b, a) for a, b in itertools.pairwise(corners)])
+    return np.vstack(
+        [np.array(a) + share * np.subtract(b, a) for a, b in itertools.pairwise(corners)]
+    )
 
 
 APPROACH = {
@@ -122,7 +135,9 @@ def test_classes_come_to_each_asperity_alone():
     ).normal_load / LOAD  # fmt: skip
     errors = []
     for classes in (1, 8, 1000):
-        together = hs.Ensemble(PAIR, height, radius, friction, rings=hs.Rings(height_classes=classes))
+        together = hs.Ensemble(
+            PAIR, height, radius, friction, rings=hs.Rings(height_classes=classes)
+        )
         found = np.array([numbers(state) for state in walked(together, path)])
         errors.append(np.abs(found - alone)[:, :2].max() / limit)
     assert (np.array(errors) < (2e-2, 1e-3, 3e-4)).all()
@@ -137,7 +152,9 @@ def test_along_a_line_it_is_the_memory_of_one_direction(angle):
     for _ in range(60):
         normal, u = random.uniform(0.2, 1.5) * LOAD, random.normal() * 0.3
         line = ensemble.advance(line, normal_load=normal, tangential_displacement=u)
-        plane = ensemble.advance(plane, normal_load=normal, tangential_displacement=tuple(u * direction))
+        plane = ensemble.advance(
+            plane, normal_load=normal, tangential_displacement=tuple(u * direction)
+        )
         along = line.tangential_load * direction
         assert plane.tangential_load == pytest.approx(along, rel=1e-12, abs=1e-12 * LOAD)
         assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=1e-12)
@@ -155,7 +172,9 @@ def test_a_way_as_short_as_rounding_changes_as_little(rings, share):
     for friction in (1.0, 1.3):
         state = ensemble.with_friction(state, friction)
         place = state.tangential_displacement
-        after = ensemble.advance(state, tangential_displacement=tuple(place + share * np.array([0.6, -0.8])))
+        after = ensemble.advance(
+            state, tangential_displacement=tuple(place + share * np.array([0.6, -0.8]))
+        )
         # no stiffer than all stuck, 8 G* a
         most = 2 * PAIR.contact_modulus * share + 1e-12 * LOAD
         assert np.hypot(*(after.tangential_load - state.tangential_load)) <= most
@@ -171,15 +190,21 @@ def test_a_turned_path_turns_the_load():
     path, approach = random_walk(1)
     ensemble, angle = hs.Ensemble(PAIR, *many()), 1.234
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    for one, other in zip(walked(ensemble, path, approach), walked(ensemble, path @ turn.T, approach), strict=True):
-        np.testing.assert_allclose(other.tangential_load, turn @ one.tangential_load, atol=1e-12 * LOAD)
+    for one, other in zip(
+        walked(ensemble, path, approach), walked(ensemble, path @ turn.T, approach), strict=True
+    ):
+        np.testing.assert_allclose(
+            other.tangential_load, turn @ one.tangential_load, atol=1e-12 * LOAD
+        )
         assert other.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-11)
 
 
 def test_energy_grows_and_is_the_work_less_what_is_stored():
     ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-4))
     path, _ = random_walk(3, 10)
-    fine = np.vstack([a + np.arange(1, 41)[:, None] / 40 * (b - a) for a, b in itertools.pairwise(path)])
+    fine = np.vstack(
+        [a + np.arange(1, 41)[:, None] / 40 * (b - a) for a, b in itertools.pairwise(path)]
+    )
     states = walked(ensemble, np.vstack([path[:1], fine]))
     lost = np.array([state.dissipated_energy for state in states])
     assert (np.diff(lost) >= 0).all()
@@ -200,7 +225,9 @@ def test_random_loads_within_the_limit_and_beyond():
         if np.hypot(*load) > 0.3 * normal:
             with pytest.raises(FrictionLimitError):
                 ensemble.advance(state, normal_load=normal, tangential_load=tuple(load))
-        state = ensemble.advance(state, normal_load=normal, tangential_load=tuple(load), saturate=True)
+        state = ensemble.advance(
+            state, normal_load=normal, tangential_load=tuple(load), saturate=True
+        )
         held = load * min(1.0, (1 - 1e-3) * 0.3 * normal / np.hypot(*load))
         np.testing.assert_allclose(state.tangential_load, held, atol=2e-6 * LOAD)
         assert state.dissipated_energy >= before.dissipated_energy
@@ -243,16 +270,22 @@ def test_stiffness_by_differences():
     state = walked(ensemble, path, approach)[-1]
     for direction in ((1.0, 0.0), (0.0, 1.0), (-0.6, 0.8)):
         step = 1e-6 * np.array(direction)
-        after = ensemble.advance(state, tangential_displacement=tuple(state.tangential_displacement + step))
+        after = ensemble.advance(
+            state, tangential_displacement=tuple(state.tangential_displacement + step)
+        )
         slope = (after.tangential_load - state.tangential_load) / 1e-6
-        np.testing.assert_allclose(state.stiffness(direction) @ direction, slope, rtol=0.02, atol=0.01 * LOAD)
+        np.testing.assert_allclose(
+            state.stiffness(direction) @ direction, slope, rtol=0.02, atol=0.01 * LOAD
+        )
     assert np.linalg.eigvalsh(state.stiffness((1.0, 0.0))).min() >= -1e-9 * LOAD
 
 
 def one_event(start, end, approach, turn, **rings):
     """Energy dissipated in one event after a ramp, and the load at its end; a turn of 1e-9 brings in rings."""
     ensemble = sphere(**rings)
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(start, 0.0))
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(start, 0.0)
+    )
     if turn:
         state = ensemble.advance(state, tangential_displacement=(start, 1e-9))
     before = state.dissipated_energy
@@ -292,7 +325,9 @@ def test_without_friction_all_stored_energy_is_dissipated():
     free = ensemble.advance(state, friction=0.0)
     assert (free.tangential_load == 0).all()
     assert free.stored_energy == 0
-    assert free.dissipated_energy - state.dissipated_energy == pytest.approx(state.stored_energy, rel=1e-9)
+    assert free.dissipated_energy - state.dissipated_energy == pytest.approx(
+        state.stored_energy, rel=1e-9
+    )
     assert (free.stiffness((1.0, 0.0)) == 0).all()
     moved = ensemble.advance(free, tangential_displacement=(0.5, -0.5), normal_displacement=0.2)
     assert (moved.tangential_load == 0).all()
@@ -320,7 +355,9 @@ def test_a_state_keeps_to_ensembles_of_its_rings():
 def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
     ensemble = sphere(0.3)
     start = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
-    paths = straight_paths(Goals(LOAD_CONTROL, LOAD, 0.0), Goals(DISPLACED, [(0.1, 0.2)]), recorded=False)
+    paths = straight_paths(
+        Goals(LOAD_CONTROL, LOAD, 0.0), Goals(DISPLACED, [(0.1, 0.2)]), recorded=False
+    )
     paths["normal_control"] = DISPLACED
     memory, path = copy_state(start.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
     driven = ensemble.make_drive(False, hs.Instrument())
@@ -330,13 +367,19 @@ def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
 
 def test_a_step_in_a_plane_moves_along_x_in_the_library():
     state = walked(sphere(), way("square", 0.7, 1))[-1]
-    memory, driven = copy_state(state.memory), sphere().make_drive(False, hs.Instrument(), directions=2)
+    memory, driven = (
+        copy_state(state.memory),
+        sphere().make_drive(False, hs.Instrument(), directions=2),
+    )
     x, _ = state.tangential_displacement
     along_x = lib.HS_DISPLACED, float("nan"), lib.HS_DISPLACED
     assert lib.hs_step(memory, *along_x, x + 0.05, driven, ffi.NULL) == lib.HS_OK
     assert hs.State(memory) == sphere().advance(state, tangential_displacement=(x + 0.05, None))
     before = hs.State(copy_state(memory))
-    assert lib.hs_step(memory, *along_x[:2], lib.HS_LOAD, 10 * LOAD, driven, ffi.NULL) == lib.HS_BEYOND_LIMIT
+    assert (
+        lib.hs_step(memory, *along_x[:2], lib.HS_LOAD, 10 * LOAD, driven, ffi.NULL)
+        == lib.HS_BEYOND_LIMIT
+    )
     assert hs.State(memory) == before
     assert np.isnan(lib.hs_stiffness(memory, 1))
     assert lib.hs_state_evolve(memory) == lib.HS_FOREIGN
@@ -367,10 +410,12 @@ def test_bytes_are_the_state():
     ensemble = hs.Ensemble(PAIR, *many())
     path, approach = random_walk(6, 12)
     state = walked(ensemble, path, approach)[-1]
-    again = pickle.loads(pickle.dumps(state))  # noqa: S301
+    again = pickle.loads(pickle.dumps(state))
     assert again == state
     assert hash(again) == hash(state)
-    further = [ensemble.advance(each, tangential_displacement=(0.0, 0.3)) for each in (state, again)]
+    further = [
+        ensemble.advance(each, tangential_displacement=(0.0, 0.3)) for each in (state, again)
+    ]
     assert further[0] == further[1]
     content, start = state.to_bytes(), hs.State.from_bytes(state.to_bytes())
     for at in range(0, len(content), 61):
@@ -382,7 +427,9 @@ def test_bytes_are_the_state():
         hs.State.from_bytes(content[:-8])
     other = hs.Ensemble(PAIR, 0.0, 2.0, 0.3)
     with pytest.raises(InputError, match=r"state is of|another contact"):
-        hs.State.from_bytes(content, other.advance(other.initial_state(), tangential_displacement=(0.0, 0.0)))
+        hs.State.from_bytes(
+            content, other.advance(other.initial_state(), tangential_displacement=(0.0, 0.0))
+        )
     with pytest.raises(InputError, match="expected one of this ensemble's"):
         other.advance(start, normal_load=1.0)
 
@@ -400,7 +447,9 @@ def test_bytes_are_the_state():
 )
 def test_invalid_paths_of_two_directions_are_refused(wrong, message):
     ensemble = sphere()
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(0.1, 0.0))
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(0.1, 0.0)
+    )
     with pytest.raises(InputError, match=message):
         ensemble.advance(state, **wrong)
 
@@ -408,18 +457,24 @@ def test_invalid_paths_of_two_directions_are_refused(wrong, message):
 def three_patches(friction=0.3):
     """Patches that touch one after the other; their curves bend where the next one touches."""
     approach = np.linspace(0, 1, 41)[1:]
-    load = np.stack([LOAD * np.maximum(approach - first, 0) ** 1.5 for first in (0.0, 0.2, 0.55)], axis=1)
+    load = np.stack(
+        [LOAD * np.maximum(approach - first, 0) ** 1.5 for first in (0.0, 0.2, 0.55)], axis=1
+    )
     return hs.Ensemble.from_normal_curves(PAIR, approach, load, load / LOAD, friction)
 
 
 def test_a_table_of_a_sphere_moves_as_the_sphere():
     """The table is not straight between two rows by 1e-4, and rings know no shape of the contact but it."""
     approach = np.linspace(0, 1, 200)[1:]
-    table = hs.Ensemble.from_normal_curves(PAIR, approach, LOAD * approach**1.5 * (1 + 1e-6 * approach), None, 1.0)
+    table = hs.Ensemble.from_normal_curves(
+        PAIR, approach, LOAD * approach**1.5 * (1 + 1e-6 * approach), None, 1.0
+    )
     assert table.curves.weight is None
     path = way("square", 0.7, 12)
     depth = 0.8 + 0.2 * np.cos(np.arange(len(path)))
-    found, expected = (np.array([numbers(each) for each in walked(one, path, depth)]) for one in (table, sphere()))
+    found, expected = (
+        np.array([numbers(each) for each in walked(one, path, depth)]) for one in (table, sphere())
+    )
     assert np.abs(found - expected)[:, :2].max() < 5e-4
     assert np.abs(found - expected)[:, 2].max() < 2e-3 * expected[-1, 2]
 
@@ -429,13 +484,17 @@ def test_patches_share_the_load_of_their_rings():
     events = [hs.NormalDisplacement(0.0, 0.9), hs.TangentialDisplacement(0.0, (0.0, 0.0))]
     for time in range(1, 40):
         events.append(
-            hs.NormalDisplacement(time, random.choice([0.9, random.uniform(0.1, 1), -0.1], p=[0.6, 0.3, 0.1]))
+            hs.NormalDisplacement(
+                time, random.choice([0.9, random.uniform(0.1, 1), -0.1], p=[0.6, 0.3, 0.1])
+            )
         )
         events.append(hs.TangentialDisplacement(time, tuple(0.2 * random.normal(size=2))))
     history = hs.replay(ensemble, events, record="all")
     limit = 0.3 * history.normal_load.values
     total = history.total_tangential_load.values
-    np.testing.assert_allclose(history.tangential_load.values.sum(axis=1), total, atol=1e-9 * limit.max())
+    np.testing.assert_allclose(
+        history.tangential_load.values.sum(axis=1), total, atol=1e-9 * limit.max()
+    )
     # a component is held within the limit of its patch
     assert (np.abs(history.tangential_load.values) <= limit[..., None] * (1 + 1e-9)).all()
     assert (np.hypot(*total.T) <= limit.sum(axis=1) * (1 + 1e-6)).all()
@@ -469,7 +528,9 @@ def test_the_most_rings_agree_with_the_library():
 def test_one_component_by_load_and_the_other_by_displacement_against_both_by_load(along, soft):
     """In small steps, with the loads and displacements that are found fed back as the other kind of control."""
     ensemble = sphere(0.3, rings=30, height_classes=1, tolerance=1e-4)
-    start = ensemble.enter_plane(ensemble.advance(ensemble.initial_state(), normal_displacement=1.0))
+    start = ensemble.enter_plane(
+        ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    )
     limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
     spring = {"instrument": hs.Instrument(limit / slip / soft)} if soft else {}
     yields = soft * slip / limit
@@ -480,16 +541,25 @@ def test_one_component_by_load_and_the_other_by_displacement_against_both_by_loa
         pair = (lambda a, b: (a, b)) if along == 0 else (lambda a, b: (b, a))
         before = mixed
         mixed = ensemble.advance(
-            mixed, tangential_displacement=pair(driven, None), tangential_load=pair(None, load), **spring
+            mixed,
+            tangential_displacement=pair(driven, None),
+            tangential_load=pair(None, load),
+            **spring,
         )
         reached = mixed.tangential_displacement + yields * mixed.tangential_load
         assert reached[along] == pytest.approx(driven, abs=1e-9 * slip)
         assert mixed.tangential_load[1 - along] == pytest.approx(load, abs=1e-9 * limit)
         by_load = ensemble.advance(by_load, tangential_load=tuple(mixed.tangential_load), **spring)
-        by_displacement = ensemble.advance(by_displacement, tangential_displacement=tuple(reached), **spring)
+        by_displacement = ensemble.advance(
+            by_displacement, tangential_displacement=tuple(reached), **spring
+        )
         for other in (by_load, by_displacement):
-            np.testing.assert_allclose(other.tangential_load, mixed.tangential_load, atol=2e-3 * limit)
-            np.testing.assert_allclose(other.tangential_displacement, mixed.tangential_displacement, atol=1e-2 * slip)
+            np.testing.assert_allclose(
+                other.tangential_load, mixed.tangential_load, atol=2e-3 * limit
+            )
+            np.testing.assert_allclose(
+                other.tangential_displacement, mixed.tangential_displacement, atol=1e-2 * slip
+            )
         # never gains energy
         assert mixed.dissipated_energy >= before.dissipated_energy
     assert by_displacement.dissipated_energy == pytest.approx(mixed.dissipated_energy, rel=1e-2)
@@ -501,7 +571,9 @@ def test_a_driven_contact_creeps_under_a_dead_weight_and_dissipates_the_work(way
     ensemble = sphere(0.3)
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
     limit, slip, weight = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio, 0.3
-    state = ensemble.advance(state, tangential_displacement=(0.0, None), tangential_load=(None, weight * limit))
+    state = ensemble.advance(
+        state, tangential_displacement=(0.0, None), tangential_load=(None, weight * limit)
+    )
     assert not state.turned
     state = ensemble.advance(state, tangential_displacement=(10 * slip, None))
     after = ensemble.advance(state, tangential_displacement=((10 + way) * slip, None))
@@ -509,7 +581,9 @@ def test_a_driven_contact_creeps_under_a_dead_weight_and_dissipates_the_work(way
     np.testing.assert_allclose(after.tangential_load, np.array([steady, weight]) * limit, rtol=1e-5)
     moved = after.tangential_displacement - state.tangential_displacement
     assert moved[1] / moved[0] == pytest.approx(weight / steady, rel=1e-3)
-    assert after.dissipated_energy - state.dissipated_energy == pytest.approx(moved @ after.tangential_load, rel=1e-4)
+    assert after.dissipated_energy - state.dissipated_energy == pytest.approx(
+        moved @ after.tangential_load, rel=1e-4
+    )
 
 
 def test_a_component_without_load_is_free_and_one_without_displacement_is_held():
@@ -517,7 +591,9 @@ def test_a_component_without_load_is_free_and_one_without_displacement_is_held()
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
     limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
     one = ensemble.advance(state, tangential_displacement=0.5 * slip)
-    free = ensemble.advance(state, tangential_displacement=(0.5 * slip, None), tangential_load=(None, 0.0))
+    free = ensemble.advance(
+        state, tangential_displacement=(0.5 * slip, None), tangential_load=(None, 0.0)
+    )
     held = ensemble.advance(state, tangential_displacement=(0.5 * slip, 0.0))
     # both go along the line of one direction
     for other in (free, held):
@@ -525,7 +601,9 @@ def test_a_component_without_load_is_free_and_one_without_displacement_is_held()
         assert other.tangential_load[0] == one.tangential_load
     # after a load in y has strained it, a free component follows, a held one keeps its displacement
     state = ensemble.advance(state, tangential_load=(0.0, 0.5 * limit))
-    free = ensemble.advance(state, tangential_displacement=(slip, None), tangential_load=(None, 0.0))
+    free = ensemble.advance(
+        state, tangential_displacement=(slip, None), tangential_load=(None, 0.0)
+    )
     held = ensemble.advance(state, tangential_displacement=(slip, state.tangential_displacement[1]))
     assert abs(free.tangential_load[1]) < 1e-9 * limit
     assert held.tangential_displacement[1] == state.tangential_displacement[1]
@@ -554,7 +632,10 @@ def test_a_load_component_beyond_the_limit_is_refused_or_held_at_it():
     [
         ({"tangential_load": (None, None)}, r"is \(None, None\); expected a number"),
         ({"tangential_load": (1.0, None), "tangential_displacement": (1.0, 1.0)}, "both give x"),
-        ({"tangential_load": 1.0, "tangential_displacement": (1.0, None)}, "expected one of them, or pairs"),
+        (
+            {"tangential_load": 1.0, "tangential_displacement": (1.0, None)},
+            "expected one of them, or pairs",
+        ),
         ({"tangential_load": (None, np.nan)}, "expected a finite number"),
     ],
 )
@@ -593,24 +674,36 @@ def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
     np.testing.assert_allclose(change, np.array([0.01, 0.02]) / 0.1 * rise, rtol=1e-13)
     assert after.dissipated_energy == state.dissipated_energy
     # the same leg by its loads
-    by_load = ensemble.advance(state, normal_load=after.normal_load, tangential_load=tuple(after.tangential_load))
+    by_load = ensemble.advance(
+        state, normal_load=after.normal_load, tangential_load=tuple(after.tangential_load)
+    )
     np.testing.assert_allclose(by_load.tangential_displacement, (0.03, 0.06), rtol=1e-12)
     assert by_load.dissipated_energy == state.dissipated_energy
     # and in a hundred parts, which remember the same
     parts = state
     for k in range(1, 101):
         moved = (0.02 + 0.01 * k / 100, 0.04 + 0.02 * k / 100)
-        parts = ensemble.advance(parts, normal_displacement=0.25 + 0.1 * k / 100, tangential_displacement=moved)
+        parts = ensemble.advance(
+            parts, normal_displacement=0.25 + 0.1 * k / 100, tangential_displacement=moved
+        )
     limit = np.mean(friction) * after.normal_load
-    np.testing.assert_allclose(parts.tangential_load, after.tangential_load, rtol=0.0, atol=1e-6 * limit)
-    one, many = (ensemble.advance(each, tangential_displacement=(-0.05, 0.02)) for each in (after, parts))
-    np.testing.assert_allclose(one.tangential_load, many.tangential_load, rtol=0.0, atol=1e-3 * limit)
+    np.testing.assert_allclose(
+        parts.tangential_load, after.tangential_load, rtol=0.0, atol=1e-6 * limit
+    )
+    one, many = (
+        ensemble.advance(each, tangential_displacement=(-0.05, 0.02)) for each in (after, parts)
+    )
+    np.testing.assert_allclose(
+        one.tangential_load, many.tangential_load, rtol=0.0, atol=1e-3 * limit
+    )
     assert one.dissipated_energy == pytest.approx(many.dissipated_energy, rel=1e-3)
 
 
-LIMIT, SLIP = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio  # of a sphere of friction 0.3 at an approach of 1 m
+# of a sphere of friction 0.3 at an approach of 1 m
+LIMIT, SLIP = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
 START = ((0.6, 0.0), (0.6, 0.5))  # turns over the friction limit
-# (normal, tangential) at the end of a path, over load or approach, and limit or full slip; N, D: controls; None: held
+# (normal, tangential) at the end of a path, over load or approach, and limit or full slip; N, D:
+# controls; None: held
 PATHS_FROM_A_TURN = {
     "loads": ("N", 1.4, "NN", (-0.2, 0.4)),
     "displacements": ("D", 0.4, "DD", (-0.5, 1.2)),
@@ -637,10 +730,15 @@ def path_of(kind, parts):
     normal, level, controls, targets = PATHS_FROM_A_TURN[kind]
     kinds = tuple(DISPLACED if control == "D" else LOAD_CONTROL for control in controls)
     units = [SLIP if control == "D" else LIMIT for control in controls]
-    values = [0.0 if target is None else target * unit for target, unit in zip(targets, units, strict=True)]
+    values = [
+        0.0 if target is None else target * unit
+        for target, unit in zip(targets, units, strict=True)
+    ]
     moves = np.array([target is not None for target in targets], dtype=float)
     normal_goal = Goals(DISPLACED, level) if normal == "D" else Goals(LOAD_CONTROL, level * LOAD)
-    return straight_paths(normal_goal, Goals([kinds], [values], [moves]), parts=parts, times=(0.0, 1.0))
+    return straight_paths(
+        normal_goal, Goals([kinds], [values], [moves]), parts=parts, times=(0.0, 1.0)
+    )
 
 
 @pytest.mark.parametrize("soft", [False, True])
@@ -655,7 +753,9 @@ def test_rows_are_read_along_a_path_and_do_not_change_its_end(kind, soft):
     found = {}
     for parts in (2, 7, 100):
         rows = blank_rows(parts, 1, planar=True)
-        after = ensemble.advance_along(start, path_of(kind, parts), rows=rows, asperities=[0], **options)
+        after = ensemble.advance_along(
+            start, path_of(kind, parts), rows=rows, asperities=[0], **options
+        )
         assert after.to_bytes() == end.to_bytes()
         found[parts] = rows
     assert (found[7].totals[-1] == found[100].totals[-1]).all()
@@ -674,7 +774,9 @@ def test_rows_are_read_along_a_path_and_do_not_change_its_end(kind, soft):
     np.testing.assert_allclose(np.diff(straight), np.diff(straight).mean(), atol=1e-12)
     load = np.vstack([start.tangential_load, found[100].vectors["tangential_load"]])
     assert (np.hypot(*load.T) <= 0.3 * n * (1 + 1e-12)).all()
-    move = np.diff(np.vstack([start.tangential_displacement, found[100].vectors["displacement"]]), axis=0)
+    move = np.diff(
+        np.vstack([start.tangential_displacement, found[100].vectors["displacement"]]), axis=0
+    )
     energy = np.array([start.dissipated_energy, *totals["dissipated_energy"]])
     # what the last step before a total lift-off is within
     assert (np.diff(energy) > -5e-4 * LIMIT * SLIP).all()
@@ -710,7 +812,9 @@ def test_beyond_the_limit_a_tiny_turn_changes_nothing(moves, turn):
         plane = ensemble.advance(plane, **target, saturate=True)
         scale = LIMIT * max(1.0, line.normal_load / LOAD)
         assert plane.tangential_load[0] == pytest.approx(line.tangential_load, abs=1e-4 * scale)
-        assert plane.tangential_displacement[0] == pytest.approx(line.tangential_displacement, abs=1e-3 * SLIP)
+        assert plane.tangential_displacement[0] == pytest.approx(
+            line.tangential_displacement, abs=1e-3 * SLIP
+        )
         assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=2e-3)
         assert abs(plane.tangential_displacement[1]) < 1e-2 * SLIP * (turn / 1e-6)
     if moves == [{"normal_load": 0.5}]:
@@ -733,7 +837,9 @@ def test_beyond_the_limit_an_event_in_several_calls_is_one(kind):
             normal = LOAD * (1 + k / calls * (level - 1))
             state = ensemble.advance(state, normal_load=normal, tangential_load=load, saturate=True)
         np.testing.assert_allclose(state.tangential_load, one.tangential_load, atol=2e-3 * LIMIT)
-        np.testing.assert_allclose(state.tangential_displacement, one.tangential_displacement, atol=5e-3 * SLIP)
+        np.testing.assert_allclose(
+            state.tangential_displacement, one.tangential_displacement, atol=5e-3 * SLIP
+        )
         assert state.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-2)
 
 
@@ -755,7 +861,10 @@ def test_a_fall_of_friction_after_turns_is_many_small_falls(control, share):
         if control == "load":
             state = ensemble.advance(state, tangential_load=(x * LIMIT, y * LIMIT))
         elif control == "one component":
-            aim = {"tangential_displacement": (x * SLIP, None), "tangential_load": (None, y * LIMIT)}
+            aim = {
+                "tangential_displacement": (x * SLIP, None),
+                "tangential_load": (None, y * LIMIT),
+            }
             state = ensemble.advance(state, **aim)
         else:
             state = ensemble.advance(state, tangential_displacement=(x * SLIP, y * SLIP), **options)
@@ -763,11 +872,15 @@ def test_a_fall_of_friction_after_turns_is_many_small_falls(control, share):
     many = fall_in_steps(ensemble, state, 0.3 * share, 50, **options)
     # a load beyond the new limit keeps its direction within the root of the tolerance
     np.testing.assert_allclose(once.tangential_load, many.tangential_load, atol=2e-3 * LIMIT)
-    np.testing.assert_allclose(once.tangential_displacement, many.tangential_displacement, atol=5e-3 * SLIP)
+    np.testing.assert_allclose(
+        once.tangential_displacement, many.tangential_displacement, atol=5e-3 * SLIP
+    )
     assert once.dissipated_energy == pytest.approx(many.dissipated_energy, rel=5e-3)
     if control == "displacement" and share == 0.5:
         # annuli of an independent discretisation, 256 falls
-        np.testing.assert_allclose(once.tangential_load, np.array([0.1166, 0.4690]) * LIMIT, atol=5e-4 * LIMIT)
+        np.testing.assert_allclose(
+            once.tangential_load, np.array([0.1166, 0.4690]) * LIMIT, atol=5e-4 * LIMIT
+        )
 
 
 @pytest.mark.parametrize("parallel", [0.0, 1e5])

@@ -35,10 +35,17 @@ def test_a_resolved_cap_is_cut_to_the_paraboloid_that_is_left():
     assert record.contact_count == 1
     # loaded as much again, the cap yields no more
     again, (second,) = run_in(
-        after, PAIR, [Pass(0.3)], friction=0.2, yielding=None, wear=ArchardWear(coefficient=0.0, hardness=1e9)
+        after,
+        PAIR,
+        [Pass(0.3)],
+        friction=0.2,
+        yielding=None,
+        wear=ArchardWear(coefficient=0.0, hardness=1e9),
     )
     assert second.removed_volume == 0.0
-    assert second.preliminary_displacement == pytest.approx(record.preliminary_displacement, rel=1e-6)
+    assert second.preliminary_displacement == pytest.approx(
+        record.preliminary_displacement, rel=1e-6
+    )
     np.testing.assert_array_equal(again.heights, after.heights)
 
 
@@ -46,11 +53,14 @@ def test_volume_is_lost_or_conserved():
     surface = hs.random_surface((64, 64), 1e-6, 300e-9, 10e-6, seed=1)
     steps = [Pass(20e-3)] * 3
     lost, conserved = (
-        run_in(surface, PAIR, steps, friction=0.2, yielding=LAW, volume=volume)[0] for volume in ("lost", "conserved")
+        run_in(surface, PAIR, steps, friction=0.2, yielding=LAW, volume=volume)[0]
+        for volume in ("lost", "conserved")
     )
     pixel = 1e-12
     start = surface.heights.sum()
-    removed = sum(one.removed_volume for one in run_in(surface, PAIR, steps, friction=0.2, yielding=LAW)[1])
+    removed = sum(
+        one.removed_volume for one in run_in(surface, PAIR, steps, friction=0.2, yielding=LAW)[1]
+    )
     assert (start - lost.heights.sum()) * pixel == pytest.approx(removed, rel=1e-6)
     assert conserved.heights.sum() * pixel == pytest.approx(start * pixel, abs=1e-6 * removed)
 
@@ -73,10 +83,18 @@ def test_wear_takes_what_archard_says_and_evens_out_the_summits():
     [
         (lambda: Pass(0.0), "normal_load"),
         (lambda: Pass(1.0, -1.0), "sliding_distance"),
-        (lambda: run_in(cap(), PAIR, [Pass(1e-3)], friction=0.2), "passes change nothing without yielding or wear"),
-        (lambda: run_in(cap(), PAIR, [Pass(1e-3)], friction=0.2, yielding=LAW, volume="gone"), "volume is 'gone'"),
         (
-            lambda: run_in(hs.Surface(np.zeros((5, 5)), 1e-6), PAIR, [Pass(1e-3)], friction=0.2, yielding=LAW),
+            lambda: run_in(cap(), PAIR, [Pass(1e-3)], friction=0.2),
+            "passes change nothing without yielding or wear",
+        ),
+        (
+            lambda: run_in(cap(), PAIR, [Pass(1e-3)], friction=0.2, yielding=LAW, volume="gone"),
+            "volume is 'gone'",
+        ),
+        (
+            lambda: run_in(
+                hs.Surface(np.zeros((5, 5)), 1e-6), PAIR, [Pass(1e-3)], friction=0.2, yielding=LAW
+            ),
             "no summit left",
         ),
     ],

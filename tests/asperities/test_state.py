@@ -29,13 +29,18 @@ def stuck():
 def spiral(ensemble, state, turns, largest=0.02):
     """Ever smaller reversals, each of which is remembered."""
     for turn in range(turns):
-        state = ensemble.advance(state, tangential_displacement=(-1) ** turn * largest * (1 - turn / (turns + 20)))
+        state = ensemble.advance(
+            state, tangential_displacement=(-1) ** turn * largest * (1 - turn / (turns + 20))
+        )
     return state
 
 
 def test_the_normal_stiffness_is_the_slope_of_the_load():
     step = 1e-5 * stuck().approach
-    above, below = (ENSEMBLE.advance(stuck(), normal_displacement=stuck().approach + side * step) for side in (1, -1))
+    above, below = (
+        ENSEMBLE.advance(stuck(), normal_displacement=stuck().approach + side * step)
+        for side in (1, -1)
+    )
     slope = (above.normal_load - below.normal_load) / (2 * step)
     assert stuck().normal_stiffness == pytest.approx(slope, rel=1e-8)
     assert ENSEMBLE.initial_state().normal_stiffness == 0.0
@@ -43,7 +48,10 @@ def test_the_normal_stiffness_is_the_slope_of_the_load():
 
 def test_stiffness_count_and_share_are_those_that_are_recorded():
     state = ENSEMBLE.advance(stuck(), tangential_displacement=0.01)
-    radii = [(a.contact_radius, a.stick_radius) for a in (ENSEMBLE.asperity(i, state) for i in range(len(ENSEMBLE)))]
+    radii = [
+        (a.contact_radius, a.stick_radius)
+        for a in (ENSEMBLE.asperity(i, state) for i in range(len(ENSEMBLE)))
+    ]
     contact, stick = np.sum(radii, axis=0)
     assert state.contact_count == sum(radius > 0 for radius, _ in radii) > 3
     assert state.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * stick, rel=1e-12)
@@ -70,12 +78,14 @@ def test_equal_states_have_the_same_bits():
 def test_a_state_can_be_pickled_and_saved(tmp_path, turns):
     state = spiral(ENSEMBLE, stuck(), turns)
     assert len(state.vertices()) > turns
-    assert pickle.loads(pickle.dumps(state)) == state  # noqa: S301 - our own
+    assert pickle.loads(pickle.dumps(state)) == state
     path = tmp_path / "one.state"
     state.save(path)
     back = ENSEMBLE.load_state(path)
     assert back == state
-    assert ENSEMBLE.advance(back, tangential_load=0.01) == ENSEMBLE.advance(state, tangential_load=0.01)
+    assert ENSEMBLE.advance(back, tangential_load=0.01) == ENSEMBLE.advance(
+        state, tangential_load=0.01
+    )
 
 
 def test_damaged_bytes_are_refused():
@@ -92,15 +102,20 @@ def test_other_files_are_refused(tmp_path):
     path = tmp_path / "one.state"
     stuck().save(path)
     with pytest.raises(
-        hs.InputError, match=r"is of 20 asperities .*; expected one of this ensemble.s, of 21 asperities"
+        hs.InputError,
+        match=r"is of 20 asperities .*; expected one of this ensemble.s, of 21 asperities",
     ):
         rough(21).load_state(path)
     for content in (b"", b"text", path.read_bytes()[:-200]):
         path.write_bytes(content)
-        with pytest.raises(hs.InputError, match=r"not a saved state|cut off|another version|another byte order"):
+        with pytest.raises(
+            hs.InputError, match=r"not a saved state|cut off|another version|another byte order"
+        ):
             ENSEMBLE.load_state(path)
     np.save(tmp_path / "array.npy", np.zeros(3))
-    with pytest.raises(hs.InputError, match=r"not a saved state|cut off|another version|another byte order"):
+    with pytest.raises(
+        hs.InputError, match=r"not a saved state|cut off|another version|another byte order"
+    ):
         ENSEMBLE.load_state(tmp_path / "array.npy")
     with pytest.raises(FileNotFoundError):
         ENSEMBLE.load_state(tmp_path / "none.npz")
@@ -121,12 +136,21 @@ def check_forgeries(state, fields):
 
 
 def test_forged_numbers_have_the_limits_of_input():
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.3125)
+    ensemble = hs.Ensemble(
+        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.3125
+    )
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     line = ensemble.advance(state, tangential_displacement=1e-3)
     memory = line.memory.line
-    fields = {"approach": memory.approach, "displacement": memory.displacement, "energy": memory.dissipated}
+    fields = {
+        "approach": memory.approach,
+        "displacement": memory.displacement,
+        "energy": memory.dissipated,
+    }
     check_forgeries(line, {"coefficient": 0.3125, **fields})
     plane = ensemble.advance(state, tangential_displacement=(1e-3, 5e-4))
-    fields = {"displacement": plane.memory.plane.displacement.y, "load": plane.memory.plane.tangential_load.x}
+    fields = {
+        "displacement": plane.memory.plane.displacement.y,
+        "load": plane.memory.plane.tangential_load.x,
+    }
     check_forgeries(plane, {"tolerance": 1e-3, **fields})

@@ -45,11 +45,17 @@ def test_a_stepper_and_a_state_have_the_bits_of_a_replay(seed, several):
         if k % 3 == 1:
             stepper.restore(before)
         if k % 4 == 1:
-            stepper = pickle.loads(pickle.dumps(stepper))  # noqa: S301 - our own
+            stepper = pickle.loads(pickle.dumps(stepper))
         stepper.step(**where)
         assert stepper.save() == state
     assert state == replayed
-    for name in ("tangential_load", "normal_load", "approach", "tangential_displacement", "dissipated_energy"):
+    for name in (
+        "tangential_load",
+        "normal_load",
+        "approach",
+        "tangential_displacement",
+        "dissipated_energy",
+    ):
         assert getattr(stepper, name) == getattr(state, name), name
 
 
@@ -66,19 +72,27 @@ def test_a_stepper_of_asperities_that_evolve_has_the_bits_of_advance(kind, seed)
         "slides": {"follow_sliding": True},
     }[kind]
     ensemble = hs.Ensemble(pair, height, radius, **({"friction": 0.2} | options))
-    driven = {"saturate": True, "instrument": hs.Instrument(1e6)} if seed == 1 else {"saturate": seed == 2}
+    driven = (
+        {"saturate": True, "instrument": hs.Instrument(1e6)}
+        if seed == 1
+        else {"saturate": seed == 2}
+    )
     state, stepper = ensemble.initial_state(), ensemble.stepper(**driven)
     for k in range(8):
         where = {"normal_displacement": rng.uniform(0.05, 1) * 15e-9 * (k + 2)} if k % 3 else {}
         where |= {"normal_load": rng.uniform(0.2, 2) * 1e-3} if k % 3 == 0 else {}
-        where |= {"tangential_displacement": rng.uniform(-1, 1) * 40e-9} if k % 4 else {"tangential_load": 1e-5}
+        where |= (
+            {"tangential_displacement": rng.uniform(-1, 1) * 40e-9}
+            if k % 4
+            else {"tangential_load": 1e-5}
+        )
         before, state = state, ensemble.advance(state, **where, **driven)
         if k % 3 == 1:
             # a trial that yields farther, and is taken back
             stepper.step(normal_displacement=300e-9)
             stepper.restore(before)
         if k % 4 == 1:
-            stepper = pickle.loads(pickle.dumps(stepper))  # noqa: S301 - our own
+            stepper = pickle.loads(pickle.dumps(stepper))
         stepper.step(**where)
         assert stepper.save() == state
         assert stepper.tangential_load == state.tangential_load
@@ -117,11 +131,17 @@ def test_paths_that_cannot_be_read_are_refused(values, message):
 
 def test_a_step_that_is_refused_changes_nothing():
     ensemble = rough()
-    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.05))
+    stepper = ensemble.stepper(
+        ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.05)
+    )
     before = stepper.save()
     with pytest.raises(hs.FrictionLimitError):
         stepper.step(tangential_load=1.0)
-    for wrong in ({"tangential_load": np.inf}, {"normal_load": -1.0}, {"normal_load": 0.1, "normal_displacement": 0.1}):
+    for wrong in (
+        {"tangential_load": np.inf},
+        {"normal_load": -1.0},
+        {"normal_load": 0.1, "normal_displacement": 0.1},
+    ):
         with pytest.raises(hs.InputError, match="_load"):
             stepper.step(**wrong)
     assert stepper.save() == before
@@ -149,7 +169,10 @@ def test_a_channel_without_a_target_is_held_as_it_was_controlled_whatever_the_ca
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.02)
     if turned:
         state = ensemble.advance(state, tangential_load=(0.02, 0.01))
-    memory, drive = copy_state(state.memory), ensemble.make_drive(False, hs.Instrument(), directions=1 + turned)
+    memory, drive = (
+        copy_state(state.memory),
+        ensemble.make_drive(False, hs.Instrument(), directions=1 + turned),
+    )
     held = lib.HS_DISPLACED, math.nan, lib.HS_DISPLACED, math.nan
     assert lib.hs_step(memory, *held, drive, ffi.NULL) == lib.HS_OK
     after = hs.State(memory)
@@ -209,11 +232,15 @@ def test_the_derivatives_at_the_end_agree_with_differences(friction, end):
         state = ensemble.advance(state, normal_displacement=-0.001)
     else:
         for place in ((0.03, 0.0), (0.03, 0.006), (0.03, -0.002), (0.03, 0.004)):
-            state = ensemble.advance(state, normal_displacement=place[0], tangential_displacement=place[1])
+            state = ensemble.advance(
+                state, normal_displacement=place[0], tangential_displacement=place[1]
+            )
     approach, displacement = ENDS[end]
 
     def reached(d, u):
-        return ensemble.advance(state, normal_displacement=approach + d, tangential_displacement=displacement + u)
+        return ensemble.advance(
+            state, normal_displacement=approach + d, tangential_displacement=displacement + u
+        )
 
     stepper = ensemble.stepper(state)
     stepper.step(normal_displacement=approach, tangential_displacement=displacement)
@@ -227,12 +254,16 @@ def test_the_derivatives_at_the_end_agree_with_differences(friction, end):
         assert found.coupling == pytest.approx(
             richardson(lambda d: reached(d, 0).tangential_load, 1e-4), rel=1e-9, abs=1e-10 * scale
         )
-    assert found.normal == pytest.approx(richardson(lambda d: reached(d, 0).normal_load, 1e-4), rel=1e-9)
+    assert found.normal == pytest.approx(
+        richardson(lambda d: reached(d, 0).normal_load, 1e-4), rel=1e-9
+    )
 
 
 def test_the_derivative_after_friction_has_fallen_agrees_with_differences():
     ensemble = rough(5)
-    state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.008)
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.008
+    )
     state = ensemble.advance(state, tangential_displacement=0.003, friction=0.15)
     assert state.memory.line.steep[0] == 1
     stepper = ensemble.stepper(state)
@@ -283,7 +314,9 @@ def test_a_stepper_that_knows_its_times_warns_of_a_second_move_at_one():
     stepper.step(tangential_displacement=0.001, time=0.1)
     kept = stepper.save()
     stepper.step(tangential_displacement=0.002, time=0.2)
-    with pytest.warns(UserWarning, match=r"was moved to t = 0\.15 s when it had been at 0\.2 s: where"):
+    with pytest.warns(
+        UserWarning, match=r"was moved to t = 0\.15 s when it had been at 0\.2 s: where"
+    ):
         stepper.step(tangential_displacement=0.0015, time=0.15)
     stepper.restore(kept)
     stepper.step(tangential_displacement=0.0015, time=0.15)

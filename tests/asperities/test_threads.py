@@ -20,7 +20,11 @@ def events_of(ensemble):
         if time % 7 == 0:
             events.append(hs.TangentialDisplacement(time, 0.002 * rng.uniform(-1, 1)))
         if time % 11 == 0:
-            events.append(hs.NormalDisplacement(time + 0.5, -0.001 if time % 3 == 0 else 0.02 * rng.uniform(0.2, 1.5)))
+            events.append(
+                hs.NormalDisplacement(
+                    time + 0.5, -0.001 if time % 3 == 0 else 0.02 * rng.uniform(0.2, 1.5)
+                )
+            )
     assert ensemble.approach_at(0.0) == 0.0
     return events
 
@@ -33,7 +37,9 @@ def bits(history):
 def test_threads_do_not_change_a_bit(coefficients):
     rng = np.random.default_rng(1)
     friction = 0.3 + 0.2 * (np.arange(ASPERITIES) % coefficients) / coefficients
-    ensemble = hs.Ensemble(PAIR, rng.normal(0.0, 0.01, ASPERITIES), rng.uniform(0.5, 2.0, ASPERITIES), friction)
+    ensemble = hs.Ensemble(
+        PAIR, rng.normal(0.0, 0.01, ASPERITIES), rng.uniform(0.5, 2.0, ASPERITIES), friction
+    )
     events = events_of(ensemble)
     one = bits(hs.replay(ensemble, events, record="all", threads=1, hold=False))
     for threads in (2, 5):
@@ -42,6 +48,9 @@ def test_threads_do_not_change_a_bit(coefficients):
 
 def test_a_refused_path_ends_the_threads():
     ensemble = hs.Ensemble(PAIR, np.zeros(ASPERITIES), 1.0, 0.3)
-    events = [hs.NormalLoad(0.0, 1.0), *(hs.TangentialLoad(time, 1e-3 * time) for time in range(1, STEPS + 10))]
+    events = [
+        hs.NormalLoad(0.0, 1.0),
+        *(hs.TangentialLoad(time, 1e-3 * time) for time in range(1, STEPS + 10)),
+    ]
     with pytest.raises(hs.LoadError, match="event 301 at t = 301 s"):
         hs.replay(ensemble, events, record="all", threads=3)

@@ -38,7 +38,9 @@ def test_the_rough_surface_of_the_source_is_reported_once_and_the_smooth_one_not
         hertz.normal_load(d, summit_radius=r, contact_modulus=coarse.pair.contact_modulus)
         for d, r in zip(depth, coarse.summit_radius, strict=True)
     ]
-    steep = [load for load, d, r in zip(loads, depth, coarse.summit_radius, strict=True) if d > 0.09 * r]
+    steep = [
+        load for load, d, r in zip(loads, depth, coarse.summit_radius, strict=True) if d > 0.09 * r
+    ]
     assert found[0].value == pytest.approx(sum(steep) / 50e-3, rel=1e-9)
     assert found[0].value > 0.9
     assert "\n" not in found[0].text
@@ -109,7 +111,9 @@ def test_adhesion_is_reported_from_the_pull_off_load_of_jkr():
     work, radius = 0.1, 1e-3
     pull_off = -float(adhesion.jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work))
     moduli = {"contact_modulus": 50e9, "shear_modulus": 12e9}
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(**moduli, work_of_adhesion=work), 0.0, radius, 0.2)
+    ensemble = hs.Ensemble(
+        hs.MaterialPair.from_moduli(**moduli, work_of_adhesion=work), 0.0, radius, 0.2
+    )
     (found,) = findings(ensemble, ensemble.approach_at(9 * pull_off))
     assert found.name == "adhesion"
     assert found.value == pytest.approx(1 / 9)
@@ -154,7 +158,9 @@ def test_friction_that_rises_faster_than_springs_can_slide_is_reported(distance,
 
 def yielding(contact_radius_over_radius, **options):
     """A ball of hardness 1 GPa, pressed until its contact is so wide on first loading."""
-    pair = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9, hardness=1e9, **options)
+    pair = hs.MaterialPair.from_moduli(
+        contact_modulus=50e9, shear_modulus=12e9, hardness=1e9, **options
+    )
     law = KogutEtsion(hardness=1e9, poissons_ratio=0.3)
     # A = 2πRδ where all is plastic
     return hs.Ensemble(pair, 0.0, 1e-3, 0.2, yielding=law), 0.5e-3 * contact_radius_over_radius**2
@@ -165,8 +171,13 @@ def test_where_the_model_of_yielding_ends():
     assert names(findings(*yielding(0.3))) == []
     ensemble, approach = yielding(0.1)
     (found,) = findings(ensemble, approach)
-    _, radius = ensemble.yielding.first_loading(np.array([approach]), np.array([1e-3]), ensemble.pair)
-    assert (found.name, found.value) == ("hardening", pytest.approx(0.2 * radius[0] / 1e-3, rel=1e-6))
+    _, radius = ensemble.yielding.first_loading(
+        np.array([approach]), np.array([1e-3]), ensemble.pair
+    )
+    assert (found.name, found.value) == (
+        "hardening",
+        pytest.approx(0.2 * radius[0] / 1e-3, rel=1e-6),
+    )
     # all of it carries the hardness
     load = 1e9 * math.pi * (0.3e-3) ** 2
     assert names(findings(*yielding(0.3, cracking_load=1.01 * load))) == []
@@ -176,11 +187,19 @@ def test_where_the_model_of_yielding_ends():
     ensemble, approach = yielding(0.3)
     area = math.pi * (0.3e-3) ** 2
     for nominal, expected in ((area / 0.04, []), (area / 0.4, ["area"]), (area / 0.6, ["bulk"])):
-        on = hs.Ensemble(ensemble.pair, 0.0, 1e-3, 0.2, yielding=ensemble.yielding, nominal_area=nominal)
+        on = hs.Ensemble(
+            ensemble.pair, 0.0, 1e-3, 0.2, yielding=ensemble.yielding, nominal_area=nominal
+        )
         assert names(findings(on, approach)) == expected
     for distance, expected in ((0.7e-3, []), (0.5e-3, ["merging"])):
         two = hs.Ensemble(
-            ensemble.pair, [0.0, 0.0], 1e-3, 0.2, yielding=ensemble.yielding, x=[0.0, distance], y=[0.0, 0.0]
+            ensemble.pair,
+            [0.0, 0.0],
+            1e-3,
+            0.2,
+            yielding=ensemble.yielding,
+            x=[0.0, distance],
+            y=[0.0, 0.0],
         )
         assert names(findings(two, approach)) == expected
 

@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 import historysim as hs
 from historysim.asperities.laws import ShearStrength
 from historysim.asperities.wear import ArchardWear
-from historysim.asperities.yielding import YIELDING_LAWS, JacksonGreen, KogutEtsion, Thornton, YieldingLaw
+from historysim.asperities.yielding import (
+    YIELDING_LAWS,
+    JacksonGreen,
+    KogutEtsion,
+    Thornton,
+    YieldingLaw,
+)
 from historysim.contact import hertz
 from historysim.errors import InputError
 from tests.support.sudden import change_by_parts
@@ -37,7 +43,9 @@ def rough(count, seed, **options):
     rng = np.random.default_rng(seed)
     height = np.sort(rng.uniform(-60e-9, 0, count))
     height[-1] = 0.0
-    return hs.Ensemble(PAIR, height, rng.uniform(0.5e-6, 2e-6, count), **{"friction": FRICTION} | options)
+    return hs.Ensemble(
+        PAIR, height, rng.uniform(0.5e-6, 2e-6, count), **{"friction": FRICTION} | options
+    )
 
 
 def springs_of(ensemble, springs=1500, friction=FRICTION):
@@ -45,7 +53,8 @@ def springs_of(ensemble, springs=1500, friction=FRICTION):
     return YieldingSprings(MODULUS, SHEAR, HARDNESS, RATIO, friction, *shape, 1.2 * REACH, springs)
 
 
-# ---- laws ---------------------------------------------------------------------------------------------------------
+# ---- laws
+# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -56,7 +65,9 @@ def springs_of(ensemble, springs=1500, friction=FRICTION):
         (100.0, 470.0, 184.1, 5.316, 0.654, 0.694),
     ],
 )
-def test_kogut_and_etsion_and_what_is_left_against_finite_elements(x, load, area, radius, left, elements):
+def test_kogut_and_etsion_and_what_is_left_against_finite_elements(
+    x, load, area, radius, left, elements
+):
     f, g, _ = (each[0] for each in over_critical(LAW, [x]))
     assert f == pytest.approx(load, rel=5e-4)
     assert g == pytest.approx(area, rel=5e-4)
@@ -100,7 +111,10 @@ def test_laws_as_printed_away_from_their_joints():
     assert area[0] == pytest.approx(20 * (20 / 1.9) ** power, rel=1e-12)
     width = math.pi * 1.295 * math.exp(0.736 * RATIO) * strain / 2 * math.sqrt(area[0])
     limit = 2.84 * (1 - math.exp(-0.82 * width**-0.7)) * 4 / (1.295 * math.exp(0.736 * RATIO))
-    printed = math.exp(-(20 ** (5 / 12)) / 4) * 20**1.5 + limit * (1 - math.exp(-(20 ** (5 / 9)) / 25)) * 20
+    printed = (
+        math.exp(-(20 ** (5 / 12)) / 4) * 20**1.5
+        + limit * (1 - math.exp(-(20 ** (5 / 9)) / 25)) * 20
+    )
     # a tenth of the jump at 1.9 is left
     assert load[0] == pytest.approx(printed, rel=1e-3)
 
@@ -110,7 +124,9 @@ def test_onset_is_where_the_peak_pressure_agrees_with_the_yield_stress():
         known = law(hardness=HARDNESS, poissons_ratio=0.3).of(PAIR)
         critical = known.critical_approach(np.array([1e-6]), PAIR)[0]
         peak = (
-            1.5 * hertz.normal_load(critical, summit_radius=1e-6, contact_modulus=MODULUS) / (np.pi * 1e-6 * critical)
+            1.5
+            * hertz.normal_load(critical, summit_radius=1e-6, contact_modulus=MODULUS)
+            / (np.pi * 1e-6 * critical)
         )
         assert peak == pytest.approx(known.peak_at_onset, rel=1e-12)
         assert peak / (HARDNESS / 2.8) == pytest.approx(1.6, rel=0.012)
@@ -137,7 +153,10 @@ def test_numbers_come_from_the_softer_material():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: KogutEtsion(poissons_ratio=0.7), "poissons_ratio is 0.7; expected a number from 0 to 0.5"),
+        (
+            lambda: KogutEtsion(poissons_ratio=0.7),
+            "poissons_ratio is 0.7; expected a number from 0 to 0.5",
+        ),
         (lambda: rough(2, 0, yielding=1.0), "yielding is 1.0; expected a YieldingLaw"),
         (
             lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)),
@@ -145,7 +164,11 @@ def test_numbers_come_from_the_softer_material():
         ),
         (
             lambda: hs.Ensemble(
-                hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), 0, 1, 0.1, yielding=Thornton()
+                hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1),
+                0,
+                1,
+                0.1,
+                yielding=Thornton(),
             ),
             "no material has a hardness",
         ),
@@ -178,13 +201,18 @@ class Softer(YieldingLaw):
             load = 1.3 * load
         if self.break_it == "raises":
             raise RuntimeError("of the user's own")
-        return load * 4 / 3 * MODULUS * np.sqrt(summit_radius) * critical**1.5, np.sqrt(area * summit_radius * critical)
+        return load * 4 / 3 * MODULUS * np.sqrt(summit_radius) * critical**1.5, np.sqrt(
+            area * summit_radius * critical
+        )
 
 
 @pytest.mark.parametrize(
     ("kind", "seeds"),
     [(kind, (0, 8)) for kind in ("yields", "wears", "law")]
-    + [pytest.param(kind, range(200), marks=pytest.mark.slow) for kind in ("yields", "wears", "law")],
+    + [
+        pytest.param(kind, range(200), marks=pytest.mark.slow)
+        for kind in ("yields", "wears", "law")
+    ],
 )
 def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
     for seed in seeds:
@@ -194,13 +222,22 @@ def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
 
 def test_a_law_of_the_users_own():
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-4), hs.NormalLoad(2.0, 2e-3)]
-    own, built_in = (hs.replay(rough(3, 1, yielding=law), events, hold=False) for law in (Softer(), LAW))
-    for name in ("total_tangential_load", "separation", "total_yielding_energy", "tangential_displacement"):
+    own, built_in = (
+        hs.replay(rough(3, 1, yielding=law), events, hold=False) for law in (Softer(), LAW)
+    )
+    for name in (
+        "total_tangential_load",
+        "separation",
+        "total_yielding_energy",
+        "tangential_displacement",
+    ):
         np.testing.assert_allclose(own[name], built_in[name], rtol=1e-9, atol=1e-30)
     assert __name__ in own.attrs["packages"]
     assert "packages" not in built_in.attrs
     assert '"law": "softer"' in own.attrs["yielding_law_settings"]
-    with pytest.raises(InputError, match="cannot be written down: Softer is not known by that name"):
+    with pytest.raises(
+        InputError, match="cannot be written down: Softer is not known by that name"
+    ):
         _ = Softer().settings
     for word in ("falls", "jumps"):
         with pytest.raises(InputError, match="expected arrays that rise from Hertz"):
@@ -208,16 +245,22 @@ def test_a_law_of_the_users_own():
     broken = Softer()
     ensemble = rough(3, 1, yielding=broken)
     broken.break_it = "raises"
-    with pytest.raises(InputError, match=r"law 'softer' fails in test_yielding\.py, line .*: RuntimeError: of the"):
+    with pytest.raises(
+        InputError, match=r"law 'softer' fails in test_yielding\.py, line .*: RuntimeError: of the"
+    ):
         ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
 
 
-# ---- histories, against springs ------------------------------------------------------------------------------------
+# ---- histories, against springs
+# ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("count", "seed"),
-    [(3, 2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (1, 8), (3, 3), (3, 6)))],
+    [
+        (3, 2),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (1, 8), (3, 3), (3, 6))),
+    ],
 )
 def test_random_displacements_against_springs(count, seed):
     """Yielding on and on with tractions in all; springs and steps of the oracle are of first order."""
@@ -234,14 +277,22 @@ def test_random_displacements_against_springs(count, seed):
         most = max(most, springs.stored.sum())
         limit = FRICTION * springs.normal_loads().sum()
         assert state.normal_load == pytest.approx(springs.normal_loads().sum(), rel=1e-12)
-        assert state.tangential_load == pytest.approx(springs.tangential_loads.sum(), abs=1e-3 * limit)
+        assert state.tangential_load == pytest.approx(
+            springs.tangential_loads.sum(), abs=1e-3 * limit
+        )
         assert state.stored_energy == pytest.approx(springs.stored.sum(), rel=2e-3, abs=1e-4 * most)
-        assert state.dissipated_energy == pytest.approx(springs.dissipated.sum(), rel=3e-3, abs=1e-3 * most)
+        assert state.dissipated_energy == pytest.approx(
+            springs.dissipated.sum(), rel=3e-3, abs=1e-3 * most
+        )
         left = state.yielded
         np.testing.assert_allclose(left.summit_radius, springs.radius, rtol=1e-10)
-        np.testing.assert_allclose(left.yielded_depth, springs.virgin - springs.height, rtol=1e-9, atol=1e-20)
+        np.testing.assert_allclose(
+            left.yielded_depth, springs.virgin - springs.height, rtol=1e-9, atol=1e-20
+        )
         spent = (springs.work - springs.elastic).sum()
-        assert left.yielding_energy.sum() == pytest.approx(spent, rel=1e-4, abs=1e-5 * springs.work.sum())
+        assert left.yielding_energy.sum() == pytest.approx(
+            spent, rel=1e-4, abs=1e-5 * springs.work.sum()
+        )
         assert (left.yielding_energy >= before.yielded.yielding_energy).all()
         assert state.dissipated_energy >= before.dissipated_energy
         np.testing.assert_allclose(
@@ -266,16 +317,29 @@ def test_friction_of_constant_strength_against_springs():
         state = ensemble.advance(state, normal_displacement=d, tangential_displacement=u)
         springs.go(d, u, 1000)
         limit = (coefficient(springs.normal_loads(), springs.radius) * springs.normal_loads()).sum()
-        assert state.tangential_load == pytest.approx(springs.tangential_loads.sum(), abs=3e-3 * limit)
-        assert state.dissipated_energy == pytest.approx(springs.dissipated.sum(), rel=2e-2, abs=1e-16)
+        assert state.tangential_load == pytest.approx(
+            springs.tangential_loads.sum(), abs=3e-3 * limit
+        )
+        assert state.dissipated_energy == pytest.approx(
+            springs.dissipated.sum(), rel=2e-2, abs=1e-16
+        )
 
 
-# ---- first loading, running in ------------------------------------------------------------------------------------
+# ---- first loading, running in
+# ------------------------------------------------------------------------------------
 
 
 def test_a_hardness_without_end_is_elastic_to_the_bit():
-    events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 8e-9), hs.NormalLoad(2.0, 4e-3)]
-    events += [hs.TangentialLoad(2.0, 2e-4), hs.NormalDisplacement(3.0, 20e-9), hs.TangentialLoad(4.0, 0.0)]
+    events = [
+        hs.NormalLoad(0.0, 1e-3),
+        hs.TangentialDisplacement(1.0, 8e-9),
+        hs.NormalLoad(2.0, 4e-3),
+    ]
+    events += [
+        hs.TangentialLoad(2.0, 2e-4),
+        hs.NormalDisplacement(3.0, 20e-9),
+        hs.TangentialLoad(4.0, 0.0),
+    ]
     yielding = rough(40, 5, yielding=KogutEtsion(hardness=1e15))
     with_law, without = (
         hs.replay(yielding, events, substeps=3, hold=False),
@@ -295,19 +359,29 @@ def test_summits_that_yielded_without_traction_share_one_memory_and_are_elastic(
     assert (left.yielding_load > 0).sum() > 10
     touching = left.yielding_load > 0
     own = state.approach - (ensemble.highest_summit - left.summit_height)
-    load = hertz.normal_load(np.maximum(own, 0), summit_radius=left.summit_radius, contact_modulus=MODULUS)
+    load = hertz.normal_load(
+        np.maximum(own, 0), summit_radius=left.summit_radius, contact_modulus=MODULUS
+    )
     np.testing.assert_allclose(load[touching], left.yielding_load[touching], rtol=1e-9)
     assert load.sum() == pytest.approx(20e-3, rel=1e-9)
     # from here on it is the ensemble of the summits that are left
     elastic = hs.Ensemble(PAIR, left.summit_height, left.summit_radius, FRICTION)
     again = elastic.advance(elastic.initial_state(), normal_load=20e-3)
-    for load, tangential in ((12e-3, 1e-3), (20e-3, -1e-3), (3e-3, 5e-4), (0.0, 0.0), (20e-3, 2e-3)):
+    for load, tangential in (
+        (12e-3, 1e-3),
+        (20e-3, -1e-3),
+        (3e-3, 5e-4),
+        (0.0, 0.0),
+        (20e-3, 2e-3),
+    ):
         state = ensemble.advance(state, normal_load=load, tangential_load=tangential)
         again = elastic.advance(again, normal_load=load, tangential_load=tangential)
         assert np.unique(state.group).size == 1
         moved = state.tangential_displacement
         assert moved == pytest.approx(again.tangential_displacement, rel=1e-9, abs=1e-18)
-        assert state.dissipated_energy == pytest.approx(again.dissipated_energy, rel=1e-8, abs=1e-25)
+        assert state.dissipated_energy == pytest.approx(
+            again.dissipated_energy, rel=1e-8, abs=1e-25
+        )
     np.testing.assert_array_equal(state.yielded.summit_height, left.summit_height)
 
 
@@ -354,7 +428,9 @@ def test_a_summit_that_is_replaced_yields_anew():
 def test_the_approach_at_a_load_agrees_with_first_loading():
     ensemble = rough(30, 1, yielding=LAW)
     approach = ensemble.approach_at(10e-3)
-    assert ensemble.advance(ensemble.initial_state(), normal_displacement=approach).normal_load == pytest.approx(10e-3)
+    assert ensemble.advance(
+        ensemble.initial_state(), normal_displacement=approach
+    ).normal_load == pytest.approx(10e-3)
     assert approach > rough(30, 1).approach_at(10e-3)
     assert ensemble.approach_at(0.0) == 0.0
 
@@ -362,15 +438,21 @@ def test_the_approach_at_a_load_agrees_with_first_loading():
 def test_running_in_and_the_order_of_loads():
     """Once at the largest load a surface is elastic, and lower loads find it flattened."""
     up = hs.replay(
-        rough(400, 1, yielding=LAW), [hs.NormalLoad(float(k), n) for k, n in enumerate((50e-3, 70e-3, 90e-3))]
+        rough(400, 1, yielding=LAW),
+        [hs.NormalLoad(float(k), n) for k, n in enumerate((50e-3, 70e-3, 90e-3))],
     )
     down = hs.replay(
-        rough(400, 1, yielding=LAW), [hs.NormalLoad(float(k), n) for k, n in enumerate((90e-3, 70e-3, 50e-3))]
+        rough(400, 1, yielding=LAW),
+        [hs.NormalLoad(float(k), n) for k, n in enumerate((90e-3, 70e-3, 50e-3))],
     )
     np.testing.assert_allclose(
-        up["present_summit_height"].isel(step=-1), down["present_summit_height"].isel(step=-1), rtol=1e-9
+        up["present_summit_height"].isel(step=-1),
+        down["present_summit_height"].isel(step=-1),
+        rtol=1e-9,
     )
-    assert float(up["real_contact_area"][-1]) == pytest.approx(float(down["real_contact_area"][0]), rel=1e-9)
+    assert float(up["real_contact_area"][-1]) == pytest.approx(
+        float(down["real_contact_area"][0]), rel=1e-9
+    )
     reach = [history.contact.preliminary_displacement().values for history in (up, down)]
     assert reach[0][2] == pytest.approx(reach[1][0], rel=1e-9)
     # flattened by 90 mN, the surface displaces otherwise at 50 mN than on its first loading
@@ -378,7 +460,8 @@ def test_running_in_and_the_order_of_loads():
     assert (np.diff(down["total_yielding_energy"].values) == 0).all()
 
 
-# ---- published ensembles ------------------------------------------------------------------------------------------
+# ---- published ensembles
+# ------------------------------------------------------------------------------------------
 
 
 def printed(x, most):

@@ -34,14 +34,20 @@ def test_texts_with_units_come_where_the_name_has_a_unit():
     assert per_axis("pixel_size", "1 µm") == (1e-6, 1e-6)
     with pytest.raises(InputError, match=r"summit_height: '1 N': 'N' is not a unit of a length"):
         as_floats("summit_height", ["1 µm", "1 N"])
-    with pytest.raises(InputError, match=r"normal_load is -0\.05; expected a finite number of 0 or more"):
+    with pytest.raises(
+        InputError, match=r"normal_load is -0\.05; expected a finite number of 0 or more"
+    ):
         scalar("normal_load", "-50 mN", least=0)
 
 
 def test_quantities_of_pint_lose_their_unit_nowhere_unseen():
     unit = pytest.importorskip("pint").UnitRegistry()
     assert as_floats("friction", unit.Quantity(20, "percent")) == 0.2
-    with pytest.raises(InputError, match="friction: '1 newton' has another unit; expected a plain number"):
+    with pytest.raises(
+        InputError, match="friction: '1 newton' has another unit; expected a plain number"
+    ):
         as_floats("friction", unit.Quantity(1, "N"))
-    with pytest.raises(InputError, match="radius: '1 second' has another unit; expected a length in m"):
+    with pytest.raises(
+        InputError, match="radius: '1 second' has another unit; expected a length in m"
+    ):
         as_floats("radius", unit.Quantity(1, "s"))

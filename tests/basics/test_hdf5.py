@@ -31,7 +31,11 @@ def made(folder, fill):
         (hostile._nested, False, "HISTORYSIM_MOST_HDF5_DEPTH"),
         (hostile._circle, False, "a process that reads it ends by a signal, or not within"),
         (hostile._claims, False, "'F' claims 8,000,000,000,000 bytes in a file of"),
-        (lambda file, _: file.create_group(b"\xff"), True, "expected names in UTF-8: it is damaged"),
+        (
+            lambda file, _: file.create_group(b"\xff"),
+            True,
+            "expected names in UTF-8: it is damaged",
+        ),
     ],
 )
 def test_an_unsafe_file_is_refused(tmp_path, monkeypatch, fill, by_h5py, message):
@@ -64,7 +68,12 @@ def test_self_contained_files_are_accepted(tmp_path):
 def test_what_the_library_reads_without_end_is_refused_in_time(tmp_path, monkeypatch):
     by_h5py = True
     monkeypatch.setenv("HISTORYSIM_MOST_HDF5_SECONDS", "1")
-    path = made(tmp_path, lambda file, _: file.create_dataset("x", data=np.zeros(3)).dims[0].attach_scale(scale(file)))
+    path = made(
+        tmp_path,
+        lambda file, _: (
+            file.create_dataset("x", data=np.zeros(3)).dims[0].attach_scale(scale(file))
+        ),
+    )
     check_contained(path, by_h5py=by_h5py)
     hostile.zeroed(path, b"GCOL", 16)
     before = time.monotonic()
@@ -84,10 +93,13 @@ copies = pytest.mark.skipif(not system.COPIES_PROCESSES, reason="copies no proce
 
 @copies
 @pytest.mark.parametrize(
-    ("task", "well"), [(bool, True), (lambda: 1 / 0, True), (lambda: time.sleep(60), False), (os.abort, False)]
+    ("task", "well"),
+    [(bool, True), (lambda: 1 / 0, True), (lambda: time.sleep(60), False), (os.abort, False)],
 )
 @pytest.mark.parametrize("action", [signal.SIG_DFL, signal.SIG_IGN])
-def test_a_copy_reports_how_it_ends_whatever_happens_to_the_signal_of_ended_children(task, well, action):
+def test_a_copy_reports_how_it_ends_whatever_happens_to_the_signal_of_ended_children(
+    task, well, action
+):
     before = signal.signal(signal.SIGCHLD, action)
     try:
         assert system.copy_ends_well(task, 0.5) == well
@@ -130,7 +142,9 @@ def test_a_result_is_read_in_unusual_surroundings(tmp_path, shell):
     with h5py.File(path, "w") as file:
         file["time"] = np.arange(3.0)
     command = f'{shell}; exec "$0" -m historysim columns m.nc'
-    done = subprocess.run(["/bin/sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
+    done = subprocess.run(
+        ["/bin/sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, b"")
     assert (b"time" in done.stdout) != (">&-" in shell.replace("2>&-", ""))
 
@@ -146,7 +160,9 @@ def test_a_limit_of_memory_is_lowered_and_never_raised():
         "print(*resource.getrlimit(resource.RLIMIT_AS))"
     )
     command = f"ulimit -Sv 3000000; ulimit -Hv 4000000; exec \"$0\" -c '{program}'"
-    done = subprocess.run(["/bin/sh", "-c", command, sys.executable], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        ["/bin/sh", "-c", command, sys.executable], capture_output=True, text=True, check=True
+    )
     soft, hard = map(int, done.stdout.split())
     assert hard == 4_000_000 * 1024
     assert 1 << 30 < soft < 3_000_000 * 1024

@@ -15,13 +15,17 @@ from historysim.errors import InstallationError
 PACKAGE = Path(library.__file__).parents[1]
 FILE = Path(library.__file__).with_name(_declarations.LIBRARY)
 # what is exported as source to other programs is no part of it
-SOURCES = [path for path in sorted(PACKAGE.rglob("*.[ch]")) if PACKAGE / "exchange" not in path.parents]
+SOURCES = [
+    path for path in sorted(PACKAGE.rglob("*.[ch]")) if PACKAGE / "exchange" not in path.parents
+]
 NM = shutil.which("nm")
 nm = pytest.mark.skipif(not NM or sys.platform != "linux", reason="asks nm of an ELF file")
 
 
 def symbols(which):
-    listed = subprocess.run([NM, "-D", which, FILE], capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(
+        [NM, "-D", which, FILE], capture_output=True, text=True, check=True
+    ).stdout
     return {line.split()[-1].partition("@")[0] for line in listed.splitlines()}
 
 
@@ -38,7 +42,9 @@ def test_the_library_knows_nothing_of_python():
     assert not [path for path in SOURCES if "Python.h" in path.read_text(encoding="utf-8")]
 
 
-@pytest.mark.skipif(not (PACKAGE.parent / "pyproject.toml").exists(), reason="installed without its sources")
+@pytest.mark.skipif(
+    not (PACKAGE.parent / "pyproject.toml").exists(), reason="installed without its sources"
+)
 def test_the_library_is_not_older_than_its_sources():
     edited = [path.name for path in SOURCES if path.stat().st_mtime > FILE.stat().st_mtime]
     assert edited == [], "run `python hatch_build.py`"
@@ -78,7 +84,9 @@ def loaded_from(folder):
 
 
 def test_a_clone_that_is_not_installed_says_how_to_mend_it(tmp_path, monkeypatch):
-    with pytest.raises(InstallationError, match=rf"expected it in {re.escape(str(tmp_path))}.* `pip install -e \.`"):
+    with pytest.raises(
+        InstallationError, match=rf"expected it in {re.escape(str(tmp_path))}.* `pip install -e \.`"
+    ):
         loaded_from(tmp_path)
     (tmp_path / FILE.name).write_text("no library")
     with pytest.raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):

@@ -26,7 +26,7 @@ def test_other_errors_pass_as_they_are():
 
 
 def test_a_place_goes_with_the_error_to_another_process():
-    error = pickle.loads(pickle.dumps(field_error("0; expected more", "time")))  # noqa: S301 - made here
+    error = pickle.loads(pickle.dumps(field_error("0; expected more", "time")))
     assert (error.place, str(error)) == (("time",), "time: 0; expected more")
 
 

@@ -26,7 +26,9 @@ def own():
 def entry(folder, package, points, group="historysim.laws"):
     info = folder / f"{package}-0.1.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 0.1\n", encoding="utf-8")
+    (info / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {package}\nVersion: 0.1\n", encoding="utf-8"
+    )
     (info / "entry_points.txt").write_text(f"[{group}]\n{points}\n", encoding="utf-8")
 
 

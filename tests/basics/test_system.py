@@ -51,12 +51,18 @@ def test_no_other_module_asks_for_what_only_some_systems_have():
                 assert not {name.name for name in node.names} & ONLY_THERE, path
             if isinstance(node, ast.ImportFrom):
                 assert node.module not in ONLY_THERE, path
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "os":
+            if (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == "os"
+            ):
                 assert node.attr not in POSIX, f"{path}:{node.lineno}"
 
 
 @pytest.mark.ci
-@pytest.mark.skipif(sys.platform != "linux", reason="the stand-in for Windows' locks needs those of Linux")
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="the stand-in for Windows' locks needs those of Linux"
+)
 def test_the_commands_work_where_nothing_of_posix_is_there(tmp_path):
     (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
     for arguments in (
@@ -97,7 +103,9 @@ def test_a_byte_is_locked_once(tmp_path):
     program = f"import os, sys; sys.path[:0] = {sys.path!r}; from historysim.basics.system import lock_byte\n"
     program += f"handle = os.open({str(tmp_path / 'lock')!r}, os.O_RDWR)\n"
     program += "print(lock_byte(handle, 7, wait=False), lock_byte(handle, 8, wait=False))"
-    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    told = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    ).stdout
     assert told.split() == ["False", "True"]
     os.close(handle)
 

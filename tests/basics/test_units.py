@@ -10,11 +10,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from historysim.basics.units import UNIT_OF, conversion_factor, metres, quantity, quantity_text, to_si, uncertain_text
+from historysim.basics.units import (
+    UNIT_OF,
+    conversion_factor,
+    metres,
+    quantity,
+    quantity_text,
+    to_si,
+    uncertain_text,
+)
 from historysim.errors import InputError
 
 
-@pytest.mark.parametrize("number", [0.05, -3, 0, Fraction(1, 4), np.float64(2.5), np.float32(0.5), np.int64(7)])
+@pytest.mark.parametrize(
+    "number", [0.05, -3, 0, Fraction(1, 4), np.float64(2.5), np.float32(0.5), np.int64(7)]
+)
 def test_a_number_is_si(number):
     result = quantity(number, "N")
     assert type(result) is float
@@ -48,7 +58,9 @@ def test_a_unit_changes_no_bit_of_the_number(number):
     assert quantity(f"{number} GPa", "Pa") == float(f"{number}e9")
 
 
-@given(st.text(max_size=12) | st.from_regex(r"[0-9.]{1,4} ?[a-zA-Z0-9/*^() .-]{0,8}", fullmatch=True))
+@given(
+    st.text(max_size=12) | st.from_regex(r"[0-9.]{1,4} ?[a-zA-Z0-9/*^() .-]{0,8}", fullmatch=True)
+)
 def test_any_text_is_a_finite_number_or_an_input_error(text):
     try:
         result = quantity(text, "N")
@@ -72,7 +84,9 @@ def test_units_agree_with_udunits(text):
     for unit in ("N", "m", "s", "Pa", "J m-2", "N m-1", "m2", "m-2", "m3 J-1", "kg", "Hz", "rad"):
         # UDUNITS also converts into a reciprocal
         if given.is_convertible(unit) and given.convert(0.0, unit) == 0:
-            assert conversion_factor(text, unit) == pytest.approx(given.convert(1.0, unit), rel=1e-6)
+            assert conversion_factor(text, unit) == pytest.approx(
+                given.convert(1.0, unit), rel=1e-6
+            )
         else:
             with pytest.raises(InputError, match="not a unit of"):
                 conversion_factor(text, unit)

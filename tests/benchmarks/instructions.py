@@ -4,9 +4,9 @@ Run after the package is installed, with valgrind and gcc::
 
     python tests/benchmarks/instructions.py
 
-It writes `instructions.json`: instructions per asperity and step of each case, and the compiler of which they are, for
-others give other numbers. Goals that are not reached yet are kept beside them. ``pytest -m ci
-tests/test_instructions.py`` compares.
+It writes `instructions.json`: instructions per asperity and step of each case, and the compiler of
+which they are, for others give other numbers. Goals that are not reached yet are kept beside them.
+``pytest -m ci tests/test_instructions.py`` compares.
 """
 
 import ctypes
@@ -53,7 +53,9 @@ def patches():
     """Return 20 patches of a contact with full interaction."""
     approach = np.linspace(0.0, 3e-7, 40)
     shares = np.random.default_rng(1).uniform(0.5, 1.5, 20)
-    return hs.Ensemble.from_normal_curves(PAIR, approach, 1e6 * approach[:, None] ** 1.5 * shares, friction=0.2)
+    return hs.Ensemble.from_normal_curves(
+        PAIR, approach, 1e6 * approach[:, None] ** 1.5 * shares, friction=0.2
+    )
 
 
 def displacements(steps, swing=SWING):
@@ -84,14 +86,17 @@ def approaches(steps):
 
 def together(*channels):
     """Merge events of several channels by time."""
-    return sorted((event for channel in channels for event in channel), key=lambda event: event.time)
+    return sorted(
+        (event for channel in channels for event in channel), key=lambda event: event.time
+    )
 
 
 def reversals(count):
     """Return ever smaller reversals, all of which are remembered."""
     k = np.arange(count)
     return [
-        hs.TangentialDisplacement(1.0 + i, float(u)) for i, u in enumerate(SWING * (-1.0) ** k * (1 - k / (count + 50)))
+        hs.TangentialDisplacement(1.0 + i, float(u))
+        for i, u in enumerate(SWING * (-1.0) ** k * (1 - k / (count + 50)))
     ]
 
 
@@ -110,7 +115,12 @@ def cases():
         size = len({event.time for event in events}) * len(contact)
         return name, contact, [hs.NormalDisplacement(0.0, APPROACH), *events], record, size
 
-    many, few, one, own = ensemble(2000), ensemble(20, (0.15, 0.25)), ensemble(1), ensemble(1000, (0.15, 0.25))
+    many, few, one, own = (
+        ensemble(2000),
+        ensemble(20, (0.15, 0.25)),
+        ensemble(1),
+        ensemble(1000, (0.15, 0.25)),
+    )
     load = {
         contact: contact.advance(contact.initial_state(), normal_displacement=APPROACH).normal_load
         for contact in (many, few, one, own)
@@ -126,7 +136,11 @@ def cases():
     yield case("load", many, loads(20, 0.15 * load[many]))
     crowd = ensemble(50_000)
     normal = crowd.advance(crowd.initial_state(), normal_displacement=APPROACH).normal_load
-    yield case("normal load of 50,000", crowd, [hs.NormalLoad(1.0 + k, normal * (1.0 + 0.1 * k)) for k in range(20)])
+    yield case(
+        "normal load of 50,000",
+        crowd,
+        [hs.NormalLoad(1.0 + k, normal * (1.0 + 0.1 * k)) for k in range(20)],
+    )
     yield case("approach and displacement", many, together(approaches(10), displacements(10)))
     yield case("own coefficients, load", own, loads(4, 0.15 * load[own]))
     yield case("20 coefficients, ramps of 0.1 %", few, ramps(10, load[few], 1e-3))
@@ -145,10 +159,16 @@ def cases():
     yield case(
         "two directions, loads",
         plane,
-        [*turn, hs.TangentialLoad(1.0, (0.5 * limit, 0.0)), hs.TangentialLoad(2.0, (0.3 * limit, 0.4 * limit))],
+        [
+            *turn,
+            hs.TangentialLoad(1.0, (0.5 * limit, 0.0)),
+            hs.TangentialLoad(2.0, (0.3 * limit, 0.4 * limit)),
+        ],
     )
     growing = [hs.NormalDisplacement(10.0 + k, APPROACH * (1.0 + 0.02 * k)) for k in range(1, 9)]
-    stuck = [hs.TangentialDisplacement(10.0 + k, (SWING - 2e-10 * k, 3e-10 * k)) for k in range(1, 9)]
+    stuck = [
+        hs.TangentialDisplacement(10.0 + k, (SWING - 2e-10 * k, 3e-10 * k)) for k in range(1, 9)
+    ]
     start = [
         hs.TangentialDisplacement(9.0, (SWING, 1e-9)),
         hs.NormalDisplacement(10.0, APPROACH),
@@ -159,7 +179,11 @@ def cases():
     yield case(
         "patches, ramps of 10 %",
         patches(),
-        ramps(10, patches().advance(patches().initial_state(), normal_displacement=APPROACH).normal_load, 0.1),
+        ramps(
+            10,
+            patches().advance(patches().initial_state(), normal_displacement=APPROACH).normal_load,
+            0.1,
+        ),
     )
 
 
@@ -220,7 +244,9 @@ def measure():
         for number, line in enumerate(lines, 1):
             name, size = json.loads(line)
             counted = re.search(
-                r"^(?:summary|totals): (\d+)", Path(folder, f"counts.{number}").read_text("utf-8"), re.MULTILINE
+                r"^(?:summary|totals): (\d+)",
+                Path(folder, f"counts.{number}").read_text("utf-8"),
+                re.MULTILINE,
             )
             table[name] = round(int(counted[1]) / size, 1)
     return table
@@ -228,7 +254,9 @@ def measure():
 
 def compiler():
     """Return the compiler whose instructions are counted."""
-    return subprocess.run([GCC, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+    return subprocess.run(
+        [GCC, "--version"], capture_output=True, text=True, check=True
+    ).stdout.splitlines()[0]
 
 
 if __name__ == "__main__":

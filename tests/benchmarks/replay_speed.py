@@ -6,8 +6,8 @@ Run it after the package is installed::
 
 Each case is replayed once to warm up with the same size, then ``--repeats`` times; the median of
 processor times counts, which other programs change less than those on the wall.
-numpy copies the recorded arrays twice: into arrays that have been touched before, and into new ones, which the
-system has to provide as it does those of a replay.
+numpy copies the recorded arrays twice: into arrays that have been touched before, and into new
+ones, which the system has to provide as it does those of a replay.
 """
 
 import argparse
@@ -28,7 +28,9 @@ def ensemble(count, one_coefficient):
     rng = np.random.default_rng(1)
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
     friction = FRICTION if one_coefficient else rng.uniform(0.75 * FRICTION, 1.25 * FRICTION, count)
-    return hs.Ensemble(pair, rng.normal(0.0, 40e-9, count), rng.uniform(10e-6, 30e-6, count), friction)
+    return hs.Ensemble(
+        pair, rng.normal(0.0, 40e-9, count), rng.uniform(10e-6, 30e-6, count), friction
+    )
 
 
 def history(contact, steps, tangential, normal_swing):
@@ -51,7 +53,9 @@ def history(contact, steps, tangential, normal_swing):
 
 def as_stiff_as(contact):
     """Lateral stiffness of the pressed contact before anything slips [N/m]."""
-    pressed = contact.advance(contact.initial_state(), normal_displacement=np.ptp(contact.summit_height) + 30e-9)
+    pressed = contact.advance(
+        contact.initial_state(), normal_displacement=np.ptp(contact.summit_height) + 30e-9
+    )
     moved = contact.advance(pressed, tangential_displacement=1e-15)
     return moved.tangential_load / 1e-15
 
@@ -81,7 +85,9 @@ def copy_times(dataset, repeats):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--asperities", type=int, default=10_000)
     parser.add_argument("--steps", type=int, default=200)
     parser.add_argument("--repeats", type=int, default=5)
@@ -99,7 +105,9 @@ def main():
                 events = history(contact, steps, tangential, normal_swing)
                 for record in ("all", "totals"):
                     seconds = median_time(
-                        lambda: hs.replay(contact, events, record=record, instrument=instrument, threads=1),  # noqa: B023
+                        lambda: hs.replay(
+                            contact, events, record=record, instrument=instrument, threads=1
+                        ),
                         repeats,
                     )
                     print(
@@ -108,9 +116,12 @@ def main():
                         f"{seconds / steps / count * 1e9:>20.1f}{seconds / steps * 1e3:>9.3f}"
                     )
     touched, new = (
-        each / steps / count * 1e9 for each in copy_times(hs.replay(contact, events, record="all"), repeats)
+        each / steps / count * 1e9
+        for each in copy_times(hs.replay(contact, events, record="all"), repeats)
     )
-    print(f"\nnumpy copies the same arrays in {touched:.1f} ns per asperity and step, into new ones in {new:.1f}")
+    print(
+        f"\nnumpy copies the same arrays in {touched:.1f} ns per asperity and step, into new ones in {new:.1f}"
+    )
 
 
 if __name__ == "__main__":

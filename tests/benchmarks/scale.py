@@ -2,8 +2,8 @@
 
     PYTHONPATH=tests/support python tests/benchmarks/scale.py [--page]
 
-Each run is a separate process, so that its peak memory is its own. Times are of the processor; those of the sweep are
-on the wall, the shortest of three.
+Each run is a separate process, so that its peak memory is its own. Times are of the processor;
+those of the sweep are on the wall, the shortest of three.
 """
 
 import argparse
@@ -67,7 +67,11 @@ def one_run(count, record):
     seconds = time.process_time() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     size = Path("run.nc").stat().st_size
-    print(json.dumps({"seconds": seconds, "bytes": size, "resting": 1024 * resting, "peak": 1024 * peak}))
+    print(
+        json.dumps(
+            {"seconds": seconds, "bytes": size, "resting": 1024 * resting, "peak": 1024 * peak}
+        )
+    )
 
 
 def costs():
@@ -76,7 +80,9 @@ def costs():
         for record in ("totals", "all"):
             with tempfile.TemporaryDirectory() as folder:
                 command = [sys.executable, Path(__file__).resolve(), "--one", str(count), record]
-                done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+                done = subprocess.run(
+                    command, cwd=folder, capture_output=True, text=True, check=True
+                )
             yield count, record, json.loads(done.stdout)
 
 
@@ -100,11 +106,15 @@ def two_workers():
         timed("one process")
         timed("two processes, `--workers 2`", workers=2)
         with (
-            distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+            distributed.LocalCluster(
+                n_workers=2, threads_per_worker=1, dashboard_address=None
+            ) as cluster,
             distributed.Client(cluster) as client,
         ):
             timed("two dask workers", executor=client)
-    return {name: min(each) for name, each in took.items()}, all(each.identical(found[0]) for each in found)
+    return {name: min(each) for name, each in took.items()}, all(
+        each.identical(found[0]) for each in found
+    )
 
 
 def draw(rows, path):
@@ -132,8 +142,12 @@ def draw(rows, path):
 
 def main():
     """Measure, print the tables, and write them into the page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--page", action="store_true", help=f"write the tables into {PAGE.name}, and its picture")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--page", action="store_true", help=f"write the tables into {PAGE.name}, and its picture"
+    )
     parser.add_argument("--one", nargs=2, metavar=("COUNT", "RECORD"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
@@ -168,7 +182,9 @@ def main():
     print(shown, sweep, sep="\n\n")
     if options.page:
         page = PAGE.read_text(encoding="utf-8")
-        PAGE.write_text(with_block(with_block(page, "costs", shown), "sweep", sweep), encoding="utf-8")
+        PAGE.write_text(
+            with_block(with_block(page, "costs", shown), "sweep", sweep), encoding="utf-8"
+        )
         draw(rows, PAGE.with_suffix(".png"))
 
 

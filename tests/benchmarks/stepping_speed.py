@@ -4,8 +4,8 @@ Run on one thread, after the package is installed::
 
     python tests/benchmarks/stepping_speed.py [--reversals 10000]
 
-Times are of the processor, in µs: other programs hardly change them. The least of seven means of 200 steps counts; all
-asperities touch, totals alone are asked for.
+Times are of the processor, in µs: other programs hardly change them. The least of seven means of
+200 steps counts; all asperities touch, totals alone are asked for.
 """
 
 import argparse
@@ -55,7 +55,9 @@ def batch_time(contacts, steps=40):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--reversals", type=int, default=10_000)
     options = parser.parse_args()
     print(
@@ -64,9 +66,12 @@ def main():
     for count in (1, 200, 10_000):
         rng = np.random.default_rng(1)
         pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-        ensemble = hs.Ensemble(pair, rng.normal(0, 40e-9, count), rng.uniform(10e-6, 30e-6, count), 0.2)
+        ensemble = hs.Ensemble(
+            pair, rng.normal(0, 40e-9, count), rng.uniform(10e-6, 30e-6, count), 0.2
+        )
         state = ensemble.advance(
-            ensemble.initial_state(), normal_displacement=float(np.ptp(ensemble.summit_height)) + 30e-9
+            ensemble.initial_state(),
+            normal_displacement=float(np.ptp(ensemble.summit_height)) + 30e-9,
         )
         state = ensemble.advance(state, normal_load=state.normal_load)
         for reversals in (2, options.reversals):
@@ -75,9 +80,15 @@ def main():
             displacement, load = start.tangential_displacement, start.tangential_load
             shares = iter(1.0 - 1e-8 * np.arange(1_000_000))
             times = [
-                least_time(lambda: ensemble.advance(start, tangential_displacement=displacement * (1 - 1e-7))),  # noqa: B023
-                least_time(lambda: ensemble.advance(start, tangential_load=load * (1 - 1e-7))),  # noqa: B023
-                least_time(lambda: stepper.step(tangential_displacement=displacement * next(shares))),  # noqa: B023
+                least_time(
+                    lambda: ensemble.advance(
+                        start, tangential_displacement=displacement * (1 - 1e-7)
+                    )
+                ),
+                least_time(lambda: ensemble.advance(start, tangential_load=load * (1 - 1e-7))),
+                least_time(
+                    lambda: stepper.step(tangential_displacement=displacement * next(shares))
+                ),
                 least_time(stepper.slopes),
             ]
             advance_u, advance_t, step, slopes = times
@@ -85,7 +96,9 @@ def main():
                 f"{count:>10}{len(start.vertices()):>10}{advance_u:>14.2f}{advance_t:>14.2f}{step:>14.2f}{slopes:>8.2f}"
             )
     for contacts in (1000, 1_000_000):
-        print(f"ContactBatch of {contacts} contacts: {batch_time(contacts):.0f} ns per contact and step")
+        print(
+            f"ContactBatch of {contacts} contacts: {batch_time(contacts):.0f} ns per contact and step"
+        )
 
 
 if __name__ == "__main__":

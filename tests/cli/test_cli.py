@@ -9,7 +9,16 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from broken import DOCUMENTS, FILES, LOADS_CSV, MEASURED, SUMMITS_CSV, broken_bytes, broken_documents, keep_small
+from broken import (
+    DOCUMENTS,
+    FILES,
+    LOADS_CSV,
+    MEASURED,
+    SUMMITS_CSV,
+    broken_bytes,
+    broken_documents,
+    keep_small,
+)
 from click.testing import CliRunner, Result
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -46,7 +55,9 @@ def call(*arguments):
 
 def process(folder, *arguments, **options):
     command = [sys.executable, "-m", "historysim", *map(str, arguments)]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, **options)
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, **options
+    )
 
 
 def check_refusal(done, code, said):
@@ -86,7 +97,11 @@ def test_run_draws_next_to_its_output_and_can_be_quiet(folder):
     assert files(folder / "results") == ["out.history", "out.nc", "out.png"]
     assert (folder / "results/out.png").read_bytes().startswith(b"\x89PNG")
     assert (folder / "other.pdf").read_bytes().startswith(b"%PDF")
-    written = [["result", "results/out.nc"], ["picture", "results/out.png"], ["picture", "other.pdf"]]
+    written = [
+        ["result", "results/out.nc"],
+        ["picture", "results/out.png"],
+        ["picture", "other.pdf"],
+    ]
     assert [line.split() for line in done.output.splitlines()[-3:]] == written
     done = call("run", "ball.toml", "--quiet")
     assert (done.exit_code, done.output) == (0, "")
@@ -121,7 +136,12 @@ def test_every_command_accepts_other_values_for_a_scenario(folder, command):
 
 
 def test_other_values_change_the_result(folder):
-    values = ("--set", "friction.coefficient=0.3", "--set", "loading.waypoints[0].normal_load=60 mN")
+    values = (
+        "--set",
+        "friction.coefficient=0.3",
+        "--set",
+        "loading.waypoints[0].normal_load=60 mN",
+    )
     assert call("run", "ball.toml", "-q", *values).exit_code == 0
     with xr.open_dataset("ball.nc", decode_times=False) as history:
         assert history.friction.values == [0.3]
@@ -137,16 +157,29 @@ def test_a_sweep_runs_and_continues(folder):
     over = '[sweep]\noutputs = ["preliminary_displacement"]\n[sweep.over]\nfriction.coefficient = [0.2, -0.3, 0.4]\n'
     (folder / "ball.toml").write_text(SCENARIO + over, encoding="utf-8")
     radii = ("--set", 'sweep.over."surface.radius"=["1 mm", "2 mm"]')
-    assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in call("validate", "ball.toml", *radii).output
+    assert (
+        "6 cells: 3 of friction.coefficient × 2 of surface.radius"
+        in call("validate", "ball.toml", *radii).output
+    )
     unclosed = ("--set", 'sweep.over."surface.radius=[1]')
     check_refusal(call("validate", "ball.toml", *unclosed), 2, "expected KEY=VALUE")
     done = call("sweep", "ball.toml", "--workers", 1)
     assert done.exit_code == 0
-    assert "cell 1 (friction.coefficient = -0.3) failed: ball.toml: friction.coefficient: -0.3; expected" in done.output
+    assert (
+        "cell 1 (friction.coefficient = -0.3) failed: ball.toml: friction.coefficient: -0.3; expected"
+        in done.output
+    )
     assert files(folder) == ["ball.cells", "ball.nc", "ball.toml"]
     cells = {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")}
-    assert call("sweep", "ball.toml", "-o", "t.csv", "--store", "ball.cells", "-q", "--workers", 1).exit_code == 0
-    assert {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")} == cells
+    assert (
+        call(
+            "sweep", "ball.toml", "-o", "t.csv", "--store", "ball.cells", "-q", "--workers", 1
+        ).exit_code
+        == 0
+    )
+    assert {
+        path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")
+    } == cells
     assert "friction.coefficient of the scenario" in call("show", "ball.nc").output
     wrong = over.replace("preliminary_displacement", "prelim")
     (folder / "ball.toml").write_text(SCENARIO + wrong, encoding="utf-8")
@@ -156,7 +189,9 @@ def test_a_sweep_runs_and_continues(folder):
 
 def test_a_design_is_sought_and_checked_beforehand(folder):
     section = '[design]\nkey = "surface.radius"\nbetween = ["0.1 mm", "10 mm"]\ntarget = "20 nm"\n'
-    (folder / "ball.toml").write_text(SCENARIO + section + 'output = "preliminary_displacement"\n', encoding="utf-8")
+    (folder / "ball.toml").write_text(
+        SCENARIO + section + 'output = "preliminary_displacement"\n', encoding="utf-8"
+    )
     assert call("validate", "ball.toml").exit_code == 0
     for command in ("validate", "design"):
         wrong = ("--set", "design.key=surface.radios")
@@ -190,7 +225,9 @@ def test_plot_draws_next_to_the_result_or_to_a_given_path(folder):
 def test_a_height_map_is_shown_and_drawn(folder):
     np.savetxt(folder / "map.txt", np.pad([[4.0]], 2))
     units = ("--pixel-size", "2 µm", "--height-unit", "nm", "--form", "mean")
-    lines = dict(line.split("  ", 1) for line in call("show", "map.txt", *units).output.splitlines())
+    lines = dict(
+        line.split("  ", 1) for line in call("show", "map.txt", *units).output.splitlines()
+    )
     found = {key: value.strip() for key, value in lines.items()}
     assert found["points"] == "5 × 5, 2 µm apart"
     assert found["height range Rz"] == "4 nm"
@@ -203,20 +240,27 @@ def test_how_adhesive_a_scenario_is(folder):
     check_refusal(call("plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
     text = SCENARIO.replace("[loading]", '[adhesion]\nequilibrium_separation = "0.2 nm"\n[loading]')
     (folder / "ball.toml").write_text(text, encoding="utf-8")
-    assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
+    assert (
+        "adhesion regimes     1 JKR, where the asperities are pressed most\n"
+        in call("show", "ball.toml").output
+    )
     assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
 
 
 def test_loops_are_written_drawn_and_read_again(folder):
-    swings = ", ".join(f'{{ after = 1, tangential_displacement = "{(-1) ** turn * 100} nm" }}' for turn in range(5))
+    swings = ", ".join(
+        f'{{ after = 1, tangential_displacement = "{(-1) ** turn * 100} nm" }}' for turn in range(5)
+    )
     text = SCENARIO.replace('{ after = 1, tangential_load = "8 mN" }', swings)
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert call("run", "ball.toml", "-q").exit_code == 0
     done = call("loops", "ball.nc", "-o", "l.nc", "--levels", "n.nc", "--plot")
     assert done.output.splitlines()[-3:] == ["l.nc", "n.nc", "ball_loops.png"]
-    assert call("loops", "ball.nc", "-o", "l.csv", "--picture", "p.svg").output.splitlines()[-2:] == ["l.csv", "p.svg"]
+    assert call("loops", "ball.nc", "-o", "l.csv", "--picture", "p.svg").output.splitlines()[
+        -2:
+    ] == ["l.csv", "p.svg"]
     header, *rows = (folder / "l.csv").read_text(encoding="utf-8").splitlines()
     column = header.split(",").index("friction_force forward [N]")
     with xr.open_dataset(folder / "l.nc") as written:
@@ -226,13 +270,19 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert "50 mN" in call("show", "n.nc").output
     said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
     check_refusal(call("loops", "ball.nc", "-o", "l.xlsx"), 2, said)
-    check_refusal(call("loops", "l.nc"), 2, "l.nc: is neither a scenario (.toml) nor a result of historysim run")
+    check_refusal(
+        call("loops", "l.nc"),
+        2,
+        "l.nc: is neither a scenario (.toml) nor a result of historysim run",
+    )
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
 def test_a_picture_that_may_not_be_written_is_named_as_it_was_asked_for(folder):
     (folder / "locked").mkdir(mode=0o500)
-    check_refusal(call("plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied")
+    check_refusal(
+        call("plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied"
+    )
 
 
 def test_the_columns_of_a_file_are_listed(folder):
@@ -252,7 +302,8 @@ SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py
     ("command", "heavy"),
     [
         (["--help"], {"numpy", "xarray", "matplotlib", "cattrs"}),
-        # it is asked often, of files that are being written; the compiler alone takes longer than the check
+        # it is asked often, of files that are being written; the compiler alone takes longer than
+        # the check
         (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),
         # importing them would take as long as a small run
         (["run", "ball.toml"], SLOW_IMPORTS),
@@ -269,7 +320,9 @@ def test_a_command_imports_nothing_heavy_that_it_does_not_use(folder, command, h
         f"try:\n    main({command}, standalone_mode=False)\n"
         f"finally:\n    print({heavy} & set(sys.modules), file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "set()\n")
     assert bool(done.stdout) is ("-q" not in command)
     assert (folder / "ball.nc").exists() is (command[0] == "run")
@@ -287,7 +340,10 @@ def ran(folder):
 @pytest.mark.usefixtures("ran")
 def test_a_result_and_its_log_are_verified():
     done = call("verify", "ball.nc")
-    assert (done.exit_code, done.output) == (0, "ball.nc  is bit-identical to the replay of its log\n")
+    assert (done.exit_code, done.output) == (
+        0,
+        "ball.nc  is bit-identical to the replay of its log\n",
+    )
     done = call("verify", "ball.history")
     assert done.exit_code == 0
     assert "events     2, sound\n" in done.output
@@ -385,7 +441,11 @@ def test_a_run_that_fails_keeps_the_older_result(folder):
     with h5py.File(folder / "ball.nc", "w") as file:
         file.attrs["historysim_version"] = "an older one"
     older = (folder / "ball.nc").read_bytes()
-    check_refusal(call("run", "ball.toml", "--plot"), 1, "Error: ball.toml: loading.waypoints[1]: event 1 at t = 1 s: ")
+    check_refusal(
+        call("run", "ball.toml", "--plot"),
+        1,
+        "Error: ball.toml: loading.waypoints[1]: event 1 at t = 1 s: ",
+    )
     # the log of loads beyond the limit can be queried
     assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
     assert (folder / "ball.nc").read_bytes() == older
@@ -407,21 +467,29 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite an input of the command"),
+        (
+            ["run", "ball.toml", "-o", "./../{name}/ball.toml"],
+            "would overwrite an input of the command",
+        ),
         (
             ["plot", "good.nc", "--step", "two"],
             "step 'two' is not a named state of the history; expected a number",
         ),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size given 3 times"),
-        (["show", "ball.toml", *PIXEL], "pixel_size, height_unit: ball.toml is a scenario; expected a height map"),
+        (
+            ["show", "ball.toml", *PIXEL],
+            "pixel_size, height_unit: ball.toml is a scenario; expected a height map",
+        ),
         (["plot", "good.nc", "--with", "what=1"], "is not an option of a picture"),
     ],
 )
 def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, arguments, said):
     monkeypatch.chdir(with_results)
     before = files(with_results)
-    check_refusal(call(*[argument.format(name=with_results.name) for argument in arguments]), 2, said)
+    check_refusal(
+        call(*[argument.format(name=with_results.name) for argument in arguments]), 2, said
+    )
     assert files(with_results) == before
 
 
@@ -436,7 +504,11 @@ def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, argume
         (PermissionError(13, "Permission denied"), 1, "Error: Permission denied\n"),
         (MemoryError(), 1, "Error: not enough memory; record fewer asperities"),
         (KeyboardInterrupt(), 130, "Error: interrupted; unfinished output is discarded\n"),
-        (KeyboardInterrupt("interrupted; a.history keeps"), 130, "Error: interrupted; a.history keeps\n"),
+        (
+            KeyboardInterrupt("interrupted; a.history keeps"),
+            130,
+            "Error: interrupted; a.history keeps\n",
+        ),
     ],
 )
 def test_errors_of_the_system_end_with_a_message(folder, monkeypatch, raised, code, said):

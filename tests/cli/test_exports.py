@@ -40,8 +40,13 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     said(tmp_path, "run", SCENARIO, "-o", "out.nc", "-q")
     for number, name in enumerate((SCENARIO, "out.nc", "out.history")):
-        assert f"{number}.fmu" in said(tmp_path, "fmu", name, "--at", "12.5 s", "-o", f"{number}.fmu")
-    states = {zipfile.ZipFile(tmp_path / f"{number}.fmu").read("resources/contact.bin") for number in range(3)}
+        assert f"{number}.fmu" in said(
+            tmp_path, "fmu", name, "--at", "12.5 s", "-o", f"{number}.fmu"
+        )
+    states = {
+        zipfile.ZipFile(tmp_path / f"{number}.fmu").read("resources/contact.bin")
+        for number in range(3)
+    }
     assert len(states) == 1
     notes = []
     hs.write_fmu(tmp_path / "out.nc", tmp_path / "late.fmu", at="1 h", notify=notes.append)

@@ -16,9 +16,11 @@ from historysim.cli import main
 SIZE = 4 << 20  # bytes of the small file system
 FILLER = "filler"
 SOME = 8192  # free bytes in which a file is created and begun
-# The log is the record of a run, kept on purpose; cells of a sweep that are complete are kept for the next attempt.
+# The log is the record of a run, kept on purpose; cells of a sweep that are complete are kept for
+# the next attempt.
 KEPT = re.compile(r"\w+\.history|\w+\.cells")
-# One command for each library that writes: SQLite and HDF5, xarray, matplotlib, plain text, ZIP archives.
+# One command for each library that writes: SQLite and HDF5, xarray, matplotlib, plain text, ZIP
+# archives.
 WRITERS = ("run", "table to netCDF", "plot", "fit", "fmu")
 
 
@@ -34,7 +36,10 @@ def small_disk(tmp_path_factory):
     """Mount an empty file system of `SIZE` bytes; only root may do so."""
     folder = tmp_path_factory.mktemp("disk")
     command = ["mount", "-t", "tmpfs", "-o", f"size={SIZE}", "historysim-test", str(folder)]
-    if not shutil.which("mount") or subprocess.run(command, capture_output=True, check=False).returncode:
+    if (
+        not shutil.which("mount")
+        or subprocess.run(command, capture_output=True, check=False).returncode
+    ):
         pytest.skip("a small file system can only be mounted by root on Linux")
     yield folder
     subprocess.run([shutil.which("umount"), str(folder)], check=True)
@@ -117,8 +122,12 @@ def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs RLIMIT_FSIZE")
-@pytest.mark.parametrize("command", ["run", *(pytest.param(name, marks=pytest.mark.ci) for name in WRITERS[1:])])
-def test_a_limit_of_the_size_of_files_is_reported_with_the_name_of_the_output(inputs, tmp_path, command):
+@pytest.mark.parametrize(
+    "command", ["run", *(pytest.param(name, marks=pytest.mark.ci) for name in WRITERS[1:])]
+)
+def test_a_limit_of_the_size_of_files_is_reported_with_the_name_of_the_output(
+    inputs, tmp_path, command
+):
     arguments, suffix = COMMANDS[command]
     shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
     before, limit = snapshot(tmp_path), 100

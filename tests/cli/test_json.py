@@ -91,7 +91,9 @@ def test_quantities_keep_their_numbers():
 def test_all_numbers_come_with_their_units():
     data = asked("loops", "s.nc")["data"]
     found = hs.loops("s.nc").to_dataset()
-    assert data["data_vars"]["dissipated_energy"]["data"] == found["dissipated_energy"].values.tolist()
+    assert (
+        data["data_vars"]["dissipated_energy"]["data"] == found["dissipated_energy"].values.tolist()
+    )
     assert data["data_vars"]["dissipated_energy"]["attrs"]["units"] == "J"
 
 

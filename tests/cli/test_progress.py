@@ -35,7 +35,8 @@ COMMANDS = {
 }
 
 
-QUIETLY = {"sweep": ["--store", "other.cells"]}  # cells that are there already would not be computed again
+# cells that are there already would not be computed again
+QUIETLY = {"sweep": ["--store", "other.cells"]}
 
 
 @pytest.fixture
@@ -84,7 +85,9 @@ def test_a_terminal_shows_how_far_a_command_is(command, scenario, monkeypatch):
     file = scenario(text)
     arguments = [command, "." if command == "gallery" else file, *options]
     if command in {"sweep", "fmu"}:
-        assert "%|" not in on_terminal([*arguments, "--quiet", *QUIETLY.get(command, [])], monkeypatch)
+        assert "%|" not in on_terminal(
+            [*arguments, "--quiet", *QUIETLY.get(command, [])], monkeypatch
+        )
     shown = on_terminal(arguments, monkeypatch)
     # what is done, of how much, and the time that it took and that is left
     bars = re.findall(rf"{doing}: +\d+%\|.*?\| (\d+)/(\d+) \[\d\d:\d\d<", shown)

@@ -11,7 +11,10 @@ from promises import SHORT
 ROOT = Path(__file__).parents[2]
 NAME = "50 % of a 'µ' – #1? a&b=c"
 SURROUNDINGS = {
-    "no home, and a terminal that does not know all signs": {"HOME": "/nonexistent", "PYTHONIOENCODING": "latin-1"},
+    "no home, and a terminal that does not know all signs": {
+        "HOME": "/nonexistent",
+        "PYTHONIOENCODING": "latin-1",
+    },
     "the C locale to the letter": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
 }
 
@@ -24,7 +27,11 @@ def test_the_program_runs_anywhere(tmp_path, name):
     folder = tmp_path / stem
     folder.mkdir()
     (folder / f"{stem}.toml").write_text(f'title = "Gerät – µ"\n{SHORT}', encoding="utf-8")
-    kept = {key: value for key, value in os.environ.items() if key not in {"XDG_CACHE_HOME", "MPLCONFIGDIR"}}
+    kept = {
+        key: value
+        for key, value in os.environ.items()
+        if key not in {"XDG_CACHE_HOME", "MPLCONFIGDIR"}
+    }
     environment = {**kept, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", **own}
     result = f"{stem}.nc"
     for words in (
@@ -34,7 +41,11 @@ def test_the_program_runs_anywhere(tmp_path, name):
         ["plot", result, "-o", f"{stem}.png"],
     ):
         done = subprocess.run(
-            [sys.executable, "-m", "historysim", *words], cwd=folder, env=environment, capture_output=True, check=False
+            [sys.executable, "-m", "historysim", *words],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            check=False,
         )
         assert done.returncode == 0, done.stderr
         assert b"Traceback" not in done.stderr

@@ -42,14 +42,20 @@ def read(path):
         return list(csv.reader(stream))
 
 
-# an asperity is no table, and `state --asperity` shows it; maps are those of a surface with interaction, see
-# tests/results/plots/test_contact_map.py; cycles need events; slopes are of inclined
-# asperities, pull-off of those that attract; and a load curve needs the contact itself, see test_load_curve.py
+# an asperity is no table, and `state --asperity` shows it; maps are those of a surface with
+# interaction, see tests/results/plots/test_contact_map.py; cycles need events; slopes are of
+# inclined asperities, pull-off of those that attract; and a load curve needs the contact itself,
+# see test_load_curve.py
 OTHERS = {"asperity", "cycles", "load_curve", "point_maps", "pull_off", "slope_load"}
 TABLES = [name.replace("_", "-") for name in all_queries() if name not in OTHERS]
 NEEDED = {
-    **{question: ["--asperity", "0", "--step", "6"] for question in ("profiles", "reversal-points")},
-    **{question: ["--with", "first=5", "--with", "second=9"] for question in ("branch-drift", "drift")},
+    **{
+        question: ["--asperity", "0", "--step", "6"] for question in ("profiles", "reversal-points")
+    },
+    **{
+        question: ["--with", "first=5", "--with", "second=9"]
+        for question in ("branch-drift", "drift")
+    },
     "positioning-error": ["--with", "start=4", "--with", "end=12"],
     "nominal-pressure": ["--with", "nominal_area=1e-9"],
     "run-drift": ["--with", "second=r.nc"],
@@ -72,7 +78,9 @@ def test_every_query_writes_a_table(history, tmp_path):
     assert [int(row[1]) for row in rows] == list(history.contact.slides_first())
     header, *rows = read(tmp_path / "r_stick-ratio.csv")
     assert header == ["time [s]", "stick_ratio 0", "stick_ratio 1"]
-    assert np.array(rows, dtype=float)[:, 1:].tolist() == history.contact.stick_ratio().values.tolist()
+    assert (
+        np.array(rows, dtype=float)[:, 1:].tolist() == history.contact.stick_ratio().values.tolist()
+    )
     header, *rows = read(tmp_path / "r_profiles.csv")
     column = header.index("traction [Pa]")
     expected = history.contact.profiles(0, 6)["traction"].values[0]
@@ -94,7 +102,9 @@ def test_a_step_is_given_by_the_name_of_its_state(history, tmp_path):
     assert read(tmp_path / "held.csv") == read(tmp_path / "8.csv")
     done = call("named.nc", "profiles", "--asperity", "0", "--step", "hold", "-o", "p.csv")
     assert done.exit_code == 2
-    assert "step 'hold' is not a named state of the history; expected held, or a number" in done.output
+    assert (
+        "step 'hold' is not a named state of the history; expected held, or a number" in done.output
+    )
     done = call("named.nc", "drift", "--with", "first=0", "--with", "second=held")
     assert done.exit_code == 0, done.output
 

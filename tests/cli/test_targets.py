@@ -36,7 +36,9 @@ def folder(made, tmp_path, monkeypatch):
 def content(folder):
     """Contents of a folder: of files their bytes, and of the rest its kind."""
     return {
-        path.name: path.read_bytes() if path.is_file() and not path.is_symlink() else stat.S_IFMT(path.lstat().st_mode)
+        path.name: path.read_bytes()
+        if path.is_file() and not path.is_symlink()
+        else stat.S_IFMT(path.lstat().st_mode)
         for path in folder.iterdir()
     }
 
@@ -67,7 +69,12 @@ def test_targets_other_than_regular_files_are_refused(folder, command):
     (folder / f"dangling{ending}").symlink_to("nowhere")
     with socket.socket(socket.AF_UNIX) as there:
         there.bind(f"socket{ending}")
-        for name, told in {"fifo": "FIFO", "folder": "folder", "link": "link", "dangling": "link"}.items():
+        for name, told in {
+            "fifo": "FIFO",
+            "folder": "folder",
+            "link": "link",
+            "dangling": "link",
+        }.items():
             assert f"is a {told}" in refused(folder, command, f"{name}{ending}")
         assert "is a socket" in refused(folder, command, f"socket{ending}")
     assert "is a device" in refused(folder, command, "/dev/null")
@@ -83,7 +90,9 @@ def test_inputs_and_foreign_files_are_not_replaced(folder, command):
         target = f"other_{name}{ending}"
         os.link(name, target)
         for forced in ([], ["--force"]):
-            assert "would overwrite an input of the command" in refused(folder, command, target, *forced)
+            assert "would overwrite an input of the command" in refused(
+                folder, command, target, *forced
+            )
     (folder / f"link{ending}").symlink_to("victim")
     assert "is a link" in refused(folder, command, f"link{ending}")
     (folder / f"photo{ending}").write_bytes(b"\x89PNG, or whatever else somebody keeps here\r\n")
@@ -92,7 +101,9 @@ def test_inputs_and_foreign_files_are_not_replaced(folder, command):
 
 
 # one command for each library or format that writes
-@pytest.mark.parametrize("command", ["run", "table", "sliding", "fit", "plot", "report", "fmu", "reduce"])
+@pytest.mark.parametrize(
+    "command", ["run", "table", "sliding", "fit", "plot", "report", "fmu", "reduce"]
+)
 def test_an_older_output_of_the_same_command_is_replaced(folder, command, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     arguments, ending = COMMANDS[command]
@@ -109,7 +120,11 @@ def test_an_older_output_of_the_same_command_is_replaced(folder, command, monkey
 
 def test_python_keeps_the_same_rules(folder):
     before = content(folder)
-    for output, told in (("m.csv", "would overwrite"), ("s.toml", "would overwrite"), ("out.csv", "expected .nc")):
+    for output, told in (
+        ("m.csv", "would overwrite"),
+        ("s.toml", "would overwrite"),
+        ("out.csv", "expected .nc"),
+    ):
         with pytest.raises(InputError, match=told):
             hs.run("s.toml", output)
     (folder / "m.nc").write_bytes(b"measured")
@@ -123,7 +138,11 @@ def test_python_keeps_the_same_rules(folder):
 
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [(".r.nc.unfinished", "symlink"), (".r.nc.unfinished", "hard link"), (".r.history.part", "symlink")],
+    [
+        (".r.nc.unfinished", "symlink"),
+        (".r.nc.unfinished", "hard link"),
+        (".r.history.part", "symlink"),
+    ],
 )
 def test_links_that_are_planted_are_not_followed(folder, name, kind):
     victim = folder / "victim"

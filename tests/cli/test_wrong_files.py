@@ -50,10 +50,15 @@ KINDS = {
 
 LOG = "expected the log of a run"
 TOML = "expected a scenario file (TOML)"
-# One command for each function that opens files: its arguments, the files that it accepts, and what it expects.
+# One command for each function that opens files: its arguments, the files that it accepts, and what
+# it expects.
 COMMANDS = {
     "run": (["run", "FILE", "-o", "out.nc"], {"a.toml", "a.history", "a.nc"}, TOML),
-    "verify": (["verify", "FILE"], {"a.nc", "a.history"}, "expected a result of historysim run, or a log"),
+    "verify": (
+        ["verify", "FILE"],
+        {"a.nc", "a.history"},
+        "expected a result of historysim run, or a log",
+    ),
     "verify --log": (["verify", "a.nc", "--log", "FILE"], {"a.history"}, LOG),
     "state": (["state", "FILE"], {"a.history"}, LOG),
     "compare": (["compare", "FILE"], set(), TOML),
@@ -73,7 +78,10 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     (folder / "a.toml").write_text(SCENARIO, encoding="utf-8")
     hs.run(folder / "a.toml", folder / "a.nc").close()
-    for arguments in (("loops", folder / "a.nc", "-o", folder / "loops.nc"), ("plot", folder / "a.nc")):
+    for arguments in (
+        ("loops", folder / "a.nc", "-o", folder / "loops.nc"),
+        ("plot", folder / "a.nc"),
+    ):
         assert call(*arguments).exit_code == 0
     (folder / "a.png").rename(folder / "picture.png")
     np.savetxt(folder / "map.txt", np.arange(64.0).reshape(8, 8))
@@ -105,10 +113,16 @@ def test_a_wrong_file_is_named_with_its_type(folder, command):
         assert name in done.stderr, said
         # the first bytes of a result and of friction loops are alike
         told = not (command == "verify" and name == "loops.nc")
-        if expected != "expected" and told and name not in {"a.toml", "map.txt", "loads.csv", "empty", "circle"}:
+        if (
+            expected != "expected"
+            and told
+            and name not in {"a.toml", "map.txt", "loads.csv", "empty", "circle"}
+        ):
             assert KINDS[name] in done.stderr, said
             assert expected in done.stderr, said
-        assert {path.name: path.is_file() and path.read_bytes() for path in folder.iterdir()} == before, said
+        assert {
+            path.name: path.is_file() and path.read_bytes() for path in folder.iterdir()
+        } == before, said
 
 
 @pytest.mark.parametrize(
@@ -133,4 +147,7 @@ def test_an_unwritable_output_is_named_by_its_given_path(folder, monkeypatch, ar
     monkeypatch.undo()
     assert done.stderr.splitlines()[-1] == f"Error: {asked_for}: Permission denied"
     assert done.exit_code == 1
-    assert sorted(path.name for path in folder.iterdir()) in ([*before], sorted([*before, ".new.nc.unfinished"]))
+    assert sorted(path.name for path in folder.iterdir()) in (
+        [*before],
+        sorted([*before, ".new.nc.unfinished"]),
+    )

@@ -2,7 +2,21 @@ import math
 
 import numpy as np
 import pytest
-from adhesive import ELASTIC, EPS, PULL, UNLOADED, E, R, Springs, W, contact, moduli, powers, radii, works
+from adhesive import (
+    ELASTIC,
+    EPS,
+    PULL,
+    UNLOADED,
+    E,
+    R,
+    Springs,
+    W,
+    contact,
+    moduli,
+    powers,
+    radii,
+    works,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize, minimize_scalar
@@ -26,7 +40,10 @@ from historysim.errors import InputError, LoadError
 
 def jkr_energy(a, approach):
     """Elastic energy of a sphere pressed in by δ over a circle of radius a, less the energy of adhesion."""
-    return E * (approach**2 * a - 2 * approach * a**3 / (3 * R) + a**5 / (5 * R**2)) - math.pi * W * a**2
+    return (
+        E * (approach**2 * a - 2 * approach * a**3 / (3 * R) + a**5 / (5 * R**2))
+        - math.pi * W * a**2
+    )
 
 
 @pytest.mark.parametrize("share", [-1.4, -1, 0, 1, 30])
@@ -39,7 +56,9 @@ def test_jkr_is_the_least_energy_under_a_load(share):
 
     # near enough: a start too far out is over the barrier, and comes apart
     start = [1.5, 2.0] if share >= 0 else [0.85, 0.2]
-    least = minimize(potential, start, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-15})
+    least = minimize(
+        potential, start, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-15}
+    )
     a = jkr_contact_radius(share * PULL, **ELASTIC)
     # a minimum is found to about √EPS times its flatness, which grows towards pull-off
     assert a == pytest.approx(least.x[0] * UNLOADED, rel=1e-6)
@@ -58,7 +77,8 @@ def test_jkr_without_load_and_at_pull_off():
 def test_maugis_agrees_with_a_row_of_springs(parameter, share):
     arguments = contact(parameter)
     springs = Springs.of(share * UNLOADED, **arguments)
-    # the gap is a difference of lengths of a²/R or c²/R, found to 1e-13 of them and known over its range
+    # the gap is a difference of lengths of a²/R or c²/R, found to 1e-13 of them and known over its
+    # range
     loss = 1e-12 * max(springs.zone**2 / R / springs.range, 1)
     found = maugis_contact_radius(springs.load, **arguments)
     assert found == pytest.approx(springs.a, rel=1e-9 + 10 * loss)
@@ -73,30 +93,43 @@ def test_maugis_pull_off(parameter, expected):
     # four places, where two of the five lie on the edge of rounding
     assert pull_off == pytest.approx(-expected, abs=0.6e-4)
     least = minimize_scalar(
-        lambda share: Springs.of(share * UNLOADED, **arguments).load / PULL, bounds=(0.01, 1), options={"xatol": 1e-5}
+        lambda share: Springs.of(share * UNLOADED, **arguments).load / PULL,
+        bounds=(0.01, 1),
+        options={"xatol": 1e-5},
     )
     # a minimum found to 1e-5 of its place is good to 1e-9 in its value
     assert pull_off == pytest.approx(least.fun, rel=1e-8)
 
 
 def test_maugis_has_dmt_and_jkr_as_limits():
-    # by hand from the zone of a → 0 for small λ: 2 - (16/3)(π/2 - 1)/√π λ^(3/2), with terms of λ³ left out
+    # by hand from the zone of a → 0 for small λ: 2 - (16/3)(π/2 - 1)/√π λ^(3/2), with terms of λ³
+    # left out
     for parameter in (1e-2, 1e-4, 1e-6):
         expected = 2 - 16 / 3 * (math.pi / 2 - 1) / math.sqrt(math.pi) * parameter**1.5
-        assert -maugis_pull_off_load(**contact(parameter)) / PULL == pytest.approx(expected, abs=10 * parameter**3)
+        assert -maugis_pull_off_load(**contact(parameter)) / PULL == pytest.approx(
+            expected, abs=10 * parameter**3
+        )
     # the zone is t² ~ 1/λ² wide, which is the measure of what JKR leaves out
     for parameter in (1e1, 1e3, 1e5):
-        assert -maugis_pull_off_load(**contact(parameter)) / PULL == pytest.approx(1.5, abs=parameter**-2)
+        assert -maugis_pull_off_load(**contact(parameter)) / PULL == pytest.approx(
+            1.5, abs=parameter**-2
+        )
     for parameter, expected in ((1.1e-12, 2), (0.9e12, 1.5)):
-        assert -maugis_pull_off_load(**contact(parameter)) / PULL == pytest.approx(expected, rel=1e-12)
+        assert -maugis_pull_off_load(**contact(parameter)) / PULL == pytest.approx(
+            expected, rel=1e-12
+        )
     loads = np.array([-1.4, 0, 1, 100, 1e6]) * PULL
     np.testing.assert_allclose(
-        maugis_contact_radius(loads, **contact(1e5)), jkr_contact_radius(loads, **ELASTIC), rtol=1e-9
+        maugis_contact_radius(loads, **contact(1e5)),
+        jkr_contact_radius(loads, **ELASTIC),
+        rtol=1e-9,
     )
     loads = np.array([-1.9, 0, 1, 100]) * PULL
     # what DMT leaves out is of the order of λ
     np.testing.assert_allclose(
-        maugis_contact_radius(loads, **contact(1e-8)), dmt_contact_radius(loads, **ELASTIC), rtol=1e-7
+        maugis_contact_radius(loads, **contact(1e-8)),
+        dmt_contact_radius(loads, **ELASTIC),
+        rtol=1e-7,
     )
 
 
@@ -114,7 +147,9 @@ def test_hertz_where_adhesion_is_a_twentieth_of_the_load():
 
 
 @given(st.floats(-4, -1.01), st.floats(-1.9, 39), radii, moduli, works)
-def test_rigid_where_the_compression_is_a_twentieth_of_the_separation(power, share, radius, modulus, work):
+def test_rigid_where_the_compression_is_a_twentieth_of_the_separation(
+    power, share, radius, modulus, work
+):
     arguments = contact(10**power, radius, modulus, work)
     load = (share + 2) * math.pi * work * radius
     compression = hertz.approach(load, summit_radius=radius, contact_modulus=modulus)
@@ -148,23 +183,31 @@ def test_regimes(parameter, load, expected):
 
 @pytest.mark.parametrize(("parameter", "load"), [(0.01, -2.01), (1, -1.61), (1e3, -1.501)])
 def test_no_regime_beyond_pull_off(parameter, load):
-    with pytest.raises(LoadError, match=r"load_parameter of .* πWR pulls harder .* pull-off load of -\d"):
+    with pytest.raises(
+        LoadError, match=r"load_parameter of .* πWR pulls harder .* pull-off load of -\d"
+    ):
         regime(parameter, load)
 
 
 @given(powers, radii, moduli, works)
 def test_maugis_parameter_follows_its_definition(power, radius, modulus, work):
-    assert maugis_parameter(**contact(10**power, radius, modulus, work)) == pytest.approx(10**power, rel=32 * EPS)
+    assert maugis_parameter(**contact(10**power, radius, modulus, work)) == pytest.approx(
+        10**power, rel=32 * EPS
+    )
 
 
 def test_work_of_adhesion():
     # silicon on float glass
-    assert work_of_adhesion(44.1e-3, 83.4e-3) == pytest.approx(2e-3 * math.sqrt(44.1 * 83.4), rel=4 * EPS)
+    assert work_of_adhesion(44.1e-3, 83.4e-3) == pytest.approx(
+        2e-3 * math.sqrt(44.1 * 83.4), rel=4 * EPS
+    )
     assert work_of_adhesion(44.1e-3, 83.4e-3, 20e-3) == pytest.approx(107.5e-3, rel=4 * EPS)
     assert work_of_adhesion(0.05, 0.05) == pytest.approx(0.1, rel=4 * EPS)
     assert work_of_adhesion(0.05, 0.05, 0) == pytest.approx(0.1, rel=4 * EPS)
     np.testing.assert_allclose(work_of_adhesion([1, 4], 9), [6, 12], rtol=4 * EPS)
-    with pytest.raises(InputError, match="which do not adhere; expected an interfacial energy less than"):
+    with pytest.raises(
+        InputError, match="which do not adhere; expected an interfacial energy less than"
+    ):
         work_of_adhesion(0.02, 0.03, 0.06)
 
 
@@ -184,7 +227,10 @@ def test_scalars_give_scalars_and_arrays_broadcast():
     loads = np.array([-1, 0, 5, 80])[:, None] * PULL
     together = maugis_contact_radius(loads, **several)
     assert together.shape == (4, 3)
-    one = [[maugis_contact_radius(load, **contact(parameter)) for parameter in (0.1, 1, 10)] for load in loads[:, 0]]
+    one = [
+        [maugis_contact_radius(load, **contact(parameter)) for parameter in (0.1, 1, 10)]
+        for load in loads[:, 0]
+    ]
     np.testing.assert_allclose(together, one, rtol=16 * EPS)
     one = [maugis_pull_off_load(**contact(parameter)) for parameter in (0.1, 1, 10)]
     np.testing.assert_allclose(maugis_pull_off_load(**several), one, rtol=16 * EPS)
@@ -193,8 +239,14 @@ def test_scalars_give_scalars_and_arrays_broadcast():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: jkr_contact_radius(0, **{**ELASTIC, "summit_radius": 0}), "summit_radius is 0; expected .* greater"),
-        (lambda: hertz_boundary([1, 1e-13]), "Maugis parameter is 1e-13; expected one between 1e-12 and 1e.12"),
+        (
+            lambda: jkr_contact_radius(0, **{**ELASTIC, "summit_radius": 0}),
+            "summit_radius is 0; expected .* greater",
+        ),
+        (
+            lambda: hertz_boundary([1, 1e-13]),
+            "Maugis parameter is 1e-13; expected one between 1e-12 and 1e.12",
+        ),
     ],
 )
 def test_arguments_out_of_range(call, message):
@@ -202,9 +254,13 @@ def test_arguments_out_of_range(call, message):
         call()
 
 
-@pytest.mark.parametrize(("radius", "share"), [(jkr_contact_radius, -1.501), (dmt_contact_radius, -2.001)])
+@pytest.mark.parametrize(
+    ("radius", "share"), [(jkr_contact_radius, -1.501), (dmt_contact_radius, -2.001)]
+)
 def test_loads_beyond_pull_off(radius, share):
-    with pytest.raises(LoadError, match=r"normal_load of -\S+ N pulls harder .* pull-off load of -\S+ N"):
+    with pytest.raises(
+        LoadError, match=r"normal_load of -\S+ N pulls harder .* pull-off load of -\S+ N"
+    ):
         radius([0, share * PULL], **ELASTIC)
     # rounding of the pull-off load itself is forgiven
     assert np.isfinite(radius(round(share, 1) * PULL * (1 + 4 * EPS), **ELASTIC))

@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from historysim.contact.greenwood_williamson import GreenwoodWilliamson, height_integral, summit_contact
+from historysim.contact.greenwood_williamson import (
+    GreenwoodWilliamson,
+    height_integral,
+    summit_contact,
+)
 from historysim.errors import InputError
 from historysim.surfaces.distribution import Gaussian, quantile_summits
 from historysim.surfaces.summits import Summits
@@ -50,7 +54,14 @@ def test_integrals_are_hertz_over_gaussian_heights(name, over_mean):
     top = STEEL.mean_height + 12 * 0.6e-6
     points = [d + 0.02e-6, d + 0.3e-6]
     mean = sum(
-        quad(lambda z: one(z - d) * norm.pdf(z, 3e-6, 0.6e-6), low, high, epsabs=0, epsrel=1e-11, limit=400)[0]
+        quad(
+            lambda z: one(z - d) * norm.pdf(z, 3e-6, 0.6e-6),
+            low,
+            high,
+            epsabs=0,
+            epsrel=1e-11,
+            limit=400,
+        )[0]
         for low, high in zip([d, *points], [*points, top], strict=True)
     )
     # quad is asked for 1e-11; what is above 12 σ is less than 1e-30 of the whole
@@ -62,15 +73,18 @@ def test_stiffness_is_the_slope_of_the_load(surface, h):
     step = 1e-4
     below, above = surface.normal_load(surface.height_deviation * np.array([h - step, h + step]))
     slope = (below - above) / (2 * step * surface.height_deviation)
-    # truncation: step²/6 times the third over the first derivative, below (1 + h)² ≤ 81; rounding: 1e-14 N over the
-    # difference of the loads, N/(2 step) dh
-    assert surface.normal_stiffness(h * surface.height_deviation) == pytest.approx(slope, rel=2e-7 + 1e-9)
+    # truncation: step²/6 times the third over the first derivative, below (1 + h)² ≤ 81; rounding:
+    # 1e-14 N over the difference of the loads, N/(2 step) dh
+    assert surface.normal_stiffness(h * surface.height_deviation) == pytest.approx(
+        slope, rel=2e-7 + 1e-9
+    )
 
 
 @given(surfaces(), st.floats(-8, 37))
 def test_separation_and_load_are_inverse(surface, h):
     d = h * surface.height_deviation
-    # F is good to h² roundings relative, and its logarithm falls by 1.5/|h| (h < 0) to h per unit of h
+    # F is good to h² roundings relative, and its logarithm falls by 1.5/|h| (h < 0) to h per unit
+    # of h
     tolerance = (1e-13 + h**2 * EPS) * 2 * (1 + abs(h)) * surface.height_deviation
     load = surface.normal_load(d)
     assume(load > 1e-290)
@@ -121,13 +135,19 @@ def test_quantile_ensembles_converge_to_the_integrals(name, h):
     ("call", "message"),
     [
         (lambda: height_integral(1, [0, math.inf]), r"separation over deviation\[1\] is inf"),
-        (lambda: GreenwoodWilliamson(1, 1, 0, 1, 1), "height_deviation is 0; expected a finite number greater than 0"),
+        (
+            lambda: GreenwoodWilliamson(1, 1, 0, 1, 1),
+            "height_deviation is 0; expected a finite number greater than 0",
+        ),
         (lambda: GreenwoodWilliamson.from_summits(Summits([1, 2], 1), 1), "no nominal_area"),
         (
             lambda: GreenwoodWilliamson.from_summits(Summits([0.1] * 3, 1, nominal_area=1), 1),
             "3 summits do not",
         ),
-        (lambda: summit_contact([1, 2], [1, 2, 3], 0, contact_modulus=1), r"shape \(2,\) and summit_radius \(3,\)"),
+        (
+            lambda: summit_contact([1, 2], [1, 2, 3], 0, contact_modulus=1),
+            r"shape \(2,\) and summit_radius \(3,\)",
+        ),
     ],
 )
 def test_arguments_out_of_range(call, message):
@@ -140,13 +160,19 @@ def test_arguments_out_of_range(call, message):
 
 @given(st.sampled_from([0, 0.5, 1, 1.5, 2, 2.5]) | st.floats(0, 10), st.floats(-3, 10))
 def test_height_integral_is_what_quadrature_gives(order, h):
-    # over φ(h); t = v² takes the root at the end out of the integrand, and the range is cut where it is below 1e-40
+    # over φ(h); t = v² takes the root at the end out of the integrand, and the range is cut where
+    # it is below 1e-40
     def integrand(v):
         return 2 * v ** (2 * order + 1) * math.exp(-(v**4) / 2 - h * v**2)
 
     scale = math.sqrt(order + 1) + max(-h, 0)
-    ends = np.sqrt(np.array([0, scale / 4, scale, 2 * scale, 4 * scale, 20 + 4 * scale]) / (1 + max(h, 0) / 10))
-    parts = [quad(integrand, *pair, epsabs=0, epsrel=1e-12, limit=200)[0] for pair in itertools.pairwise(ends)]
+    ends = np.sqrt(
+        np.array([0, scale / 4, scale, 2 * scale, 4 * scale, 20 + 4 * scale]) / (1 + max(h, 0) / 10)
+    )
+    parts = [
+        quad(integrand, *pair, epsabs=0, epsrel=1e-12, limit=200)[0]
+        for pair in itertools.pairwise(ends)
+    ]
     assert height_integral(order, h) == pytest.approx(norm.pdf(h) * sum(parts), rel=1e-10)
 
 
@@ -156,7 +182,9 @@ def test_height_integrals_far_outside():
         height_integral(0, [30, 37]), [4.9067139271481871e-198, 5.7255712225245768e-300], rtol=3e-13
     )
     np.testing.assert_allclose(
-        height_integral(1.5, [30, 37]), [3.9547990870299808e-200, 3.3735350268342333e-302], rtol=3e-13
+        height_integral(1.5, [30, 37]),
+        [3.9547990870299808e-200, 3.3735350268342333e-302],
+        rtol=3e-13,
     )
     assert height_integral(1.5, [40, 1e3, 1e10, 1e200, 1e308]).tolist() == [0] * 5
     # F_n(-h) = h^n (1 + n(n-1)/(2 h²) + ...)

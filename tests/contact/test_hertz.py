@@ -27,7 +27,9 @@ moduli = st.floats(1e3, 1e12)
 @given(lengths, radii, moduli)
 def test_approach_and_load_are_inverse(depth, radius, modulus):
     load = normal_load(depth, summit_radius=radius, contact_modulus=modulus)
-    assert approach(load, summit_radius=radius, contact_modulus=modulus) == pytest.approx(depth, rel=16 * EPS)
+    assert approach(load, summit_radius=radius, contact_modulus=modulus) == pytest.approx(
+        depth, rel=16 * EPS
+    )
 
 
 @given(lengths, radii, moduli)
@@ -36,7 +38,9 @@ def test_load_in_terms_of_the_contact_radius(depth, radius, modulus):
     load = normal_load(depth, summit_radius=radius, contact_modulus=modulus)
     assert load == pytest.approx(4 * modulus * a**3 / (3 * radius), rel=16 * EPS)
     # A = π R δ, where the source's equation 2.16 prints another area
-    assert load / mean_pressure(load, contact_radius=a) == pytest.approx(math.pi * radius * depth, rel=16 * EPS)
+    assert load / mean_pressure(load, contact_radius=a) == pytest.approx(
+        math.pi * radius * depth, rel=16 * EPS
+    )
 
 
 def test_pressure_carries_the_load_and_makes_the_approach():
@@ -72,9 +76,15 @@ def test_scalars_give_scalars_and_arrays_broadcast():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: contact_radius(1, summit_radius=0), "summit_radius is 0; expected a finite number greater than 0"),
+        (
+            lambda: contact_radius(1, summit_radius=0),
+            "summit_radius is 0; expected a finite number greater than 0",
+        ),
         (lambda: contact_radius("a lot", summit_radius=1), "approach: 'a lot' is not one number"),
-        (lambda: approach([1, -2], summit_radius=1, contact_modulus=1), r"normal_load\[1\] is -2; .* of 0 or more"),
+        (
+            lambda: approach([1, -2], summit_radius=1, contact_modulus=1),
+            r"normal_load\[1\] is -2; .* of 0 or more",
+        ),
         (lambda: mean_pressure(1, contact_radius=0), "contact_radius is 0 m under a normal load"),
     ],
 )

@@ -40,7 +40,8 @@ def test_the_table_holds_these_materials():
         assert row.name == name
         assert material(name.upper()) is row
         assert row.source
-        # an onset of yield is looked for everywhere; no hardness is beyond the modulus of a lattice, about E/10
+        # an onset of yield is looked for everywhere; no hardness is beyond the modulus of a
+        # lattice, about E/10
         assert row.youngs_modulus / 500 < row.hardness < row.youngs_modulus / 7
 
 
@@ -88,7 +89,10 @@ def test_formulas_and_common_names_are_aliases(alias, name):
             "silicone",
             r"'silicone' is not a built-in material; did you mean 'silicon'\?",
         ),
-        ("unobtainium", "expected one of silicon, silica, sapphire, alumina, float glass, zirconia"),
+        (
+            "unobtainium",
+            "expected one of silicon, silica, sapphire, alumina, float glass, zirconia",
+        ),
         (["silicon"], "is not a built-in material"),
     ],
 )
@@ -99,7 +103,9 @@ def test_unknown_material(name, message):
 
 @pytest.mark.parametrize("given_as", [{}, {"shear_modulus": None}])
 def test_shear_modulus_follows_from_isotropy(given_as):
-    assert Material("steel", 210e9, 0.3, **given_as).shear_modulus == pytest.approx(210e9 / 2.6, rel=1e-15)
+    assert Material("steel", 210e9, 0.3, **given_as).shear_modulus == pytest.approx(
+        210e9 / 2.6, rel=1e-15
+    )
 
 
 @pytest.mark.parametrize(
@@ -108,7 +114,10 @@ def test_shear_modulus_follows_from_isotropy(given_as):
         ({"youngs_modulus": 0}, "Material: youngs_modulus is 0.0; expected a number above 0"),
         ({"youngs_modulus": "112e9"}, "'112e9' has no unit; expected a pressure or modulus"),
         ({"hardness": "12 mm"}, "'12 mm': 'mm' is not a unit of a pressure or modulus"),
-        ({"poissons_ratio": -1}, "poissons_ratio is -1.0; expected a number greater than -1 and at most 0.5"),
+        (
+            {"poissons_ratio": -1},
+            "poissons_ratio is -1.0; expected a number greater than -1 and at most 0.5",
+        ),
         ({"roughness": (2e-9, 1e-9)}, "roughness is .*lower and the upper end"),
         ({"name": 5}, "name is 5; expected a string"),
     ],
@@ -127,21 +136,30 @@ def test_silicon_on_float_glass():
 
 
 def test_a_material_takes_texts_with_units():
-    found = Material("x", "64 GPa", 0.2, roughness=("1 nm", 2e-9), ball_radius="2.5 mm", hardness="6 GPa")
-    assert found == Material("x", 64e9, 0.2, roughness=(1e-9, 2e-9), ball_radius=2.5e-3, hardness=6e9)
+    found = Material(
+        "x", "64 GPa", 0.2, roughness=("1 nm", 2e-9), ball_radius="2.5 mm", hardness="6 GPa"
+    )
+    assert found == Material(
+        "x", 64e9, 0.2, roughness=(1e-9, 2e-9), ball_radius=2.5e-3, hardness=6e9
+    )
     energetic = Material("x", 1e9, 0.2, "0.4 GPa", "40 mJ m-2")
     assert (energetic.shear_modulus, energetic.surface_energy) == (0.4e9, 0.04)
 
 
-@pytest.mark.parametrize(("wrong", "shown"), [({"youngs_modulus": 210}, "210 Pa"), ({"hardness": 7.2}, "7.2 Pa")])
+@pytest.mark.parametrize(
+    ("wrong", "shown"), [({"youngs_modulus": 210}, "210 Pa"), ({"hardness": 7.2}, "7.2 Pa")]
+)
 def test_moduli_that_no_material_has_are_reported(wrong, shown):
-    with pytest.warns(UnlikelyValueWarning, match=rf"Material: \w+ is {shown}, which is implausible: .* in Pa"):
+    with pytest.warns(
+        UnlikelyValueWarning, match=rf"Material: \w+ is {shown}, which is implausible: .* in Pa"
+    ):
         Material(**{"name": "steel", "youngs_modulus": 210e9, "poissons_ratio": 0.3} | wrong)
 
 
 @given(st.floats(-0.99, 0.5), st.floats(-0.99, 0.5), st.floats(1e-3, 1e3))
 def test_dundurs_beta_by_the_definition_in_kolosovs_constants(first_ratio, second_ratio, scale):
-    # Dundurs: [μ1 (κ2 - 1) - μ2 (κ1 - 1)] / [μ1 (κ2 + 1) + μ2 (κ1 + 1)], κ = 3 - 4ν in plane strain, the sign turned
+    # Dundurs: [μ1 (κ2 - 1) - μ2 (κ1 - 1)] / [μ1 (κ2 + 1) + μ2 (κ1 + 1)], κ = 3 - 4ν in plane
+    # strain, the sign turned
     first, second = Material("a", 1e9, first_ratio), Material("b", 1e9 * scale, second_ratio)
     kappa = 3 - 4 * first_ratio, 3 - 4 * second_ratio
     shear = first.shear_modulus, second.shear_modulus
@@ -158,7 +176,10 @@ def test_a_pair_has_a_repr():
     pair = MaterialPair(material("silicon"), material("float glass"))
     assert repr(pair) == "MaterialPair(material('silicon'), material('float glass'))"
     assert str(pair) == "silicon on float glass: E* = 43.05 GPa, G* = 9.232 GPa"
-    assert str(MaterialPair.from_moduli(contact_modulus=1e9, shear_modulus=2.5e8)) == "pair: E* = 1 GPa, G* = 250 MPa"
+    assert (
+        str(MaterialPair.from_moduli(contact_modulus=1e9, shear_modulus=2.5e8))
+        == "pair: E* = 1 GPa, G* = 250 MPa"
+    )
     silicon = material("silicon")
     text = repr(silicon)
     assert text.startswith("Material(name='silicon', youngs_modulus=112000000000.0")
@@ -166,7 +187,9 @@ def test_a_pair_has_a_repr():
     assert eval(text, {"Material": Material}) == silicon  # noqa: S307 - a repr of ours
     # a material of a built-in name with other numbers is written out
     other = attrs.evolve(material("silicon"), youngs_modulus=130e9)
-    assert repr(other).startswith("Material(name='silicon', youngs_modulus=130000000000.0, poissons_ratio=0.28, ")
+    assert repr(other).startswith(
+        "Material(name='silicon', youngs_modulus=130000000000.0, poissons_ratio=0.28, "
+    )
     assert eval(repr(other)) == other  # noqa: S307 - the very text under test
 
 
@@ -174,7 +197,10 @@ def test_a_pair_has_a_repr():
 def test_a_pair_has_no_order_and_scales_with_its_moduli(first_ratio, second_ratio, scale):
     first, second = Material("a", 1e9, first_ratio), Material("b", 1e9 * scale, second_ratio)
     there, back = MaterialPair(first, second), MaterialPair(second, first)
-    assert (there.contact_modulus, there.shear_modulus) == (back.contact_modulus, back.shear_modulus)
+    assert (there.contact_modulus, there.shear_modulus) == (
+        back.contact_modulus,
+        back.shear_modulus,
+    )
     scaled = MaterialPair(Material("a", 7e9, first_ratio), Material("b", 7e9 * scale, second_ratio))
     assert scaled.contact_modulus == pytest.approx(7 * there.contact_modulus, rel=1e-14)
     assert scaled.displacement_ratio == pytest.approx(there.displacement_ratio, rel=1e-14)

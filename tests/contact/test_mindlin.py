@@ -42,8 +42,8 @@ def signed(size):
 
 # -- numbers ---------------------------------------------------------------------------------------
 
-# 1 - (1-f)^(2/3), 1 - (1-f)^(5/3) - (5f/6)(1 + (1-f)^(2/3)) and (1-f)^(1/3), literally, by mpmath with 100 digits for
-# the double nearest to f
+# 1 - (1-f)^(2/3), 1 - (1-f)^(5/3) - (5f/6)(1 + (1-f)^(2/3)) and (1-f)^(1/3), literally, by mpmath
+# with 100 digits for the double nearest to f
 REFERENCE = [
     (1e-12, 6.6666666666677776437e-13, 3.08641975308847718e-38, 0.99999999999966666667),
     (1e-5, 6.6666777778271613273e-6, 3.0864403293621417421e-17, 0.99999666665555549383),
@@ -59,8 +59,12 @@ def test_numbers_of_many_digits(f, displacement, energy, radius):
     unit = {"normal_load": 1, "contact_radius": 1, "friction": 1}
     # the cube in the energy takes three times the few roundings of its base
     assert stick_radius(f, **unit) == pytest.approx(radius, rel=4 * EPS)
-    assert tangential_displacement(f, **unit, shear_modulus=3 / 16) == pytest.approx(displacement, rel=8 * EPS)
-    assert dissipated_energy_per_loop(f, **unit, shear_modulus=0.9) == pytest.approx(energy, rel=24 * EPS)
+    assert tangential_displacement(f, **unit, shear_modulus=3 / 16) == pytest.approx(
+        displacement, rel=8 * EPS
+    )
+    assert dissipated_energy_per_loop(f, **unit, shear_modulus=0.9) == pytest.approx(
+        energy, rel=24 * EPS
+    )
 
 
 # -- virgin loading --------------------------------------------------------------------------------
@@ -128,14 +132,18 @@ def test_energy_is_the_area_of_the_loop(f):
 
     area = quad(width, -turned, turned, epsabs=0)[0]
     # the width is a difference of order f of displacements, each good to EPS
-    assert dissipated_energy_per_loop(turned, **CONTACT) == pytest.approx(area, rel=1e-8 + 16 * EPS / f)
+    assert dissipated_energy_per_loop(turned, **CONTACT) == pytest.approx(
+        area, rel=1e-8 + 16 * EPS / f
+    )
 
 
 @given(st.floats(-12, -4).map(lambda exponent: 10**exponent))
 def test_energy_of_small_loads_is_positive_and_follows_its_series(f):
     energy = dissipated_energy_per_loop(f * LIMIT, **CONTACT)
     # ΔW = T³/(36 a G* μN) (1 + (2/3) f + O(f²))
-    assert energy == pytest.approx((f * LIMIT) ** 3 / (36 * A * G * LIMIT) * (1 + 2 * f / 3), rel=f**2 + 32 * EPS)
+    assert energy == pytest.approx(
+        (f * LIMIT) ** 3 / (36 * A * G * LIMIT) * (1 + 2 * f / 3), rel=f**2 + 32 * EPS
+    )
     assert energy > 0
 
 
@@ -149,17 +157,27 @@ def check_traction(profile, kinks, load, displacement):
         # r = start + width (1 - cos πt)/2 takes the square roots at the ends of a piece away
         def weighted(t, start, width):
             return (
-                function(start + width * (1 - math.cos(math.pi * t)) / 2) * width * math.pi / 2 * math.sin(math.pi * t)
+                function(start + width * (1 - math.cos(math.pi * t)) / 2)
+                * width
+                * math.pi
+                / 2
+                * math.sin(math.pi * t)
             )
 
         pieces = itertools.pairwise([0, *sorted(kinks), A])
-        return sum(quad(weighted, 0, 1, args=(start, end - start), epsabs=0)[0] for start, end in pieces if end > start)
+        return sum(
+            quad(weighted, 0, 1, args=(start, end - start), epsabs=0)[0]
+            for start, end in pieces
+            if end > start
+        )
 
     carried = integral(lambda r: profile(r) * 2 * math.pi * r)
     assert carried == pytest.approx(load, rel=1e-9, abs=1e-12 * LIMIT)
     # Cerruti: u_x of both surfaces at the centre adds up to Σ (2-ν)/(2G) ∫ τ dr = ∫ τ dr / (2 G*)
     moved = integral(profile) / (2 * G)
-    assert moved == pytest.approx(displacement, rel=1e-9, abs=1e-12 * preliminary_displacement(**CONTACT))
+    assert moved == pytest.approx(
+        displacement, rel=1e-9, abs=1e-12 * preliminary_displacement(**CONTACT)
+    )
     r = np.linspace(0, 1.1 * A, 1001)
     bound = MU * hertz.pressure_profile(r, normal_load=N, contact_radius=A)
     assert np.all(np.abs(profile(r)) <= bound + 16 * EPS * bound[0])
@@ -176,7 +194,9 @@ def test_virgin_traction(f):
     )
 
 
-@pytest.mark.parametrize(("turned", "f"), [(0.9, 0.5), (0.9, 0.0), (0.9, -0.6), (1.0, -1.0), (-0.7, 0.2)])
+@pytest.mark.parametrize(
+    ("turned", "f"), [(0.9, 0.5), (0.9, 0.0), (0.9, -0.6), (1.0, -1.0), (-0.7, 0.2)]
+)
 def test_traction_after_a_reversal(turned, f):
     loads = {"tangential_load": f * LIMIT, "reversal_load": turned * LIMIT}
     check_traction(
@@ -199,7 +219,10 @@ def test_traction_of_a_small_load_keeps_its_digits():
 
 
 def test_nothing_touches_or_rubs():
-    for limitless in ({"normal_load": 0, "contact_radius": 0, "friction": MU}, SLIPPING | {"friction": 0}):
+    for limitless in (
+        {"normal_load": 0, "contact_radius": 0, "friction": MU},
+        SLIPPING | {"friction": 0},
+    ):
         assert stick_radius(0, **limitless) == 0
         assert preliminary_displacement(**limitless, shear_modulus=G) == 0
         assert tangential_displacement(0, **limitless, shear_modulus=G) == 0
@@ -220,7 +243,9 @@ def test_scalars_give_scalars_and_arrays_broadcast():
 
 def test_a_rounding_above_the_limit_is_the_limit():
     assert stick_radius(LIMIT * (1 + 4 * EPS), **SLIPPING) == 0
-    assert dissipated_energy_per_loop(LIMIT * (1 + 4 * EPS), **CONTACT) == dissipated_energy_per_loop(LIMIT, **CONTACT)
+    assert dissipated_energy_per_loop(
+        LIMIT * (1 + 4 * EPS), **CONTACT
+    ) == dissipated_energy_per_loop(LIMIT, **CONTACT)
 
 
 @pytest.mark.parametrize(
@@ -230,12 +255,18 @@ def test_a_rounding_above_the_limit_is_the_limit():
             lambda: tangential_displacement(0.012, **CONTACT),
             r"tangential_load of 0\.012 N exceeds the limit friction × normal_load = 0\.01 N",
         ),
-        (lambda: dissipated_energy_per_loop(0.012, **CONTACT), r"amplitude of 0\.012 N exceeds the limit"),
+        (
+            lambda: dissipated_energy_per_loop(0.012, **CONTACT),
+            r"amplitude of 0\.012 N exceeds the limit",
+        ),
         (
             lambda: displacement_after_reversal(-0.006, reversal_load=0.005, **CONTACT),
             r"tangential_load of 0\.006 N exceeds the reversal load = 0\.005 N; .* forgotten",
         ),
-        (lambda: tangential_displacement(0, **CONTACT | {"contact_radius": 0}), "contact_radius is 0 m under a normal"),
+        (
+            lambda: tangential_displacement(0, **CONTACT | {"contact_radius": 0}),
+            "contact_radius is 0 m under a normal",
+        ),
     ],
 )
 def test_arguments_out_of_range(call, message):

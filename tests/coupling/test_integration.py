@@ -44,7 +44,15 @@ def leap_frog(duration, steps):
 @pytest.mark.parametrize("method", ["Radau", "LSODA", integrate.DOP853])
 def test_a_free_mass_keeps_its_energy_and_remembers_its_turns_alone(method):
     found = solve_ivp(
-        free, (0.0, 6e-3), [0.0, SPEED], ENSEMBLE, place, state=PRESSED, method=method, rtol=1e-7, atol=1e-16
+        free,
+        (0.0, 6e-3),
+        [0.0, SPEED],
+        ENSEMBLE,
+        place,
+        state=PRESSED,
+        method=method,
+        rtol=1e-7,
+        atol=1e-16,
     )
     energy = 0.5 * MASS * SPEED**2
     assert abs(balance(found)) < 2e-4 * energy
@@ -56,7 +64,9 @@ def test_a_free_mass_keeps_its_energy_and_remembers_its_turns_alone(method):
 
 
 def test_it_is_the_motion_that_many_small_steps_give():
-    found = solve_ivp(free, (0.0, 3e-3), [0.0, SPEED], ENSEMBLE, place, state=PRESSED, rtol=1e-9, atol=1e-18)
+    found = solve_ivp(
+        free, (0.0, 3e-3), [0.0, SPEED], ENSEMBLE, place, state=PRESSED, rtol=1e-9, atol=1e-18
+    )
     errors = []
     for steps in (2000, 4000):
         places = leap_frog(3e-3, steps)
@@ -85,19 +95,49 @@ def test_nonsense_is_refused():
     for t_span, where, options, message in (
         ((0.0, 1e-3), place, {"method": "Euler"}, "method is 'Euler'; expected one of RK23, RK45"),
         (1.0, place, {}, r"t_span is 1\.0; expected two times"),
-        ((0.0, 1e-3), lambda _t, _y: 1.0, {}, r"place returned 1\.0; expected targets of the contact"),
-        ((0.0, 1e-3), lambda _t, y: {"displacement": y[0]}, {}, "place returned 'displacement'; expected normal_load"),
-        ((0.0, 1e-3), place, {"rtoll": 1e-9}, "'rtoll' is not an option of RK45; did you mean 'rtol'"),
+        (
+            (0.0, 1e-3),
+            lambda _t, _y: 1.0,
+            {},
+            r"place returned 1\.0; expected targets of the contact",
+        ),
+        (
+            (0.0, 1e-3),
+            lambda _t, y: {"displacement": y[0]},
+            {},
+            "place returned 'displacement'; expected normal_load",
+        ),
+        (
+            (0.0, 1e-3),
+            place,
+            {"rtoll": 1e-9},
+            "'rtoll' is not an option of RK45; did you mean 'rtol'",
+        ),
     ):
         with pytest.raises(hs.InputError, match=message):
             solve_ivp(free, t_span, [0.0, SPEED], ENSEMBLE, where, **options)
     for y0, motion, message in (
-        ([0.0, SPEED], lambda _t, y, _contact: [y[1]], r"motion returned \[4e-05\]; expected dy/dt of each of 2"),
-        ([0.0, SPEED], lambda _t, _y, _contact: None, "dy/dt of motion is None; expected numbers in SI"),
+        (
+            [0.0, SPEED],
+            lambda _t, y, _contact: [y[1]],
+            r"motion returned \[4e-05\]; expected dy/dt of each of 2",
+        ),
+        (
+            [0.0, SPEED],
+            lambda _t, _y, _contact: None,
+            "dy/dt of motion is None; expected numbers in SI",
+        ),
         ([0.0, SPEED], lambda _t, _y, _contact: [0.0, np.nan], r"dy/dt of motion\[1\] is nan"),
         ([[0.0, SPEED]], free, "y0 has 2 dimensions; expected one"),
     ):
         with pytest.raises(hs.InputError, match=message):
             solve_ivp(motion, (0.0, 1e-3), y0, ENSEMBLE, place, state=PRESSED)
     with pytest.raises(hs.FrictionLimitError):
-        solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda t, _y: {"tangential_load": 100 * t}, state=PRESSED)
+        solve_ivp(
+            free,
+            (0.0, 1e-3),
+            [0.0, SPEED],
+            ENSEMBLE,
+            lambda t, _y: {"tangential_load": 100 * t},
+            state=PRESSED,
+        )

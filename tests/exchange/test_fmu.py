@@ -26,7 +26,9 @@ DISCARD, ERROR = 2, 3
 
 def rough(friction=0.2, count=40, **options):
     rng = np.random.default_rng(3)
-    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, count), rng.uniform(20e-6, 60e-6, count), friction, **options)
+    return hs.Ensemble(
+        PAIR, rng.normal(0.0, 30e-9, count), rng.uniform(20e-6, 60e-6, count), friction, **options
+    )
 
 
 def patches(rows=30):
@@ -64,8 +66,12 @@ class Host:
         )
         self.slave.instantiate(callbacks=self.callbacks())
         self.time = 0.0
-        self.inputs = [each.name for each in self.described.modelVariables if each.causality == "input"]
-        self.outputs = [each.name for each in self.described.modelVariables if each.causality == "output"]
+        self.inputs = [
+            each.name for each in self.described.modelVariables if each.causality == "input"
+        ]
+        self.outputs = [
+            each.name for each in self.described.modelVariables if each.causality == "output"
+        ]
 
     def callbacks(self):
         from fmpy.fmi2 import (
@@ -99,7 +105,11 @@ class Host:
         self.slave.setReal([self.reference[name] for name in values], list(values.values()))
 
     def get(self, name):
-        how = {"Real": self.slave.getReal, "Integer": self.slave.getInteger, "Boolean": self.slave.getBoolean}
+        how = {
+            "Real": self.slave.getReal,
+            "Integer": self.slave.getInteger,
+            "Boolean": self.slave.getBoolean,
+        }
         return how[self.kind[name]]([self.reference[name]])[0]
 
     def step(self, *values, length=0.01):
@@ -114,7 +124,9 @@ class Host:
         return found
 
     def derivative(self, unknown, known):
-        return self.slave.getDirectionalDerivative([self.reference[unknown]], [self.reference[known]], [1.0])[0]
+        return self.slave.getDirectionalDerivative(
+            [self.reference[unknown]], [self.reference[known]], [1.0]
+        )[0]
 
 
 @pytest.fixture(scope="module")
@@ -242,7 +254,12 @@ def test_derivatives_agree_with_the_step(hosted, kind, normal, tangential):
     replay = job(ensemble, **options)
     host = hosted(replay, kind, at=1.0, normal=normal, tangential=tangential).begin()
     state = replay.state(until=1.0)
-    names = {"normal_load": 1e-7, "tangential_load": 1e-7, "approach": 1e-13, "tangential_displacement": 1e-13}
+    names = {
+        "normal_load": 1e-7,
+        "tangential_load": 1e-7,
+        "approach": 1e-13,
+        "tangential_displacement": 1e-13,
+    }
     reached = state.approach
     to = (0.03 if normal == "load" else 1.1 * reached, 1e-3 if tangential == "load" else 3e-9)
     kept = host.slave.getFMUstate()
@@ -260,7 +277,10 @@ def test_derivatives_agree_with_the_step(hosted, kind, normal, tangential):
             secant = (there[1][name] - there[-1][name]) / (2e-5 * abs(to[channel]))
             scale = abs(secant) + abs(found[name, known])
             # a secant over 1e-5 of the way is off by its square, and by rounding
-            assert math.isclose(found[name, known], secant, rel_tol=1e-5, abs_tol=1e-12 * scale), (name, known)
+            assert math.isclose(found[name, known], secant, rel_tol=1e-5, abs_tol=1e-12 * scale), (
+                name,
+                known,
+            )
     host.slave.freeFMUstate(kept)
 
 
@@ -277,8 +297,13 @@ PLANE = hs.TangentialDisplacement(0.0, (0.0, 0.0))
 )
 def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tangential, options):
     ensemble = rough(np.repeat([0.2, 0.3], 20), rings=hs.Rings(height_classes=2, rings=12))
-    host = hosted(hs.Replay(ensemble, [PLANE], **options), normal=normal, tangential=tangential).begin()
-    names = {"load": (hs.NormalLoad, hs.TangentialLoad), "displacement": (hs.NormalDisplacement, PLANE.__class__)}
+    host = hosted(
+        hs.Replay(ensemble, [PLANE], **options), normal=normal, tangential=tangential
+    ).begin()
+    names = {
+        "load": (hs.NormalLoad, hs.TangentialLoad),
+        "displacement": (hs.NormalDisplacement, PLANE.__class__),
+    }
     rng, kept, walked, found, refused = np.random.default_rng(4), [], [], [], 0
     for _ in range(60):
         if kept and rng.random() < 0.1:
@@ -315,17 +340,25 @@ def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tange
     assert host.state_bytes()[-len(content) :] == content
     history, got = replay.dataset(), dict(zip(host.outputs, np.transpose(found), strict=True))
     for place, end in enumerate("xy"):
-        np.testing.assert_array_equal(got[f"tangential_load_{end}"], history.total_tangential_load[:, place])
-        np.testing.assert_array_equal(got[f"tangential_displacement_{end}"], history.tangential_displacement[:, place])
+        np.testing.assert_array_equal(
+            got[f"tangential_load_{end}"], history.total_tangential_load[:, place]
+        )
+        np.testing.assert_array_equal(
+            got[f"tangential_displacement_{end}"], history.tangential_displacement[:, place]
+        )
         if options.get("instrument"):
-            np.testing.assert_allclose(got[f"drive_displacement_{end}"], history.drive_displacement[:, place], 1e-12)
+            np.testing.assert_allclose(
+                got[f"drive_displacement_{end}"], history.drive_displacement[:, place], 1e-12
+            )
     np.testing.assert_array_equal(got["normal_load"], history.total_normal_load)
     np.testing.assert_array_equal(got["dissipated_energy"], history.total_dissipated_energy)
     np.testing.assert_array_equal(got["contact_count"], history.contact_count)
     np.testing.assert_array_equal(got["saturated"], history.saturated)
     shares = hs.analysis.slip_shares(history)["slipping_area"].values
     np.testing.assert_allclose(got["slipping_share"], shares, atol=1e-9)
-    stiffness = state.stiffness(tuple(state.tangential_displacement - before.tangential_displacement))
+    stiffness = state.stiffness(
+        tuple(state.tangential_displacement - before.tangential_displacement)
+    )
     ends = ("xx", "xy", "yy")
     there = [host.get(f"tangential_stiffness_{end}") for end in ends]
     np.testing.assert_allclose(there, stiffness[[0, 0, 1], [0, 1, 1]], 1e-6, 1e-6 * stiffness.max())
@@ -338,7 +371,9 @@ def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tange
 
 def test_beyond_the_limit_it_refuses_or_holds(hosted):
     refusing, holding = (
-        hosted(job(rough()), "one coefficient", at=1.0, tangential="load", saturate=saturate).begin()
+        hosted(
+            job(rough()), "one coefficient", at=1.0, tangential="load", saturate=saturate
+        ).begin()
         for saturate in (False, True)
     )
     before = refusing.state_bytes()
@@ -430,13 +465,19 @@ def test_the_factor_on_friction_agrees_with_the_ensemble(hosted):
 def test_the_share_that_slips_agrees_with_a_history(hosted):
     ensemble = patches()
     replay = hs.Replay(
-        ensemble, [*job(ensemble).events, hs.NormalLoad(3.0, 0.03)], record="all", substeps=7, hold=False
+        ensemble,
+        [*job(ensemble).events, hs.NormalLoad(3.0, 0.03)],
+        record="all",
+        substeps=7,
+        hold=False,
     )
     history = replay.dataset()
     expected = hs.analysis.slip_shares(history)["slipping_area"].values
     host = hosted(replay, tangential="load").begin()
     got, counts = [], []
-    for normal, tangential in zip(history.total_normal_load.values, history.total_tangential_load.values, strict=True):
+    for normal, tangential in zip(
+        history.total_normal_load.values, history.total_tangential_load.values, strict=True
+    ):
         host.step(normal, tangential)
         got.append(host.get("slipping_share"))
         counts.append(host.get("contact_count"))
@@ -450,7 +491,12 @@ def test_fmpy_simulates_a_shipped_scenario(tmp_path):
     hs.write_fmu(ROOT / "scenarios" / "15_instrument_in_series.toml", path)
     time = np.linspace(0, 1, 101)
     signal = np.zeros(
-        101, dtype=[("time", float), ("prescribed_normal_load", float), ("prescribed_drive_displacement", float)]
+        101,
+        dtype=[
+            ("time", float),
+            ("prescribed_normal_load", float),
+            ("prescribed_drive_displacement", float),
+        ],
     )
     signal["time"] = time
     signal["prescribed_normal_load"] = 0.05
@@ -459,9 +505,14 @@ def test_fmpy_simulates_a_shipped_scenario(tmp_path):
     replay = hs.load(ROOT / "scenarios" / "15_instrument_in_series.toml").replay()
     stepper = replay.ensemble.stepper(instrument=replay.instrument)
     for row in range(100):
-        stepper.step(normal_load=0.05, tangential_displacement=float(signal["prescribed_drive_displacement"][row]))
+        stepper.step(
+            normal_load=0.05,
+            tangential_displacement=float(signal["prescribed_drive_displacement"][row]),
+        )
         # FMPy interpolates its signal at times that it sums up
-        assert found["tangential_load"][row + 1] == pytest.approx(stepper.tangential_load, rel=1e-9, abs=1e-12)
+        assert found["tangential_load"][row + 1] == pytest.approx(
+            stepper.tangential_load, rel=1e-9, abs=1e-12
+        )
     assert np.ptp(found["tangential_load"]) > 0
 
 
@@ -469,4 +520,6 @@ def test_the_same_contact_gives_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         hs.write_fmu(job(rough()), tmp_path / f"{name}.fmu", platforms=[])
     assert (tmp_path / "a.fmu").read_bytes() == (tmp_path / "b.fmu").read_bytes()
-    assert this_platform().endswith({"linux": "linux", "darwin": "darwin", "win32": "windows"}[sys.platform])
+    assert this_platform().endswith(
+        {"linux": "linux", "darwin": "darwin", "win32": "windows"}[sys.platform]
+    )

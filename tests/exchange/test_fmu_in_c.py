@@ -19,7 +19,13 @@ EVENTS = [hs.NormalLoad(0.0, 0.02), hs.TangentialLoad(0.0, 0.0), hs.TangentialLo
 
 def summits(friction):
     rng = np.random.default_rng(3)
-    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, 20), rng.uniform(20e-6, 60e-6, 20), friction, rings=hs.Rings(2, 12))
+    return hs.Ensemble(
+        PAIR,
+        rng.normal(0.0, 30e-9, 20),
+        rng.uniform(20e-6, 60e-6, 20),
+        friction,
+        rings=hs.Rings(2, 12),
+    )
 
 
 def patches():
@@ -28,7 +34,11 @@ def patches():
     return hs.Ensemble.from_normal_curves(PAIR, approach, load, load * 1e-9, 0.3)
 
 
-CONTACTS = {"one": lambda: summits(0.2), "many": lambda: summits(np.linspace(0.1, 0.4, 20)), "patches": patches}
+CONTACTS = {
+    "one": lambda: summits(0.2),
+    "many": lambda: summits(np.linspace(0.1, 0.4, 20)),
+    "patches": patches,
+}
 
 
 def unpacked(source, folder, **options):
@@ -47,7 +57,9 @@ def unpacked(source, folder, **options):
 )
 def test_random_calls_neither_crash_nor_leak(tmp_path, kind, normal, tangential, directions):
     replay = hs.Replay(CONTACTS[kind](), EVENTS, instrument=hs.Instrument(lateral_stiffness=1e6))
-    root = unpacked(replay, tmp_path, at=1.0, normal=normal, tangential=tangential, directions=directions)
+    root = unpacked(
+        replay, tmp_path, at=1.0, normal=normal, tangential=tangential, directions=directions
+    )
     sources = [tmp_path / "sources" / file.get("name") for file in root.iter("File")]
     program = tmp_path / "host"
     command = [*compiler(), *SANITIZED, "-O1", *WARNINGS, *SAME_BITS, f"-I{tmp_path / 'sources'}"]
@@ -105,13 +117,23 @@ MACHINES = {
 @pytest.mark.slow
 def test_units_are_compiled_for_other_platforms(tmp_path):
     pytest.importorskip("ziglang", reason="needs ziglang")
-    hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", platforms=list(MACHINES), fmi=3)
+    hs.write_fmu(
+        hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", platforms=list(MACHINES), fmi=3
+    )
     with zipfile.ZipFile(tmp_path / "a.fmu") as archive:
-        files = {name.split("/")[1]: archive.read(name) for name in archive.namelist() if name.startswith("binaries/")}
+        files = {
+            name.split("/")[1]: archive.read(name)
+            for name in archive.namelist()
+            if name.startswith("binaries/")
+        }
     assert set(files) == set(MACHINES)
     for name, (magic, place, machine) in MACHINES.items():
         assert files[name].startswith(magic), name
-        assert (machine in files[name]) if place is None else files[name][place : place + len(machine)] == machine, name
+        assert (
+            (machine in files[name])
+            if place is None
+            else files[name][place : place + len(machine)] == machine
+        ), name
         assert b"fmi3DoStep" in files[name]
         assert b"pthread_create" not in files[name]
 
@@ -126,10 +148,19 @@ def test_another_processor_has_the_same_bits(tmp_path):
     sources = [tmp_path / "sources" / file.get("name") for file in root.iter("File")]
     words = [(tmp_path / "resources").as_uri(), root.get("guid"), "4000"]
     told = []
-    for runner, command in (([], compiler()), ([emulator], [*ZIG, "-target", "aarch64-linux-musl", "-static"])):
+    for runner, command in (
+        ([], compiler()),
+        ([emulator], [*ZIG, "-target", "aarch64-linux-musl", "-static"]),
+    ):
         program = tmp_path / f"host{len(told)}"
         flags = ["-O1", *SAME_BITS, f"-I{tmp_path / 'sources'}"]
-        subprocess.run([*command, *flags, SUPPORT / "fmu_host.c", *sources, "-lm", "-o", program], check=True)
-        told.append(subprocess.run([*runner, program, *words], capture_output=True, text=True, check=True).stdout)
+        subprocess.run(
+            [*command, *flags, SUPPORT / "fmu_host.c", *sources, "-lm", "-o", program], check=True
+        )
+        told.append(
+            subprocess.run(
+                [*runner, program, *words], capture_output=True, text=True, check=True
+            ).stdout
+        )
     assert told[0] == told[1]
     assert "state" in told[0]

@@ -41,7 +41,8 @@ def test_an_adversary_reaches_the_bound(kind, elements):
     curve = VirginCurve(ensemble, LOAD)
     way = worst_history(curve, model.slip_displacement)
     limit = float(curve.evaluate(curve.end)[0])
-    # the springs' nodes are quotients, and the spiral has twice as many reversals as there are springs
+    # the springs' nodes are quotients, and the spiral has twice as many reversals as there are
+    # springs
     assert difference(model, curve, way) == pytest.approx(model.bound * limit, abs=1e-8 * limit)
     assert difference(model, curve, -way) == pytest.approx(-model.bound * limit, abs=1e-8 * limit)
     assert model.friction_limit == pytest.approx(limit, rel=1e-12)
@@ -91,7 +92,10 @@ def test_energies_of_closed_loops_keep_their_bound(kind, elements):
 
 
 def test_where_the_normal_load_varies_more_springs_are_nearer():
-    errors = [hs.reduce(job(rough(), varies=True), elements=elements).errors["own history"] for elements in (2, 8, 32)]
+    errors = [
+        hs.reduce(job(rough(), varies=True), elements=elements).errors["own history"]
+        for elements in (2, 8, 32)
+    ]
     assert errors[0] > errors[1] > errors[2]
     model = hs.reduce(job(rough(), varies=True), elements=8)
     for load in (LOAD, 0.3 * LOAD, 1e-3 * LOAD):

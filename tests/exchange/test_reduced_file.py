@@ -90,12 +90,17 @@ def without(key):
         (without("limit_N"), "'limit_N'"),
         (lambda told: told | {"limit_N": told["limit_N"][1:]}, "unequal lengths"),
         (lambda told: told | {"stiffness_N_per_m": ["a"] * 6}, "stiffness_N_per_m is"),
-        (lambda told: told | {"normal_load_N": -1}, "normal_load_N is -1; expected a finite number greater than 0"),
+        (
+            lambda told: told | {"normal_load_N": -1},
+            "normal_load_N is -1; expected a finite number greater than 0",
+        ),
         (lambda told: told | {"format": "historysim reduced model 1"}, "create it again"),
     ],
 )
 def test_damaged_files_are_reported(path, change, said):
-    path.write_text(json.dumps(change(json.loads(path.read_text(encoding="utf-8")))), encoding="utf-8")
+    path.write_text(
+        json.dumps(change(json.loads(path.read_text(encoding="utf-8")))), encoding="utf-8"
+    )
     with pytest.raises(hs.InputError, match=re.escape(said)) as told:
         hs.report(path)
     assert str(told.value).startswith(f"{path}: ")

@@ -84,7 +84,9 @@ def test_ellipses_carry_what_the_displacements_of_their_pressure_say(ratio):
     across = 2 * (middle - displacement(0.0, 0.5 * ratio, ratio)) / (0.5 * ratio) ** 2
     mean = math.sqrt(along * across)
     load, area = _elliptic(np.array([along / across]))
-    assert load[0] == pytest.approx(2 / 3 * math.pi * ratio * math.sqrt(mean) / middle**1.5, rel=2e-4)
+    assert load[0] == pytest.approx(
+        2 / 3 * math.pi * ratio * math.sqrt(mean) / middle**1.5, rel=2e-4
+    )
     assert area[0] == pytest.approx(math.pi * ratio * mean / middle, rel=2e-4)
 
 
@@ -101,7 +103,12 @@ def test_summits_drawn_from_their_distribution_carry_the_same(alpha):
     moments = SpectralMoments(1.0, 1.0, alpha)
     count, separation = 400_000, 0.8
     # z, z_xx, z_yy and z_xy of a Gaussian surface (Nayak 1971)
-    covariance = [[1, -1, -1, 0], [-1, alpha, alpha / 3, 0], [-1, alpha / 3, alpha, 0], [0, 0, 0, alpha / 3]]
+    covariance = [
+        [1, -1, -1, 0],
+        [-1, alpha, alpha / 3, 0],
+        [-1, alpha / 3, alpha, 0],
+        [0, 0, 0, alpha / 3],
+    ]
     z, xx, yy, xy = rng.multivariate_normal(np.zeros(4), covariance, count).T
     determinant = xx * yy - xy**2
     summit = (determinant > 0) & (xx + yy < 0) & (z > separation)
@@ -110,10 +117,15 @@ def test_summits_drawn_from_their_distribution_carry_the_same(alpha):
     mean = -(xx + yy)[summit] / 2
     load, area = _elliptic((mean - half) / (mean + half))
     over, curvature = z[summit] - separation, np.sqrt(determinant[summit])
-    drawn = np.array([weight * load * over**1.5 / np.sqrt(curvature), weight * area * over / curvature])
+    drawn = np.array(
+        [weight * load * over**1.5 / np.sqrt(curvature), weight * area * over / curvature]
+    )
     error = drawn.std(axis=1) * math.sqrt(summit.sum())
     expected = bush_gibson_thomas(separation, moments, 1.0)
-    assert np.all(np.abs(drawn.sum(axis=1) - np.array(expected)) < 4 * np.maximum(error, 1e-3 * np.array(expected)))
+    assert np.all(
+        np.abs(drawn.sum(axis=1) - np.array(expected))
+        < 4 * np.maximum(error, 1e-3 * np.array(expected))
+    )
 
 
 def test_round_summits_agree_with_hertz():

@@ -34,7 +34,9 @@ def test_a_damaged_file_is_computed_again(counted, damage):
     (path,) = folder.iterdir()
     content = path.read_bytes()
     middle = len(content) // 2
-    path.write_bytes(content[:middle] + b"?????" + content[middle + 5 :] if damage is None else damage)
+    path.write_bytes(
+        content[:middle] + b"?????" + content[middle + 5 :] if damage is None else damage
+    )
     assert cache.load_or_compute("x", ARGUMENTS, compute)["a"].tolist() == [0, 1, 2, 3, 4]
     assert len(calls) == 2
     assert path.read_bytes() == content

@@ -30,7 +30,9 @@ def alone(seed):
     reach = rng.uniform(0.3, 0.7) * heights.max()
     moves = []
     for _ in range(8):
-        approach = reach * rng.choice([rng.uniform(0.3, 1), rng.uniform(0.02, 0.2), -0.1], p=[0.7, 0.25, 0.05])
+        approach = reach * rng.choice(
+            [rng.uniform(0.3, 1), rng.uniform(0.02, 0.2), -0.1], p=[0.7, 0.25, 0.05]
+        )
         loop = 4 if rng.random() < 0.5 else 1
         moves += [(approach, MU * reach * rng.uniform(-0.8, 0.8)) for _ in range(loop)]
     return hs.Surface(heights, 48 / count), moves
@@ -46,17 +48,25 @@ def judged(seed, parts):
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
     state, found = ensemble.initial_state(), []
     for (approach, displacement), ((_, q1, e1), (p, q2, e2)) in zip(moves, walked, strict=True):
-        state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+        state = ensemble.advance(
+            state, normal_displacement=approach, tangential_displacement=displacement
+        )
         # the error of the brute force is halved with its steps
         q, energy, limit = 2 * q2 - q1, 2 * e2 - e1, MU * p.sum() * brute.cell
         superposition, maps = ensemble.superposition(state), np.zeros((2, surface.heights.size))
-        for each, weights in zip(maps, (superposition.normal, superposition.tangential), strict=True):
+        for each, weights in zip(
+            maps, (superposition.normal, superposition.tangential), strict=True
+        ):
             each[solutions.point] = weights @ solutions.pressure
         assert (np.abs(maps[1]) <= MU * maps[0] * (1 + 1e-9) + 1e-15).all()
         if limit == 0:
             assert state.normal_load == 0
             continue
-        off = np.abs(maps[1][brute.point] - q).sum() * brute.cell / limit if (p > 0).sum() >= 10 else 0.0
+        off = (
+            np.abs(maps[1][brute.point] - q).sum() * brute.cell / limit
+            if (p > 0).sum() >= 10
+            else 0.0
+        )
         force = abs(state.tangential_load - q.sum() * brute.cell) / limit
         load = abs(state.normal_load - p.sum() * brute.cell) * ensemble.curves.load[-1].sum() ** -1
         found.append([force, off, abs(state.dissipated_energy - energy), load])
@@ -83,7 +93,9 @@ def lone(tmp_path_factory):
 
 
 def rough(seed, points=64):
-    return hs.random_surface((points, points), 64 / points, 0.3, 14.0, seed=seed, autocorrelation="gaussian")
+    return hs.random_surface(
+        (points, points), 64 / points, 0.3, 14.0, seed=seed, autocorrelation="gaussian"
+    )
 
 
 def compared(surface, moves, parts):
@@ -104,17 +116,23 @@ def compared(surface, moves, parts):
 
 def random_moves(rng, surface, count):
     reach = 0.55 * surface.heights.max()
-    return [(reach * rng.uniform(0.25, 1.0), reach * rng.uniform(-0.12, 0.12)) for _ in range(count)]
+    return [
+        (reach * rng.uniform(0.25, 1.0), reach * rng.uniform(-0.12, 0.12)) for _ in range(count)
+    ]
 
 
 def test_the_second_of_deep_loops_that_was_wrong_is_right():
     surface = hs.random_surface((40, 40), 1.6, 0.3, 14.0, seed=1, autocorrelation="gaussian")
     reach = 0.5 * surface.heights.max()
-    solutions = NormalSolutions.solve(hs.Surface(surface.heights, 1.6), largest_approach=0.8 * reach)
+    solutions = NormalSolutions.solve(
+        hs.Surface(surface.heights, 1.6), largest_approach=0.8 * reach
+    )
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
     state, found = ensemble.initial_state(), []
     for share in (0.7, -0.5, 0.4, -0.2, 0.1, -0.2, 0.5):
-        state = ensemble.advance(state, normal_displacement=0.8 * reach, tangential_displacement=share * MU * reach)
+        state = ensemble.advance(
+            state, normal_displacement=0.8 * reach, tangential_displacement=share * MU * reach
+        )
         found.append(state.tangential_load / (MU * state.normal_load))
     # a brute force of all points in small steps
     expected = [0.87495, -0.92535, 0.66098, -0.49696, 0.12741, -0.49696, 0.78102]
@@ -145,8 +163,12 @@ def test_a_lone_ball_has_the_pressures_and_tractions_of_cattaneo(lone):
     state = ensemble.advance(state, tangential_displacement=0.5 * MU)
     back = ensemble.advance(state, tangential_displacement=0.1 * MU)
     x, y = (index - 47.5 for index in np.unravel_index(lone.point, lone.shape))
-    # a pressed disc of label h reaches to √(R h); a front recedes by U/μ, and by half of it after a reversal
-    rings = {at: np.sqrt(np.clip(400.0 * at - x**2 - y**2, 0, None)) * 2 / (np.pi * 400.0) for at in (1.0, 0.5, 0.8)}
+    # a pressed disc of label h reaches to √(R h); a front recedes by U/μ, and by half of it after a
+    # reversal
+    rings = {
+        at: np.sqrt(np.clip(400.0 * at - x**2 - y**2, 0, None)) * 2 / (np.pi * 400.0)
+        for at in (1.0, 0.5, 0.8)
+    }
     for reached, expected in (
         (ensemble.superposition(state).normal, rings[1.0]),
         (ensemble.superposition(state).tangential, MU * (rings[1.0] - rings[0.5])),
@@ -164,7 +186,9 @@ def test_the_first_row_is_one_point_as_a_flat_punch():
     assert (solutions.pressure[0] > 0).sum() == 1
     # Love: the middle of a square of side s under a unit pressure moves by 8 s ln(1 + √2)/(2 π E*)
     per_pressure = 4 / np.pi * np.log(1 + np.sqrt(2)) * surface.pixel_size[0]
-    np.testing.assert_allclose(solutions.pressure[0].max(), solutions.approach[0] / per_pressure, rtol=1e-9)
+    np.testing.assert_allclose(
+        solutions.pressure[0].max(), solutions.approach[0] / per_pressure, rtol=1e-9
+    )
     assert (np.diff(solutions.pressure, axis=0) > -1e-9).all()
 
 
@@ -206,7 +230,9 @@ def test_conjugate_gradients_give_what_tamaas_does(periodic):
 
 def test_a_map_that_repeats_is_not_pressed_flat():
     surface = rough(3, 32)
-    with pytest.raises(hs.InputError, match=r"presses the map flat, all of it touches from .*% of that on"):
+    with pytest.raises(
+        hs.InputError, match=r"presses the map flat, all of it touches from .*% of that on"
+    ):
         NormalSolutions.solve(surface, largest_load=1e3 * surface.nominal_area)
     with pytest.raises(hs.InputError, match=r"presses the map flat: at .* m all of it touches"):
         NormalSolutions.solve(surface, largest_approach=10.0)
@@ -231,7 +257,10 @@ def test_time_and_memory_are_announced_and_too_much_is_refused(monkeypatch):
     assert "the normal contact of 32 × 32 points takes some 0 min for" in notices[0]
     assert "takes some 0 min and 0.1 GiB of memory for" in notices[1]
     monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
-    with pytest.raises(hs.InputError, match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB"):
+    with pytest.raises(
+        hs.InputError,
+        match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB",
+    ):
         NormalSolutions.solve(rough(3, 32), largest_approach=0.2)
 
 
@@ -273,15 +302,24 @@ def test_a_lone_ball_is_hertz(lone):
     hertz = 4 / 3 * np.sqrt(400.0) * solutions.approach**1.5
     wide = solutions.area.sum(axis=1) > 200
     np.testing.assert_allclose(solutions.load.sum(axis=1)[wide], hertz[wide], rtol=8e-3)
-    np.testing.assert_allclose(solutions.area.sum(axis=1)[wide], np.pi * 400 * solutions.approach[wide], rtol=0.08)
+    np.testing.assert_allclose(
+        solutions.area.sum(axis=1)[wide], np.pi * 400 * solutions.approach[wide], rtol=0.08
+    )
     assert solutions.count == 1
     assert np.abs(solutions.coarse).max() < 0.05
     assert np.abs(solutions.coarse).min() > 0
     ball = hs.Ensemble(PAIR, 0.0, 400.0, friction=MU)
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
-    events = [hs.NormalLoad(0, 20.0), hs.TangentialLoad(1, 3.0), hs.TangentialLoad(2, -1.0), hs.NormalLoad(3, 10.0)]
+    events = [
+        hs.NormalLoad(0, 20.0),
+        hs.TangentialLoad(1, 3.0),
+        hs.TangentialLoad(2, -1.0),
+        hs.NormalLoad(3, 10.0),
+    ]
     expected, given = hs.replay(ball, events, hold=False), hs.replay(ensemble, events, hold=False)
-    np.testing.assert_allclose(given["tangential_displacement"], expected["tangential_displacement"], rtol=0.01)
+    np.testing.assert_allclose(
+        given["tangential_displacement"], expected["tangential_displacement"], rtol=0.01
+    )
 
 
 @pytest.mark.slow
@@ -338,7 +376,10 @@ def test_points_touch_so_that_the_area_grows_evenly():
     [
         (hs.Surface(np.zeros((16, 16)), 1.0), "flat; expected heights that differ"),
         (hs.Surface(np.arange(16.0), 1.0), "profile; expected a height map"),
-        (hs.Surface(np.where(np.eye(16) > 0, np.nan, np.arange(16.0)), 1.0), "16 heights are missing"),
+        (
+            hs.Surface(np.where(np.eye(16) > 0, np.nan, np.arange(16.0)), 1.0),
+            "16 heights are missing",
+        ),
     ],
 )
 def test_maps_that_cannot_be_solved_are_refused(surface, message):

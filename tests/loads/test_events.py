@@ -26,9 +26,13 @@ def test_numbers_of_numpy_become_plain_ones(kind, number):
 @pytest.mark.parametrize("kind", EVENTS)
 def test_numbers_that_are_not_finite_are_refused(kind, number):
     name = "friction" if kind is hs.FrictionChange else "value"
-    with pytest.raises(hs.InputError, match=rf"{kind.__name__}: time is .*expected a finite number"):
+    with pytest.raises(
+        hs.InputError, match=rf"{kind.__name__}: time is .*expected a finite number"
+    ):
         kind(number, 0.1)
-    with pytest.raises(hs.InputError, match=rf"{kind.__name__}: {name} is .*expected a finite number"):
+    with pytest.raises(
+        hs.InputError, match=rf"{kind.__name__}: {name} is .*expected a finite number"
+    ):
         kind(0.0, number)
 
 
@@ -65,10 +69,13 @@ def test_the_new_summits_of_a_change_come_as_texts():
 
 
 def test_a_normal_load_does_not_pull(tmp_path):
-    ball = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
+    ball = hs.Ensemble(
+        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2
+    )
     events = [hs.NormalLoad(0.0, 1e-3), hs.NormalLoad(1.0, -1e-3)]
     with pytest.raises(
-        hs.InputError, match=r"event 1 at t = 1 s: a normal load of -0\.001 N pulls.*expected a load of 0 N"
+        hs.InputError,
+        match=r"event 1 at t = 1 s: a normal load of -0\.001 N pulls.*expected a load of 0 N",
     ):
         hs.replay(ball, events)
     with (
@@ -98,7 +105,14 @@ def test_friction_is_one_coefficient_or_a_tuple_of_them(given, held):
 
 def test_friction_that_is_no_coefficient_is_refused():
     nothing = ["0.2", b"1", None, True, 1j, 10**400, {}, [], ()]
-    lists = [[0.1, None], [0.1, "0.2"], [0.1, True], [[0.1, 0.2]], np.array([[0.1, 0.2]]), np.array([True])]
+    lists = [
+        [0.1, None],
+        [0.1, "0.2"],
+        [0.1, True],
+        [[0.1, 0.2]],
+        np.array([[0.1, 0.2]]),
+        np.array([True]),
+    ]
     for friction in [*nothing, *lists, -0.1, [0.1, -0.1], [0.1, float("nan")], [float("inf")]]:
         with pytest.raises(hs.InputError, match=r"FrictionChange: friction .*expected"):
             hs.FrictionChange(0.0, friction)
@@ -118,14 +132,21 @@ def test_a_decreasing_time_is_named_with_its_event_and_the_way_to_mend_it():
     check_sequence(eval(mending, {"events": events}))  # noqa: S307 - the message says that this mends it
 
 
-@pytest.mark.parametrize("thing", [None, "event", 1.0, hs.NormalLoad, (0.0, 1.0), LoadEvent(0.0, 1.0)], ids=repr)
+@pytest.mark.parametrize(
+    "thing", [None, "event", 1.0, hs.NormalLoad, (0.0, 1.0), LoadEvent(0.0, 1.0)], ids=repr
+)
 def test_what_is_not_an_event_is_named_with_its_place(thing):
-    with pytest.raises(hs.InputError, match=r"event 1: .* is not a load event; expected NormalLoad, .*FrictionChange"):
+    with pytest.raises(
+        hs.InputError,
+        match=r"event 1: .* is not a load event; expected NormalLoad, .*FrictionChange",
+    ):
         check_sequence([hs.NormalLoad(0.0, 1.0), thing])
 
 
 def test_events_say_how_many_they_are_and_how_long_they_last():
-    assert events_text([hs.NormalLoad(0.0, 1.0), hs.FrictionChange(90.0, 0.1)]) == "2 events over 90 s"
+    assert (
+        events_text([hs.NormalLoad(0.0, 1.0), hs.FrictionChange(90.0, 0.1)]) == "2 events over 90 s"
+    )
     assert events_text([]) == "0 events"
     # a Replay shows itself before its events are checked
     assert events_text(["load"]) == "1 event"

@@ -18,7 +18,9 @@ def moves(*values, start=1.0):
 
 
 def changes(events):
-    return [(event.time, event.friction) for event in events if isinstance(event, hs.FrictionChange)]
+    return [
+        (event.time, event.friction) for event in events if isinstance(event, hs.FrictionChange)
+    ]
 
 
 def test_over_time_it_agrees_with_each_event():
@@ -34,7 +36,8 @@ def test_over_distance_both_ways_count():
     events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, -1e-6, 2e-6)]
     course = FrictionCourse(distance=[0.0, 10e-6], coefficient=[0.0, 1.0])
     assert_allclose([mu for _, mu in changes(course.along(events))], [0.0, 0.1, 0.3, 0.6])
-    # a record that begins with its displacement has no way before it, and a step between counts by its share
+    # a record that begins with its displacement has no way before it, and a step between counts by
+    # its share
     record = [
         hs.NormalLoad(1.0, 1.0),
         *moves(5e-6, 7e-6),
@@ -64,8 +67,14 @@ def test_the_contact_slides_at_the_friction_of_the_place():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: FrictionCourse(coefficient=[0.1]), "neither time nor distance; expected one of them"),
-        (lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1]), "2 of time and 1 of coefficient"),
+        (
+            lambda: FrictionCourse(coefficient=[0.1]),
+            "neither time nor distance; expected one of them",
+        ),
+        (
+            lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1]),
+            "2 of time and 1 of coefficient",
+        ),
         (lambda: FrictionCourse(time=[], coefficient=[]), "time is empty"),
         (
             lambda: FrictionCourse(time=[0.0, 0.0], coefficient=[0.1, 0.2]),
@@ -79,7 +88,9 @@ def test_the_contact_slides_at_the_friction_of_the_place():
             "friction over distance needs a controlled tangential displacement",
         ),
         (
-            lambda: FrictionCourse(time=[0.0], coefficient=[0.1]).along([hs.FrictionChange(0, 0.2)]),
+            lambda: FrictionCourse(time=[0.0], coefficient=[0.1]).along(
+                [hs.FrictionChange(0, 0.2)]
+            ),
             "friction changes in the loading, too",
         ),
     ],
@@ -128,9 +139,12 @@ def test_a_record_is_compared_with_one_coefficient(tmp_path, call):
     turns = np.array([0, 100, -100, 100, -100])
     write_columns(tmp_path / "m.csv", t=np.arange(5), N=np.ones(5), u=turns, T=0.2 * np.sign(turns))
     course = "[friction.course]\ntime = [0]\ncoefficient = [0.3]\n"
-    text = scenario_text(response={"tangential_load": '"T"'}, more=f'{course}[fit]\nparameters = ["friction"]\n')
+    text = scenario_text(
+        response={"tangential_load": '"T"'}, more=f'{course}[fit]\nparameters = ["friction"]\n'
+    )
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     with pytest.raises(
-        hs.InputError, match=r"s\.toml: friction\.course: comparison and fit use one constant coefficient"
+        hs.InputError,
+        match=r"s\.toml: friction\.course: comparison and fit use one constant coefficient",
     ):
         call(tmp_path / "s.toml")

@@ -67,11 +67,17 @@ def test_a_scenario_holds_the_same_events(tmp_path):
     text = f"{head}[friction]\ncoefficient = 0.3\n[loading]\nwaypoints = [{waypoints}]\n"
     for hold, name in ((None, "open.toml"), (True, "held.toml")):
         stated = "" if hold is None else "hold = true\n"
-        (tmp_path / name).write_text(text.replace("[loading]\n", f"[loading]\n{stated}"), encoding="utf-8")
+        (tmp_path / name).write_text(
+            text.replace("[loading]\n", f"[loading]\n{stated}"), encoding="utf-8"
+        )
     told = []
     events = hs.load(tmp_path / "open.toml").events(told.append)
-    assert told[0].startswith("loading.waypoints[1]: normal_load is not set here and ramps from 50 mN at 0 s to 45 mN")
-    assert list(hs.Replay(BALL, events, hold=True).events) == list(hs.load(tmp_path / "held.toml").events())
+    assert told[0].startswith(
+        "loading.waypoints[1]: normal_load is not set here and ramps from 50 mN at 0 s to 45 mN"
+    )
+    assert list(hs.Replay(BALL, events, hold=True).events) == list(
+        hs.load(tmp_path / "held.toml").events()
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         hs.load(tmp_path / "open.toml").replay()
@@ -80,13 +86,33 @@ def test_a_scenario_holds_the_same_events(tmp_path):
 @pytest.mark.parametrize(
     "events",
     [
-        # it is back where it was; it is set at the same time; nothing is after it; nothing is between; it is a record
+        # it is back where it was; it is set at the same time; nothing is after it; nothing is
+        # between; it is a record
         [hs.NormalLoad(0, 1.0), hs.TangentialLoad(1, 0.1), hs.NormalLoad(2, 1.0)],
         [hs.NormalLoad(0, 1.0), hs.TangentialLoad(1, 0.1), hs.NormalLoad(1, 2.0)],
-        [hs.NormalLoad(0, 1.0), hs.TangentialLoad(1, 0.1), hs.TangentialLoad(1, 0.2), hs.NormalLoad(1, 2.0)],
-        [hs.NormalLoad(0, 1.0), hs.NormalLoad(0, 2.0), hs.TangentialLoad(1, 0.1), hs.TangentialLoad(2, 0.2)],
-        [hs.NormalLoad(0, 1.0), hs.TangentialLoad(0, 0.1), hs.NormalLoad(2, 2.0), hs.TangentialLoad(2, 0.3)],
-        [hs.TangentialLoad(0, (0.0, 0.0)), hs.TangentialLoad(1, (0.1, None)), hs.TangentialLoad(1, (None, 0.2))],
+        [
+            hs.NormalLoad(0, 1.0),
+            hs.TangentialLoad(1, 0.1),
+            hs.TangentialLoad(1, 0.2),
+            hs.NormalLoad(1, 2.0),
+        ],
+        [
+            hs.NormalLoad(0, 1.0),
+            hs.NormalLoad(0, 2.0),
+            hs.TangentialLoad(1, 0.1),
+            hs.TangentialLoad(2, 0.2),
+        ],
+        [
+            hs.NormalLoad(0, 1.0),
+            hs.TangentialLoad(0, 0.1),
+            hs.NormalLoad(2, 2.0),
+            hs.TangentialLoad(2, 0.3),
+        ],
+        [
+            hs.TangentialLoad(0, (0.0, 0.0)),
+            hs.TangentialLoad(1, (0.1, None)),
+            hs.TangentialLoad(1, (None, 0.2)),
+        ],
         SampledLoads(np.arange(3.0), np.array([1.0, 2.0, 3.0]), np.array([0.0, 1e-9, -1e-9])),
         [hs.NormalLoad(1, 1.0), "event"],
         [hs.NormalLoad(1, 1.0), hs.TangentialLoad(0, 0.1), hs.NormalLoad(-1, 2.0)],
@@ -108,7 +134,11 @@ def test_what_is_set_or_stays_gets_no_notice(events):
             "ramps from 1 N at 0 s to 1 nm at 2 s",
         ),
         (
-            [hs.TangentialLoad(0, (0.1, 0.1)), hs.TangentialLoad(1, (0.2, None)), hs.TangentialLoad(2, (0.3, 0.3))],
+            [
+                hs.TangentialLoad(0, (0.1, 0.1)),
+                hs.TangentialLoad(1, (0.2, None)),
+                hs.TangentialLoad(2, (0.3, 0.3)),
+            ],
             "event 1 at t = 1 s: tangential_load is not set here and ramps from 100 mN at 0 s to 300 mN at 2 s; set",
         ),
     ],
@@ -130,7 +160,9 @@ def test_both_directions_are_held():
     y = hs.TangentialDisplacement(2, (None, 1e-9))
     assert y in list(job.events)
     displacement = job.dataset().tangential_displacement.values
-    np.testing.assert_allclose(displacement, [[0, 0], [2e-9, 1e-9], [4e-9, 1e-9], [4e-9, 3e-9]], rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(
+        displacement, [[0, 0], [2e-9, 1e-9], [4e-9, 1e-9], [4e-9, 3e-9]], rtol=1e-9, atol=1e-18
+    )
 
 
 def test_a_copy_of_a_replay_neither_warns_nor_holds_again():

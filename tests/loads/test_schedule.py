@@ -8,7 +8,14 @@ import pytest
 
 import historysim as hs
 from historysim.loads.events import FrictionChange, LoadEvent
-from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, fork_waypoints, make_cursor, row_count, segments
+from historysim.loads.schedule import (
+    AT_WAYPOINT,
+    BEYOND_LAST,
+    fork_waypoints,
+    make_cursor,
+    row_count,
+    segments,
+)
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import blank_rows
 
@@ -34,7 +41,10 @@ def read(segment):
     return [
         Path(
             *(
-                tuple(np.ravel(path[f"{channel}_{name}"])[0].item() for name in ("control", "target", "fraction"))
+                tuple(
+                    np.ravel(path[f"{channel}_{name}"])[0].item()
+                    for name in ("control", "target", "fraction")
+                )
                 for channel in ("normal", "tangential")
             ),
             int(path["parts"]),
@@ -106,11 +116,17 @@ def test_two_events_of_one_channel_at_one_time_are_two_paths_in_file_order(ensem
     ]
     assert segment.event == [1, 2, 3]
     assert segment.row_time.tolist() == [0.0, 1.0]
-    start, there, back = {"normal_load": 0.01}, {"tangential_displacement": 0.02}, {"tangential_displacement": -0.01}
+    start, there, back = (
+        {"normal_load": 0.01},
+        {"tangential_displacement": 0.02},
+        {"tangential_displacement": -0.01},
+    )
     check_replay(ensemble, events, [[start, {"tangential_displacement": 0.0}], [there, back]])
     turned = [*events[:2], events[3], events[2]]
     check_replay(ensemble, turned, [[start, {"tangential_displacement": 0.0}], [back, there]])
-    assert not np.array_equal(observed(hs.replay(ensemble, events)), observed(hs.replay(ensemble, turned)))
+    assert not np.array_equal(
+        observed(hs.replay(ensemble, events)), observed(hs.replay(ensemble, turned))
+    )
 
 
 def test_a_channel_is_unloaded_before_its_first_event(ensemble):
@@ -143,10 +159,24 @@ def test_a_channel_is_held_after_its_last_event(ensemble):
 
 @pytest.mark.parametrize("substeps", [1, 3])
 def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between(substeps):
-    events = [N(1.0, 0.01), T(1.0, 0.0), N(1.0, 0.02), T(2.0, 0.001), F(2.0, 0.4), T(2.0, 0.002), N(10.0, 0.03)]
+    events = [
+        N(1.0, 0.01),
+        T(1.0, 0.0),
+        N(1.0, 0.02),
+        T(2.0, 0.001),
+        F(2.0, 0.4),
+        T(2.0, 0.002),
+        N(10.0, 0.03),
+    ]
     found = list(segments(events, substeps))
-    times = [1.0, *np.linspace(1.0, 2.0, substeps + 1)[1:], *np.linspace(2.0, 10.0, substeps + 1)[1:]]
-    assert np.concatenate([segment.row_time for segment in found]) == pytest.approx(times, rel=1e-15)
+    times = [
+        1.0,
+        *np.linspace(1.0, 2.0, substeps + 1)[1:],
+        *np.linspace(2.0, 10.0, substeps + 1)[1:],
+    ]
+    assert np.concatenate([segment.row_time for segment in found]) == pytest.approx(
+        times, rel=1e-15
+    )
     for segment in found:
         rows = [
             segment.paths["first_row"][index] + row
@@ -178,7 +208,13 @@ def random_events(generator, count=25):
     events = []
     for time in np.sort(generator.integers(0, count // 2, count)).astype(float):
         kind = generator.choice([N, D, T, U, F], p=[0.3, 0.15, 0.2, 0.3, 0.05])
-        low, high = {N: (0.02, 0.04), D: (0.06, 0.1), T: (-0.001, 0.001), U: (-0.004, 0.004), F: (0.3, 0.5)}[kind]
+        low, high = {
+            N: (0.02, 0.04),
+            D: (0.06, 0.1),
+            T: (-0.001, 0.001),
+            U: (-0.004, 0.004),
+            F: (0.3, 0.5),
+        }[kind]
         events.append(kind(time, generator.uniform(low, high)))
     return [N(-1.0, 0.03), U(-1.0, 0.0), *events]
 
@@ -187,16 +223,26 @@ class Reference:
     """Waypoints as the design has them, channel by channel."""
 
     def __init__(self, events, channel):
-        self.names = {N: "normal_load", D: "normal_displacement", T: "tangential_load", U: "tangential_displacement"}
-        self.waypoints = [event for event in events if isinstance(event, LoadEvent) and event.channel == channel]
+        self.names = {
+            N: "normal_load",
+            D: "normal_displacement",
+            T: "tangential_load",
+            U: "tangential_displacement",
+        }
+        self.waypoints = [
+            event for event in events if isinstance(event, LoadEvent) and event.channel == channel
+        ]
         self.passed = 0
         self.begin = None
 
     def reached(self, state, event):
         kind = type(event)
-        return {N: state.normal_load, D: state.approach, T: state.tangential_load, U: state.tangential_displacement}[
-            kind
-        ]
+        return {
+            N: state.normal_load,
+            D: state.approach,
+            T: state.tangential_load,
+            U: state.tangential_displacement,
+        }[kind]
 
     def at(self, time, state):
         """Where the channel is when it arrives at a time."""
@@ -224,7 +270,9 @@ def reference_states(ensemble, events):
         present = list(group)
         targets = {}
         for name, channel in channels.items():
-            first = next((event for event in present if getattr(event, "channel", None) == name), None)
+            first = next(
+                (event for event in present if getattr(event, "channel", None) == name), None
+            )
             targets |= channel.at(time, state)
             present = [event for event in present if event is not first]
         state = ensemble.advance(state, **targets)
@@ -266,8 +314,12 @@ def test_stretches_break_so_that_none_records_many_more_rows_than_asked(most_row
     assert [path for segment in broken for path in read(segment)] == [
         path for segment in whole for path in read(segment)
     ]
-    assert np.array_equal(*(np.concatenate([segment.row_time for segment in plan]) for plan in (whole, broken)))
-    assert [number for segment in broken for number in segment.event] == [n for segment in whole for n in segment.event]
+    assert np.array_equal(
+        *(np.concatenate([segment.row_time for segment in plan]) for plan in (whole, broken))
+    )
+    assert [number for segment in broken for number in segment.event] == [
+        n for segment in whole for n in segment.event
+    ]
     changes = [segment.change_event for segment in broken if segment.change is not None]
     assert changes == [segment.change_event for segment in whole if segment.change is not None]
     assert max(segment.row_time.size for segment in broken) < most_rows + 3
@@ -292,7 +344,10 @@ def test_breaking_stretches_changes_no_bit(ensemble):
 def test_stretches_break_between_times_however_often_friction_changes():
     events = [hs.NormalLoad(0.0, 0.01)]
     for time in range(1, 60):
-        events += [hs.TangentialLoad(time, 1e-4 * (time % 3)), hs.FrictionChange(time, 0.5 + 0.001 * (time % 2))]
+        events += [
+            hs.TangentialLoad(time, 1e-4 * (time % 3)),
+            hs.FrictionChange(time, 0.5 + 0.001 * (time % 2)),
+        ]
     plan = list(segments(events, 2, 10))
     stood = [segment.cursor for segment in plan if segment.cursor]
     assert len(stood) > 10
@@ -317,12 +372,18 @@ def test_a_schedule_is_taken_up_where_it_stood():
         rows.append(segment.row_time.tolist())
         if segment.cursor:
             again = list(segments(events, 3, 1, start=segment.cursor))
-            assert [one.row_time.tolist() for one in again] == [one.row_time.tolist() for one in plan[number + 1 :]]
+            assert [one.row_time.tolist() for one in again] == [
+                one.row_time.tolist() for one in plan[number + 1 :]
+            ]
             for one, other in zip(again, plan[number + 1 :], strict=True):
                 assert np.array_equal(one.paths, other.paths)
                 assert (one.cursor, one.event) == (other.cursor, other.event)
             assert make_cursor(events, segment.cursor.events, 3) == segment.cursor
-            assert segment.cursor.rows == sum(map(len, rows)) == row_count(events, 3, segment.cursor.time)
+            assert (
+                segment.cursor.rows
+                == sum(map(len, rows))
+                == row_count(events, 3, segment.cursor.time)
+            )
 
 
 def test_there_is_no_standing_in_the_midst_of_a_time():
@@ -334,7 +395,8 @@ def test_there_is_no_standing_in_the_midst_of_a_time():
     assert make_cursor(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)
 
 
-# -- forks -----------------------------------------------------------------------------------------------------
+# -- forks
+# -----------------------------------------------------------------------------------------------------
 
 
 def random_fork_events(rng, *, amplitude, friction, planar):
@@ -362,19 +424,28 @@ def check_fork(ensemble, events, time, earlier, tolerance, instrument):
     """Compare the past of events with that of a fork, also once other events follow it; return whether it had one."""
 
     def state(events, time):
-        return hs.Replay(ensemble, events, saturate=True, instrument=instrument, hold=False).state(time)
+        return hs.Replay(ensemble, events, saturate=True, instrument=instrument, hold=False).state(
+            time
+        )
 
     original = hs.Replay(ensemble, events, saturate=True, instrument=instrument, hold=False)
     past = [event for event in events if event.time <= time]
-    fork = sorted(past + fork_waypoints(events, time, original.state, instrument), key=lambda event: event.time)
-    planar = any(isinstance(event, hs.loads.events.TangentialEvent) and event.planar for event in events)
+    fork = sorted(
+        past + fork_waypoints(events, time, original.state, instrument),
+        key=lambda event: event.time,
+    )
+    planar = any(
+        isinstance(event, hs.loads.events.TangentialEvent) and event.planar for event in events
+    )
     more = [N(20.0, 0.003), U(20.0, (0.0, 0.0) if planar else 0.0)]
     more += [] if planar else [hs.FrictionRamp(20.0, 0.1)]
     for moment in (earlier, time):
         expected = state(events, moment)
         for forked in (state(fork, moment), state(fork + more, moment)):
             assert forked.approach == pytest.approx(expected.approach, abs=0.02 * tolerance)
-            assert forked.tangential_load == pytest.approx(expected.tangential_load, abs=0.003 * tolerance)
+            assert forked.tangential_load == pytest.approx(
+                expected.tangential_load, abs=0.003 * tolerance
+            )
             assert forked.tangential_displacement == pytest.approx(
                 expected.tangential_displacement, abs=0.01 * tolerance
             )
@@ -408,16 +479,22 @@ FORKED = {
 @pytest.mark.parametrize("kind", FORKED)
 def test_a_fork_reproduces_the_past_of_a_random_history(kind):
     options, how, tolerance, count = FORKED[kind]
-    ensemble = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], **({"friction": 0.5} | options))
+    ensemble = hs.Ensemble(
+        PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], **({"friction": 0.5} | options)
+    )
     done = 0
     for seed in range(count):
         rng = np.random.default_rng(seed)
         events = random_fork_events(rng, **how)
         instrument = hs.Instrument(lateral_stiffness=0.05) if seed % 2 else hs.Instrument()
         begin, end = events[0].time, events[-1].time
-        time = float(rng.choice([rng.uniform(begin, end + 1), events[rng.integers(len(events))].time]))
+        time = float(
+            rng.choice([rng.uniform(begin, end + 1), events[rng.integers(len(events))].time])
+        )
         try:
-            check_fork(ensemble, events, time, float(rng.uniform(begin, time)), tolerance, instrument)
+            check_fork(
+                ensemble, events, time, float(rng.uniform(begin, time)), tolerance, instrument
+            )
         except hs.LoadError:
             continue
         except AssertionError as error:
@@ -435,25 +512,46 @@ def test_a_fork_writes_the_request_of_a_saturated_load(ensemble):
 
 
 def test_a_fork_keeps_the_waypoints_of_friction(ensemble):
-    events = [N(0.0, 0.006), hs.FrictionRamp(0.0, 0.5), hs.FrictionRamp(1.0, 0.4), U(2.0, 0.01), F(2.0, 0.2)]
+    events = [
+        N(0.0, 0.006),
+        hs.FrictionRamp(0.0, 0.5),
+        hs.FrictionRamp(1.0, 0.4),
+        U(2.0, 0.01),
+        F(2.0, 0.2),
+    ]
     events += [F(3.0, 0.3), hs.FrictionRamp(5.0, 0.5)]
     state = hs.Replay(ensemble, events).state
-    found = [event for event in fork_waypoints(events, 4.0, state, hs.Instrument()) if event.name == "friction_ramp"]
+    found = [
+        event
+        for event in fork_waypoints(events, 4.0, state, hs.Instrument())
+        if event.name == "friction_ramp"
+    ]
     # on its way from 0.4 at 1 s to 0.5 at 5 s, changed to 0.2 at 2 s and to 0.3 at 3 s
     expected = [(2.0, 0.425), (3.0, 0.2 + 0.3 / 3), (4.0, 0.4)]
-    assert [(event.time, event.friction) for event in found] == [(t, pytest.approx(mu)) for t, mu in expected]
+    assert [(event.time, event.friction) for event in found] == [
+        (t, pytest.approx(mu)) for t, mu in expected
+    ]
     held = fork_waypoints(events[:5], 2.0, state, hs.Instrument())
     assert held == [N(2.0, 0.006), hs.FrictionRamp(2.0, 0.4)]
 
 
 def test_a_fork_holds_a_drive_where_it_is(ensemble):
-    # between two events the path is straight in approach and displacement, and the drive is off its waypoint
+    # between two events the path is straight in approach and displacement, and the drive is off its
+    # waypoint
     instrument = hs.Instrument(lateral_stiffness=0.05)
     events = [N(0.0, 0.006), U(1.0, -0.06), N(1.0, 0.006), N(2.0, 0.001)]
     job = hs.Replay(ensemble, events, instrument=instrument)
     state = job.state(1.6)
-    (found,) = (event for event in fork_waypoints(events, 1.6, job.state, instrument) if isinstance(event, U))
-    assert found.value == instrument.drive_displacement(state.tangential_displacement, state.tangential_load) != -0.06
+    (found,) = (
+        event
+        for event in fork_waypoints(events, 1.6, job.state, instrument)
+        if isinstance(event, U)
+    )
+    assert (
+        found.value
+        == instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
+        != -0.06
+    )
     # at an event time it is at its waypoint
     assert fork_waypoints(events[:3], 2.0, job.state, instrument)[-1] == U(2.0, -0.06)
 

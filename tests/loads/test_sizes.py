@@ -21,13 +21,20 @@ KINDS = [hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialD
 @pytest.mark.parametrize("kind", [*KINDS, hs.FrictionChange, hs.FrictionRamp])
 def test_events_name_themselves_and_their_time(kind, number):
     is_friction = "Friction" in kind.__name__
-    field, most = ("friction", "10000 at most") if is_friction else ("value", "at most 1e+60 in size, in SI")
+    field, most = (
+        ("friction", "10000 at most") if is_friction else ("value", "at most 1e+60 in size, in SI")
+    )
     with pytest.raises(hs.InputError) as caught:
         kind(2.0, number)
-    assert str(caught.value).startswith(f"{kind.__name__}: {field} is {number!r} at t = 2 s; expected ")
+    assert str(caught.value).startswith(
+        f"{kind.__name__}: {field} is {number!r} at t = 2 s; expected "
+    )
     assert most in str(caught.value)
     for time in (number, -number):
-        with pytest.raises(hs.InputError, match=rf"{kind.__name__}: time is .*; expected a number of at most 1e\+60"):
+        with pytest.raises(
+            hs.InputError,
+            match=rf"{kind.__name__}: time is .*; expected a number of at most 1e\+60",
+        ):
             kind(time, 0.1)
     for fine in (1e60, 1e-70, 5e-324, 0.0):
         assert kind(-fine, min(fine, MOST_FRICTION) if is_friction else fine).time == -fine
@@ -60,8 +67,12 @@ def test_every_other_way_in(number):
         "with geometry": lambda: BALL.with_geometry(LOADED, summit_radius=number),
         "approach": lambda: BALL.approach_at(number),
         "modulus": lambda: hs.MaterialPair.from_moduli(contact_modulus=number, shear_modulus=1e10),
-        "soft modulus": lambda: hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1 / number),
-        "hardness": lambda: hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1, hardness=number),
+        "soft modulus": lambda: hs.MaterialPair.from_moduli(
+            contact_modulus=5e10, shear_modulus=1 / number
+        ),
+        "hardness": lambda: hs.MaterialPair.from_moduli(
+            contact_modulus=1, shear_modulus=1, hardness=number
+        ),
         "law": lambda: hs.laws.ShearStrength(number),
         "samples": lambda: SampledLoads(np.array([0.0, number]), np.ones(2), np.zeros(2)),
     }
@@ -69,7 +80,9 @@ def test_every_other_way_in(number):
         with pytest.raises(hs.InputError):
             pytest.fail(f"{name} gave {way()}")
     columns = to_columns([hs.TangentialLoad(0.0, 0.1)])
-    forged = type(columns)(columns.kind, columns.time, np.array([number]).tobytes(), columns.coefficients)
+    forged = type(columns)(
+        columns.kind, columns.time, np.array([number]).tobytes(), columns.coefficients
+    )
     with pytest.raises(hs.InputError, match="a value"):
         from_columns(forged)
 
@@ -105,11 +118,14 @@ waypoints = [{ time = 0, normal_load = 0.05 }, { time = 1, tangential_displaceme
 
 
 def test_a_record_names_its_line(tmp_path):
-    (tmp_path / "r.csv").write_text("t,N,U\n0,0.05,0\n1,0.05,1e-9\n2,1e300,1e-9\n", encoding="utf-8")
+    (tmp_path / "r.csv").write_text(
+        "t,N,U\n0,0.05,0\n1,0.05,1e-9\n2,1e300,1e-9\n", encoding="utf-8"
+    )
     loading = 'file = "r.csv"\ncolumns = { time = "t", normal_load = "N", tangential_displacement = "U" }\n'
     text = SCENARIO[: SCENARIO.index("waypoints")] + loading
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     with pytest.raises(
-        hs.InputError, match=r"^s\.toml: loading\.columns\.normal_load: r\.csv: line 4: 1e\+300; expected"
+        hs.InputError,
+        match=r"^s\.toml: loading\.columns\.normal_load: r\.csv: line 4: 1e\+300; expected",
     ):
         hs.validate(tmp_path / "s.toml")

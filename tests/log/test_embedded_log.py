@@ -120,7 +120,9 @@ class TestOfSummits:
 
     def test_a_file_without_its_sources_is_refused(self, made, tmp_path):
         xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "other.nc")
-        with pytest.raises(hs.InputError, match="is a netCDF or HDF5 file, and no result of historysim run"):
+        with pytest.raises(
+            hs.InputError, match="is a netCDF or HDF5 file, and no result of historysim run"
+        ):
             hs.run(tmp_path / "other.nc", tmp_path / "again.nc")
         (tmp_path / "half.nc").write_bytes(made.read_bytes()[:2000])
         with pytest.raises(hs.InputError, match=r"half\.nc: is damaged"):
@@ -129,10 +131,16 @@ class TestOfSummits:
     def test_it_resumes_from_the_log_of_the_same_run_only(self, made, tmp_path):
         hs.run(made, tmp_path / "again.nc").close()
         hs.run(made, tmp_path / "again.nc", resume=True).close()
-        other = HEAD.format(friction=0.1) + SUMMITS + "[loading]\nwaypoints = [{ time = 0, normal_load = 0.004 }]\n"
+        other = (
+            HEAD.format(friction=0.1)
+            + SUMMITS
+            + "[loading]\nwaypoints = [{ time = 0, normal_load = 0.004 }]\n"
+        )
         (tmp_path / "o.toml").write_text(other, encoding="utf-8")
         hs.run(tmp_path / "o.toml", tmp_path / "o.nc").close()
-        with pytest.raises(hs.InputError, match=r"was not made from .*o\.history, so the run cannot be resumed"):
+        with pytest.raises(
+            hs.InputError, match=r"was not made from .*o\.history, so the run cannot be resumed"
+        ):
             hs.run(made, tmp_path / "o.nc", resume=True)
 
     def test_a_large_result_is_reported_beforehand(self, made, tmp_path, monkeypatch):

@@ -43,9 +43,9 @@ def bits(state):
 
 def by_hand(ensemble, events, time, substeps=1, instrument=None):
     """The state at a time: all events are known, and the replay ends there."""
-    return hs.Replay(ensemble, events, substeps=substeps, instrument=instrument or hs.Instrument(), hold=False).state(
-        until=time
-    )
+    return hs.Replay(
+        ensemble, events, substeps=substeps, instrument=instrument or hs.Instrument(), hold=False
+    ).state(until=time)
 
 
 def snapshots_everywhere(log):
@@ -67,11 +67,14 @@ def test_a_log_replays_as_the_events_do(path):
         assert len(log) == len(EVENTS)
         assert log.events() == EVENTS
         assert log.events(2, 4) == EVENTS[2:4]
-        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, substeps=3, hold=False))
+        xr.testing.assert_identical(
+            log.replay(), hs.replay(ENSEMBLE, EVENTS, substeps=3, hold=False)
+        )
         assert log.verify().whole
     with hs.EventLog(str(path)) as log:
         xr.testing.assert_identical(
-            log.replay(record="all"), hs.replay(ENSEMBLE, EVENTS, substeps=3, record="all", hold=False)
+            log.replay(record="all"),
+            hs.replay(ENSEMBLE, EVENTS, substeps=3, record="all", hold=False),
         )
         assert log.settings["contact_modulus"] == 1.0
         assert log.verify().digest == log.digest
@@ -104,8 +107,14 @@ def test_the_state_is_the_same_bits_from_any_snapshot(path):
 
 
 def test_a_log_of_slopes_makes_its_states_and_history_again(path):
-    ensemble = hs.InclinedEnsemble(ENSEMBLE.pair, [0.0, -2e-8, -3e-8], 1e-5, 0.2, slope=[0.1, -0.2, 0.05])
-    events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.NormalLoad(2.0, 0.5e-3)]
+    ensemble = hs.InclinedEnsemble(
+        ENSEMBLE.pair, [0.0, -2e-8, -3e-8], 1e-5, 0.2, slope=[0.1, -0.2, 0.05]
+    )
+    events = [
+        hs.NormalLoad(0.0, 1e-3),
+        hs.TangentialDisplacement(1.0, 20e-9),
+        hs.NormalLoad(2.0, 0.5e-3),
+    ]
     times = (0.0, 1.0, 1.5, 2.0)
     with hs.EventLog.create(path, ensemble, events, hold=False) as log:
         plain = [log.state(at=time) for time in times]
@@ -147,7 +156,10 @@ def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
 
 @pytest.mark.parametrize("at", [0.0, 0.4, 1.25, 2.0, 2.7, 7.0])
 def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log, log.fork(at, tmp_path / "fork.history") as fork:
+    with (
+        hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log,
+        log.fork(at, tmp_path / "fork.history") as fork,
+    ):
         past = [event for event in EVENTS if event.time <= at]
         assert fork.events()[: len(past)] == past
         assert {event.time for event in fork.events()[len(past) :]} <= {past[-1].time, at}
@@ -155,8 +167,15 @@ def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
         for time in (0.0, 0.3, 1.0, 1.2, 2.0, 2.6, 3.0, 4.0, 7.0):
             if time <= at:
                 one, other = fork.state(at=time), log.state(at=time)
-                for name in ("normal_load", "tangential_load", "tangential_displacement", "dissipated_energy"):
-                    assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-7, abs=1e-13), (time, name)
+                for name in (
+                    "normal_load",
+                    "tangential_load",
+                    "tangential_displacement",
+                    "dissipated_energy",
+                ):
+                    assert getattr(one, name) == pytest.approx(
+                        getattr(other, name), rel=1e-7, abs=1e-13
+                    ), (time, name)
         assert fork.state().tangential_load == pytest.approx(0.002)
     with hs.EventLog(path) as log:
         assert log.events() == EVENTS
@@ -182,7 +201,9 @@ def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
     with hs.EventLog(path) as log:
         verdict = log.verify()
         assert (verdict.events, verdict.whole) == (6, False)
-        with pytest.raises(hs.InputError, match=r"those before, up to t = 2\.5 s, are sound: EventLog.fork"):
+        with pytest.raises(
+            hs.InputError, match=r"those before, up to t = 2\.5 s, are sound: EventLog.fork"
+        ):
             log.replay()
         with pytest.raises(hs.InputError, match=r"is sound up to t = 2\.5 s only"):
             log.fork(3.0, tmp_path / "fork.history", notify=told.append)
@@ -229,7 +250,11 @@ class Use(RuleBasedStateMachine):
         self.events, self.forks = [], 0
 
     @rule(
-        moves=st.lists(st.tuples(st.floats(0.0, 2.0).map(lambda step: round(step, 1)), MOVES), min_size=1, max_size=5)
+        moves=st.lists(
+            st.tuples(st.floats(0.0, 2.0).map(lambda step: round(step, 1)), MOVES),
+            min_size=1,
+            max_size=5,
+        )
     )
     def append(self, moves):
         time, new = self.events[-1].time if self.events else 0.0, []
@@ -283,7 +308,9 @@ class Use(RuleBasedStateMachine):
         if self.events:
             first, last = self.events[0].time, self.events[-1].time
             for time in (first, (first + last) / 2, last):
-                assert bits(self.log.state(at=time)) == bits(by_hand(ENSEMBLE, self.events, time, 2))
+                assert bits(self.log.state(at=time)) == bits(
+                    by_hand(ENSEMBLE, self.events, time, 2)
+                )
 
     def teardown(self):
         if hasattr(self, "log"):

@@ -40,7 +40,11 @@ def test_other_events_come_back_from_columns():
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.text)
 def test_a_head_keeps_law_and_wear(law):
-    for wear in (None, ArchardWear(coefficient=0.01, hardness=1.0), EnergyWear(volume_per_energy=0.1, shape="blunted")):
+    for wear in (
+        None,
+        ArchardWear(coefficient=0.01, hardness=1.0),
+        EnergyWear(volume_per_energy=0.1, shape="blunted"),
+    ):
         ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, wear=wear, follow_sliding=True)
         head = LogHeader.from_replay(hs.Replay(ensemble, ()))
         again = parse_head(head.text, head.arrays).ensemble
@@ -114,7 +118,10 @@ def test_a_result_tells_what_evolves_and_verifies(made):
     assert history.present_summit_height.values[-1, 0] < 0
     told = dict(hs.analysis.summary(history))
     assert told["erased memories"].startswith("1, with an elastic energy of ")
-    assert told["worn volume"] == f"{history.worn_volume.values[-1].sum():.4g} m³ of the recorded asperities"
+    assert (
+        told["worn volume"]
+        == f"{history.worn_volume.values[-1].sum():.4g} m³ of the recorded asperities"
+    )
     assert told["summed sliding distance"].endswith("m")
     direct = hs.load(folder / "s.toml").replay().dataset()
     for name in direct.variables:
@@ -131,7 +138,13 @@ def test_states_at_any_moment_and_forks_agree_with_the_replay(made):
         with log.fork(4.5, path) as fork:
             again = fork.state()
             assert again.friction == pytest.approx(state.friction, rel=1e-12)
-            fork.append([hs.NormalLoad(5.0, 0.015), hs.TangentialDisplacement(5.0, 0.0), hs.FrictionRamp(5.0, 0.3)])
+            fork.append(
+                [
+                    hs.NormalLoad(5.0, 0.015),
+                    hs.TangentialDisplacement(5.0, 0.0),
+                    hs.FrictionRamp(5.0, 0.3),
+                ]
+            )
             assert fork.state().tangential_load == pytest.approx(whole.tangential_load, rel=1e-3)
         one = log.state_dataset(4.0)
         for name in ("worn_volume", "slid_distance", "present_summit_height", "tangential_load"):
@@ -154,7 +167,9 @@ def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
         hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1)
     monkeypatch.undo()
     notes = []
-    hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1, resume=True, notify=notes.append)
+    hs.run(
+        tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1, resume=True, notify=notes.append
+    )
     assert any("continuing from" in note for note in notes)
     with xr.open_dataset(tmp_path / "s.nc", decode_times=False) as again:
         for name in history.variables:
@@ -162,7 +177,9 @@ def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
 
 
 def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
-    pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9e9, hardness=5.5e9, cracking_load=0.04)
+    pair = hs.MaterialPair.from_moduli(
+        contact_modulus=43e9, shear_modulus=9e9, hardness=5.5e9, cracking_load=0.04
+    )
     law = KogutEtsion(hardness=5.5e9, poissons_ratio=0.25)
     ensemble = hs.Ensemble(pair, [0.0, -10e-9, -25e-9], [1e-6, 0.8e-6, 2e-6], 0.2, yielding=law)
     head = LogHeader.from_replay(hs.Replay(ensemble, ()))
@@ -170,9 +187,14 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
     again = parse_head(head.text, head.arrays).ensemble
     assert (again.yielding, again.pair.cracking_load) == (law, 0.04)
     loads = [hs.NormalLoad(float(k), n * 1e-3) for k, n in enumerate((0.5, 1.0, 0.3, 2.0, 1.5))]
-    events = sorted([*loads, *(hs.TangentialLoad(k + 0.5, (-1) ** k * 4e-5) for k in range(4))], key=lambda e: e.time)
+    events = sorted(
+        [*loads, *(hs.TangentialLoad(k + 0.5, (-1) ** k * 4e-5) for k in range(4))],
+        key=lambda e: e.time,
+    )
     whole = hs.replay(ensemble, events, substeps=3, hold=False)
-    with hs.EventLog.create(tmp_path / "whole.history", ensemble, events[:5], substeps=3, hold=False) as log:
+    with hs.EventLog.create(
+        tmp_path / "whole.history", ensemble, events[:5], substeps=3, hold=False
+    ) as log:
         log.append(events[5:])
         history = log.replay()
         middle = log.state(at=1.5)
@@ -183,7 +205,9 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
         np.testing.assert_array_equal(history[name], whole[name], err_msg=str(name))
     assert middle.yielded.yielding_energy.sum() > 0
     with hs.EventLog(tmp_path / "fork.history") as fork:
-        np.testing.assert_array_equal(fork.state(at=1.5).yielded.summit_height, middle.yielded.summit_height)
+        np.testing.assert_array_equal(
+            fork.state(at=1.5).yielded.summit_height, middle.yielded.summit_height
+        )
     written = tmp_path / "out.nc"
     hs.Replay(ensemble, events, substeps=3, hold=False).write(written)
     with xr.open_dataset(written) as found:

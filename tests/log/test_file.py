@@ -110,8 +110,14 @@ def test_appended_events_are_chained_to_earlier_ones(made):
 @pytest.mark.parametrize(
     ("event", "message"),
     [
-        (hs.NormalLoad(1.9, 0.01), r"event 0 at t = 1\.9 s: comes before the last event of the log, at t = 2 s"),
-        (hs.FrictionChange(3.0, [0.1, 0.2]), r"event 0 at t = 3 s: friction has shape \(2,\); expected one coefficie"),
+        (
+            hs.NormalLoad(1.9, 0.01),
+            r"event 0 at t = 1\.9 s: comes before the last event of the log, at t = 2 s",
+        ),
+        (
+            hs.FrictionChange(3.0, [0.1, 0.2]),
+            r"event 0 at t = 3 s: friction has shape \(2,\); expected one coefficie",
+        ),
         ("an event", r"event 0: 'an event' is not a load event"),
     ],
 )
@@ -197,7 +203,9 @@ def test_a_flipped_bit_never_makes_another_history(made, tmp_path):
 
 def tampered(path, statement, *values):
     connection = sqlite3.connect(path)
-    for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+    for (name,) in connection.execute(
+        "SELECT name FROM sqlite_master WHERE type = 'trigger'"
+    ).fetchall():
         connection.execute(f"DROP TRIGGER {name}")
     connection.execute(statement, values)
     connection.commit()
@@ -222,7 +230,9 @@ def test_changes_past_the_triggers_are_detected(made, statement, sound):
     assert problem
     assert len(events) == sound
     with LogFile(made) as file:
-        with pytest.raises(hs.InputError, match=rf"is damaged: .*event {sound} and later ones cannot be trusted"):
+        with pytest.raises(
+            hs.InputError, match=rf"is damaged: .*event {sound} and later ones cannot be trusted"
+        ):
             file.sound()
         with pytest.raises(hs.InputError, match="is damaged"):
             file.append([hs.NormalLoad(9.0, 0.01)])
@@ -256,7 +266,10 @@ def test_files_other_than_logs_are_refused(path):
     other = sqlite3.connect(path)
     other.execute("CREATE TABLE notes (text)")
     other.close()
-    with pytest.raises(hs.InputError, match="is not a log, or is damaged: it holds table notes and has no table head"):
+    with pytest.raises(
+        hs.InputError,
+        match="is not a log, or is damaged: it holds table notes and has no table head",
+    ):
         LogFile(path)
 
 
@@ -276,7 +289,10 @@ def with_snapshot(path):
     ("statement", "reason"),
     [
         ("UPDATE snapshot SET state = zeroblob(length(state))", "does not match its digest"),
-        ("UPDATE snapshot SET about = replace(about, '\"rows\": 2', '\"rows\": 3')", "does not match its digest"),
+        (
+            "UPDATE snapshot SET about = replace(about, '\"rows\": 2', '\"rows\": 3')",
+            "does not match its digest",
+        ),
         ("UPDATE snapshot SET about = x'ff'", "is damaged"),
         ("DROP TABLE snapshot", "the snapshots cannot be read"),
     ],
@@ -306,7 +322,8 @@ def test_a_snapshot_of_another_log_is_reported(made, tmp_path):
         assert "is of another log" in told[0]
 
 
-# -- several processes -------------------------------------------------------------------------------
+# -- several processes
+# -------------------------------------------------------------------------------
 
 
 def test_a_second_writer_is_reported_and_readers_are_not_held_up(made):
@@ -365,20 +382,28 @@ def test_a_writer_that_dies_in_a_transaction_leaves_what_was_there(made, tmp_pat
     assert names(tmp_path) == ["dead.history", "run.history"]
 
 
-@pytest.mark.parametrize("name", ["run.history-journal", ".new.history.part", ".new.history.part-journal"])
+@pytest.mark.parametrize(
+    "name", ["run.history-journal", ".new.history.part", ".new.history.part-journal"]
+)
 def test_a_file_of_something_else_under_a_name_of_its_own_is_left_alone(made, name):
     neighbour = made.with_name(name)
     neighbour.write_text("what nobody has twice", encoding="utf-8")
     with LogFile(shutil.copy(made, made.with_name("kept.history"))) as kept:
         head = kept.head
     with pytest.raises((OSError, hs.errors.InputError), match="; move it away"):
-        LogFile(made) if name.startswith("run") else LogFile.create(made.with_name("new.history"), head)
+        LogFile(made) if name.startswith("run") else LogFile.create(
+            made.with_name("new.history"), head
+        )
     with pytest.raises((OSError, hs.errors.InputError), match="; move it away"):
-        LogFile.create(made.with_name("run.history" if name.startswith("run") else "new.history"), head)
+        LogFile.create(
+            made.with_name("run.history" if name.startswith("run") else "new.history"), head
+        )
     assert neighbour.read_text(encoding="utf-8") == "what nobody has twice"
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere"
+)
 def test_a_log_in_a_read_only_folder_can_be_read(made):
     made.chmod(stat.S_IRUSR)
     made.parent.chmod(stat.S_IRUSR | stat.S_IXUSR)

@@ -30,12 +30,17 @@ SPRING = hs.Instrument(lateral_stiffness=0.2)
 
 
 def ensemble(rng, friction=0.5, **options):
-    return hs.Ensemble(PAIR, -rng.uniform(0.0, 0.04, COUNT), rng.uniform(0.5, 2.0, COUNT), friction, **options)
+    return hs.Ensemble(
+        PAIR, -rng.uniform(0.0, 0.04, COUNT), rng.uniform(0.5, 2.0, COUNT), friction, **options
+    )
 
 
 def ramps(rng, count=14, *, by_load=True):
     """Random paths of both channels; some times have one waypoint only, so that the other channel is between two."""
-    events = [hs.NormalLoad(0.0, 0.02), hs.TangentialLoad(0.0, 0.0) if by_load else hs.TangentialDisplacement(0.0, 0.0)]
+    events = [
+        hs.NormalLoad(0.0, 0.02),
+        hs.TangentialLoad(0.0, 0.0) if by_load else hs.TangentialDisplacement(0.0, 0.0),
+    ]
     for time in range(1, count):
         if rng.random() < 0.6:
             events.append(hs.NormalLoad(time, rng.uniform(0.015, 0.03)))
@@ -154,7 +159,9 @@ def test_chunks_computed_by_threads_have_the_bits_of_a_whole_run(tmp_path, name)
     chunks = {"step": int(rng.integers(2, 9)), "asperity": int(rng.integers(1, 4))}
     with dask.config.set(scheduler="threads", num_workers=4):
         assert_same_bits(hs.open(path, chunks=chunks).compute(), recorded(path))
-        assert_same_bits(xr.open_dataset(path, engine=HistoryBackend, chunks=chunks).compute(), recorded(path))
+        assert_same_bits(
+            xr.open_dataset(path, engine=HistoryBackend, chunks=chunks).compute(), recorded(path)
+        )
 
 
 def test_variables_of_one_block_are_computed_once(log, monkeypatch):
@@ -231,7 +238,10 @@ def test_a_run_with_totals_keeps_log_totals_and_snapshots(scenario, tmp_path):
     totals = hs.run(scenario, output, record="totals", snapshot_every=10)
     expected = hs.run(scenario)
     assert "asperity" not in totals.dims
-    assert totals.total_tangential_load.values.tobytes() == expected.total_tangential_load.values.tobytes()
+    assert (
+        totals.total_tangential_load.values.tobytes()
+        == expected.total_tangential_load.values.tobytes()
+    )
     totals.close()
     assert hs.verify(output)
     assert hs.verify(output.with_suffix(".history")).snapshots == 2
@@ -306,7 +316,9 @@ def test_a_long_log_without_snapshots_says_which_option_helps(log, tmp_path, mon
     with closing(sqlite3.connect(bare)) as connection:
         connection.execute("DELETE FROM snapshot")
         connection.commit()
-    with pytest.warns(UserWarning, match=r"no usable snapshot; historysim run .* --record totals --snapshot-every"):
+    with pytest.warns(
+        UserWarning, match=r"no usable snapshot; historysim run .* --record totals --snapshot-every"
+    ):
         history = open_lazily(bare)
     assert_same_bits(history.load(), recorded(log))
     hs.run(bare, tmp_path / "totals.nc", record="totals", snapshot_every=5).close()
@@ -380,7 +392,9 @@ def test_a_damaged_log_is_refused(log):
 def test_a_damaged_snapshot_is_passed_over_with_a_warning(log):
     history = xr.open_dataset(log, engine=HistoryBackend)
     with closing(sqlite3.connect(log)) as connection:
-        connection.execute("UPDATE snapshot SET state = zeroblob(length(state)) WHERE number % 2 = 0")
+        connection.execute(
+            "UPDATE snapshot SET state = zeroblob(length(state)) WHERE number % 2 = 0"
+        )
         connection.commit()
     with pytest.warns(UserWarning, match="a snapshot is damaged"):
         found = history.isel(step=slice(-3, None)).load()
@@ -407,7 +421,9 @@ def test_a_log_that_was_replaced_is_refused(log, tmp_path):
     with pytest.warns(UserWarning, match="another log than before; it was replaced"):
         history.normal_load.isel(step=-1).load()
     lazy_history._open_history.cache_clear()
-    with pytest.raises(InputError, match=r"is not the log that the history was opened from.*replaced"):
+    with pytest.raises(
+        InputError, match=r"is not the log that the history was opened from.*replaced"
+    ):
         history.normal_load.isel(step=-1).load()
 
 
@@ -415,7 +431,9 @@ def test_a_worker_without_the_file_is_told_which_file_it_needs(log):
     history = hs.open(log, chunks={})
     log.unlink()
     lazy_history._open_history.cache_clear()
-    with pytest.raises(InputError, match=r"run\.history: there is no such file on .*every machine.*same path"):
+    with pytest.raises(
+        InputError, match=r"run\.history: there is no such file on .*every machine.*same path"
+    ):
         history.normal_load.compute()
 
 
@@ -423,7 +441,9 @@ def test_another_version_is_refused(log, monkeypatch):
     history = hs.open(log, chunks={})
     monkeypatch.setattr(lazy_history, "program", lambda _: "historysim 99")
     lazy_history._open_history.cache_clear()
-    with pytest.raises(InputError, match=r"was opened by historysim .*, and historysim 99 is installed on"):
+    with pytest.raises(
+        InputError, match=r"was opened by historysim .*, and historysim 99 is installed on"
+    ):
         history.normal_load.compute()
 
 
@@ -454,7 +474,10 @@ def test_files_without_a_history_are_refused(scenario, tmp_path):
 def test_without_dask_the_message_names_the_extra(log, monkeypatch):
     monkeypatch.setitem(sys.modules, "dask.array", None)
     for path in (log, log.with_name("full.nc")):
-        with pytest.raises(InputError, match=r'pip install "historysim\[dask\]"; without chunks, xarray\.open_dataset'):
+        with pytest.raises(
+            InputError,
+            match=r'pip install "historysim\[dask\]"; without chunks, xarray\.open_dataset',
+        ):
             hs.open(path, chunks={})
 
 
@@ -463,7 +486,7 @@ def test_a_lazy_array_is_pickled_by_path_and_digest(log):
     content = pickle.dumps(history.normal_load.variable)
     # ten times the asperities, the same size
     assert len(content) < 3000
-    again = pickle.loads(content)  # noqa: S301 - made here
+    again = pickle.loads(content)
     assert again.values.tobytes() == recorded(log).normal_load.values.tobytes()
 
 

@@ -78,7 +78,9 @@ def test_a_resume_computes_only_rows_after_the_last_snapshot(folder, whole, monk
     walked = []
     original = FileRecorder.record
     monkeypatch.setattr(
-        FileRecorder, "record", lambda self, times: (walked.append(times.size), original(self, times))[1]
+        FileRecorder,
+        "record",
+        lambda self, times: (walked.append(times.size), original(self, times))[1],
     )
     told = []
     hs.run(scenario, output, resume=True, snapshot_every=EVERY, notify=told.append).close()
@@ -104,7 +106,10 @@ def kept_rows(folder, whole, written):
     [
         "cut",
         "of another log",
-        *(pytest.param(harm, marks=pytest.mark.slow) for harm in ("left open", "no netCDF", "of another run")),
+        *(
+            pytest.param(harm, marks=pytest.mark.slow)
+            for harm in ("left open", "no netCDF", "of another run")
+        ),
     ],
 )
 def test_rows_that_do_not_belong_to_a_snapshot_are_recomputed(folder, whole, monkeypatch, harm):
@@ -128,11 +133,15 @@ def test_rows_that_do_not_belong_to_a_snapshot_are_recomputed(folder, whole, mon
         left.close()
 
 
-def test_a_resume_of_another_result_of_the_same_log_does_not_take_its_snapshots(folder, whole, monkeypatch):
+def test_a_resume_of_another_result_of_the_same_log_does_not_take_its_snapshots(
+    folder, whole, monkeypatch
+):
     """Whose rows may be fewer: each of them says in which file its rows are."""
     scenario, output, _ = interrupted(folder, monkeypatch, after=2)
     (folder / ".killed.nc.unfinished").rename(folder / ".other.nc.unfinished")
-    hs.run(output.with_suffix(".history"), folder / "other.nc", resume=True, snapshot_every=EVERY).close()
+    hs.run(
+        output.with_suffix(".history"), folder / "other.nc", resume=True, snapshot_every=EVERY
+    ).close()
     assert variables(folder / "other.nc") == variables(whole / "killed.nc")
     hs.run(scenario, output, resume=True, snapshot_every=EVERY).close()
     assert variables(output) == variables(whole / "killed.nc")
@@ -153,7 +162,10 @@ def faulty(tmp_path, stride):
     if not POSSIBLE:
         pytest.skip(REASON)
     printed = run_script(TESTS / "scripts" / "fault_runs.py", tmp_path, stride)
-    found = re.search(r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", printed)
+    found = re.search(
+        r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash",
+        printed,
+    )
     assert found, printed[-2000:]
     return [int(number) for number in found.groups()]
 
@@ -167,8 +179,12 @@ def test_a_failed_write_sync_or_rename_is_reported_and_resumed(tmp_path):
 
 def test_a_full_disk_is_reported_and_the_run_resumes_later(folder, whole, monkeypatch):
     scenario, output, written = interrupted(folder, monkeypatch)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6)))
-    with pytest.raises(OSError, match=r"the disk is full: the result needs .* then continue with --resume"):
+    monkeypatch.setattr(
+        shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6))
+    )
+    with pytest.raises(
+        OSError, match=r"the disk is full: the result needs .* then continue with --resume"
+    ):
         hs.run(scenario, output, resume=True, snapshot_every=EVERY)
     monkeypatch.undo()
     assert not output.exists()
@@ -183,9 +199,13 @@ def test_a_full_disk_is_reported_and_the_run_resumes_later(folder, whole, monkey
 
 def test_an_edited_scenario_is_not_resumed(folder):
     scenario = folder / "killed.toml"
-    scenario.write_text(scenario.read_text(encoding="utf-8").replace("0.012", "0.013"), encoding="utf-8")
+    scenario.write_text(
+        scenario.read_text(encoding="utf-8").replace("0.012", "0.013"), encoding="utf-8"
+    )
     before = (folder / "killed.nc").read_bytes(), (folder / "killed.history").read_bytes()
-    with pytest.raises(hs.InputError, match=r"is not the scenario that .*killed\.history was made from"):
+    with pytest.raises(
+        hs.InputError, match=r"is not the scenario that .*killed\.history was made from"
+    ):
         hs.run(scenario, folder / "killed.nc", resume=True)
     assert ((folder / "killed.nc").read_bytes(), (folder / "killed.history").read_bytes()) == before
 
@@ -194,11 +214,17 @@ def test_the_log_alone_makes_the_result_again(folder, whole):
     (folder / "killed.toml").unlink()
     hs.run(folder / "killed.history", folder / "again.nc").close()
     assert variables(folder / "again.nc") == variables(whole / "killed.nc")
-    with netCDF4.Dataset(folder / "again.nc") as again, netCDF4.Dataset(whole / "killed.nc") as first:
+    with (
+        netCDF4.Dataset(folder / "again.nc") as again,
+        netCDF4.Dataset(whole / "killed.nc") as first,
+    ):
         assert again.groups["surface"].variables.keys() == first.groups["surface"].variables.keys()
         assert again.scenario == first.scenario
     history = hs.run(folder / "killed.history")
-    assert history.total_normal_load.values.tobytes() == variables(whole / "killed.nc")["total_normal_load"]
+    assert (
+        history.total_normal_load.values.tobytes()
+        == variables(whole / "killed.nc")["total_normal_load"]
+    )
 
 
 def test_a_second_run_of_one_result_is_refused(folder):
@@ -223,7 +249,9 @@ def test_a_changed_value_is_named(folder):
     with netCDF4.Dataset(folder / "killed.nc", "a") as result:
         result["stick_radius"][7, 1] += 1e-9
         result["saturated"][3] = 1
-    found = {difference.name: difference for difference in hs.verify(folder / "killed.nc").differences}
+    found = {
+        difference.name: difference for difference in hs.verify(folder / "killed.nc").differences
+    }
     assert set(found) == {"stick_radius", "saturated"}
     assert found["stick_radius"].count == 1
     assert found["stick_radius"].first.startswith("step 7, asperity 1 (")
@@ -234,7 +262,8 @@ def test_a_changed_value_is_named(folder):
 def test_a_swapped_result_is_refused(folder):
     other = folder / "other.toml"
     other.write_text(
-        (folder / "killed.toml").read_text(encoding="utf-8").replace("repeat = 40", "repeat = 2"), encoding="utf-8"
+        (folder / "killed.toml").read_text(encoding="utf-8").replace("repeat = 40", "repeat = 2"),
+        encoding="utf-8",
     )
     hs.run(other, folder / "other.nc").close()
     (folder / "other.nc").replace(folder / "killed.nc")
@@ -255,7 +284,9 @@ def test_a_result_is_verified_after_its_log_has_grown(folder):
 def test_a_snapshot_that_differs_from_the_replay_is_reported(folder):
     with LogFile(folder / "killed.history", write=True) as file:
         content = file.sound()
-        add_snapshot(file, content, next(snapshots(file, content)).cursor, file.head.ensemble.initial_state())
+        add_snapshot(
+            file, content, next(snapshots(file, content)).cursor, file.head.ensemble.initial_state()
+        )
     told = []
     hs.verify(folder / "killed.history", notify=told.append)
     assert any("differs from the replay" in line for line in told)

@@ -46,7 +46,9 @@ def test_a_trigger_that_is_planted_while_the_log_is_open_is_seen(folder):
     log = folder / "a.history"
     with hs.EventLog(log) as opened:
         len(opened)
-        hostile.forged_log(log, "CREATE TRIGGER t AFTER INSERT ON batch BEGIN DELETE FROM snapshot; END")
+        hostile.forged_log(
+            log, "CREATE TRIGGER t AFTER INSERT ON batch BEGIN DELETE FROM snapshot; END"
+        )
         with pytest.raises(InputError, match="holds trigger t"):
             opened.append(hs.NormalLoad(10.0, 0.01))
 
@@ -94,7 +96,9 @@ def test_events_that_nobody_could_append_are_reported(folder, column, values, to
 
 def test_steps_beyond_the_limit_are_refused_before_anything_is_made(folder, monkeypatch):
     monkeypatch.setenv("HISTORYSIM_MOST_STEPS", "7")
-    with pytest.raises(InputError, match=r"10 steps; expected 7 at most .*HISTORYSIM_MOST_STEPS raises it"):
+    with pytest.raises(
+        InputError, match=r"10 steps; expected 7 at most .*HISTORYSIM_MOST_STEPS raises it"
+    ):
         hs.run(folder / "a.history", folder / "b.nc")
     assert not (folder / "b.nc").exists()
 

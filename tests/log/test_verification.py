@@ -10,7 +10,8 @@ import xarray as xr
 
 import historysim as hs
 
-# A log with all kinds of events and a snapshot, and its result, as version 0.4.0 wrote them before its release.
+# A log with all kinds of events and a snapshot, and its result, as version 0.4.0 wrote them before
+# its release.
 BEFORE = Path(__file__).parent / "written_by_0_4_0"
 
 
@@ -37,14 +38,23 @@ def test_files_of_an_earlier_version_open_and_verify(before):
 
 
 def test_a_log_written_before_makes_its_result_again(before):
-    with hs.EventLog(before.with_suffix(".history")) as log, xr.open_dataset(before, decode_times=False) as result:
+    with (
+        hs.EventLog(before.with_suffix(".history")) as log,
+        xr.open_dataset(before, decode_times=False) as result,
+    ):
         again = log.replay()
         assert set(result.variables) <= set(again.variables)
         for name, values in result.variables.items():
             scale = float(np.abs(np.nan_to_num(values)).max())
-            assert again[name].values == pytest.approx(values.values, rel=1e-12, abs=1e-12 * scale, nan_ok=True), name
+            assert again[name].values == pytest.approx(
+                values.values, rel=1e-12, abs=1e-12 * scale, nan_ok=True
+            ), name
         # a page that ran before may have added a separate event
-        own = {name for name, kind in hs.events.EVENTS.items() if kind.__module__.startswith("historysim.")}
+        own = {
+            name
+            for name, kind in hs.events.EVENTS.items()
+            if kind.__module__.startswith("historysim.")
+        }
         assert {event.name for event in log.events()} == own
         log.append(hs.NormalLoad(7.0, 0.01))
         assert log.state().normal_load == pytest.approx(0.01)
@@ -58,7 +68,9 @@ def test_a_result_written_before_is_run_again_from_itself(before, tmp_path):
 
 
 @pytest.mark.parametrize(("who", "fails"), [("historysim_version", False), ("made_with", True)])
-def test_rounding_of_another_version_is_noted_and_that_of_another_machine_is_a_failure(again, who, fails):
+def test_rounding_of_another_version_is_noted_and_that_of_another_machine_is_a_failure(
+    again, who, fails
+):
     with netCDF4.Dataset(again, "a") as result:
         result.setncattr(who, "another one")
         result["separation"][:] = np.nextafter(result["separation"][:], 1.0)

@@ -48,7 +48,11 @@ def assert_same(found, expected):
 
 def test_a_run_to_a_store_is_that_to_a_file(scenario, tmp_path):
     hs.run(scenario, "rough.zarr", progress=True, threads=2).close()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["rough.history", "rough.toml", "rough.zarr"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "rough.history",
+        "rough.toml",
+        "rough.zarr",
+    ]
     hs.run("rough.history", "full.nc").close()
     history, expected = hs.open("rough.zarr"), hs.open("full.nc")
     assert len(hs.open("rough.zarr", chunks="auto").normal_load.data.chunks[0]) > 1
@@ -105,7 +109,9 @@ def test_an_interrupted_store_is_resumed(scenario, tmp_path, monkeypatch):
 
     with monkeypatch.context() as patched:
         patched.setattr(zarr_result, "_write_store", interrupt)
-        with pytest.raises(KeyboardInterrupt, match=r"rough\.history keeps the events and snapshots; .* --resume"):
+        with pytest.raises(
+            KeyboardInterrupt, match=r"rough\.history keeps the events and snapshots; .* --resume"
+        ):
             hs.run(scenario, "rough.zarr")
     assert not (tmp_path / "rough.zarr").exists()
     replayed = []
@@ -139,7 +145,9 @@ def test_without_its_packages_the_message_names_the_extras(scenario, tmp_path, m
 def test_a_cluster_that_is_not_there_is_an_error(scenario, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(zarr_result, "CONNECT_SECONDS", 0.2)
-    with pytest.raises(InputError, match=r"cluster tcp://127\.0\.0\.1:9: no scheduler answers there"):
+    with pytest.raises(
+        InputError, match=r"cluster tcp://127\.0\.0\.1:9: no scheduler answers there"
+    ):
         hs.run(scenario, "rough.zarr", cluster="tcp://127.0.0.1:9")
 
 
@@ -165,7 +173,9 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(scenario):
         history = hs.open("rough.history", chunks={"step": 2})
         Path("rough.history").rename("moved.history")
         client.run(lazy_history._open_history.cache_clear)
-        with pytest.raises(InputError, match=r"rough\.history: there is no such file on .* under the same path"):
+        with pytest.raises(
+            InputError, match=r"rough\.history: there is no such file on .* under the same path"
+        ):
             history.normal_load.compute()
     assert_same(hs.open("out.zarr"), expected)
 
@@ -186,7 +196,10 @@ def stored(scenario, monkeypatch):
 
 def test_any_flipped_bit_is_told_or_changes_nothing(stored):
     store, values = stored
-    rng, files = np.random.default_rng(1), sorted(path for path in store.rglob("*") if path.is_file())
+    rng, files = (
+        np.random.default_rng(1),
+        sorted(path for path in store.rglob("*") if path.is_file()),
+    )
     for number in range(60):
         path = files[number % len(files)]
         content = path.read_bytes()
@@ -194,7 +207,9 @@ def test_any_flipped_bit_is_told_or_changes_nothing(stored):
         flipped[rng.integers(len(content))] ^= 1 << int(rng.integers(8))
         path.write_bytes(flipped)
         with pytest.raises(InputError, match=r"rough\.zarr.*damaged"), hs.open(store) as history:
-            assert {name: variable.values.tobytes() for name, variable in history.variables.items()} == values
+            assert {
+                name: variable.values.tobytes() for name, variable in history.variables.items()
+            } == values
         path.write_bytes(content)
 
 
@@ -228,7 +243,9 @@ def test_verify_compares_a_store_with_its_log(scenario, stored):
     assert [difference.name for difference in found.differences] == ["normal_load"]
 
 
-@pytest.mark.parametrize("member", ["notes.txt", "analysis/zarr.json", "normal_load/c/notes", "normal_load/link"])
+@pytest.mark.parametrize(
+    "member", ["notes.txt", "analysis/zarr.json", "normal_load/c/notes", "normal_load/link"]
+)
 def test_a_store_with_a_foreign_member_is_never_replaced(scenario, stored, member):
     store, _ = stored
     path = store / member
@@ -238,7 +255,9 @@ def test_a_store_with_a_foreign_member_is_never_replaced(scenario, stored, membe
     for force, message in ((False, "--force"), (True, "has not written")):
         with pytest.raises(InputError, match=message):
             hs.run(scenario, store, force=force)
-    assert sorted((path, path.read_bytes()) for path in store.rglob("*") if path.is_file()) == before
+    assert (
+        sorted((path, path.read_bytes()) for path in store.rglob("*") if path.is_file()) == before
+    )
 
 
 @pytest.mark.parametrize("in_one_step", [True, False])
@@ -251,9 +270,15 @@ def test_an_open_reader_never_reads_another_run(scenario, stored, monkeypatch, i
         hs.run(scenario, store)
     assert reader.stick_radius.values.tobytes() == values["stick_radius"]
     reader = hs.open(store)
-    scenario.write_text(SCENARIO.replace("coefficient = 0.2", "coefficient = 0.21"), encoding="utf-8")
+    scenario.write_text(
+        SCENARIO.replace("coefficient = 0.2", "coefficient = 0.21"), encoding="utf-8"
+    )
     hs.run(scenario, store, force=True).close()
     with pytest.raises(InputError, match="was replaced"):
         _ = reader.stick_radius.values
     assert hs.open(store).stick_radius.values.tobytes() != values["stick_radius"]
-    assert sorted(path.name for path in Path().iterdir()) == ["rough.history", "rough.toml", "rough.zarr"]
+    assert sorted(path.name for path in Path().iterdir()) == [
+        "rough.history",
+        "rough.toml",
+        "rough.zarr",
+    ]

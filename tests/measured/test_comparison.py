@@ -17,7 +17,9 @@ from historysim.results.plots import record_pictures as plots
 @pytest.fixture(scope="module")
 def compared():
     observed = observe(synthetic.measured("ball", 0), skip=0)
-    response = compute_response(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    response = compute_response(
+        *synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed
+    )
     return Comparison(observed, response)
 
 
@@ -28,13 +30,17 @@ def area(moved, load):
 
 def test_loops_and_their_energies_by_another_way(compared):
     observed = compared.observation
-    assert dict(compared.summary())["loops"] == str(len(compared.measured)) == str(len(compared.model))
+    assert (
+        dict(compared.summary())["loops"] == str(len(compared.measured)) == str(len(compared.model))
+    )
     assert_array_equal(compared.measured.ends, compared.model.ends)
     for loops, moved, load in (
         (compared.measured, observed.displacement, observed.tangential_load),
         (compared.model, compared.response.displacement, compared.response.tangential_load),
     ):
-        energy = np.array([area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends])
+        energy = np.array(
+            [area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends]
+        )
         # the load steps in the second loop, and the last one is cut off
         energy[[1, 3]] = np.nan
         # noise of 1 nm, of 200, makes the order in time another one than that of the displacements
@@ -47,10 +53,15 @@ def test_a_record_without_a_loop_is_compared_without_a_table(compared):
         name: getattr(compared.observation, name)[part]
         for name in ("time", "displacement", "tangential_load", "normal_load")
     }
-    short = attrs.evolve(compared.observation, **kept, turns=np.array([0, 79]), nodes=np.array([0, 79]), loops=None)
+    short = attrs.evolve(
+        compared.observation, **kept, turns=np.array([0, 79]), nodes=np.array([0, 79]), loops=None
+    )
     response = attrs.evolve(
         compared.response,
-        **{name: value[part] for name, value in attrs.asdict(compared.response, recurse=False).items()},
+        **{
+            name: value[part]
+            for name, value in attrs.asdict(compared.response, recurse=False).items()
+        },
     )
     alone = Comparison(short, response)
     assert alone.measured is None
@@ -67,7 +78,12 @@ def test_spring_in_parallel_acts_on_the_displacement_of_each_sample(compared):
     spring = compute_response(ensemble, attrs.evolve(instrument, parallel_stiffness=2e4), observed)
     alone = compute_response(ensemble, instrument, observed)
     assert_array_equal(spring.displacement, alone.displacement)
-    assert_allclose(spring.tangential_load - alone.tangential_load, 2e4 * spring.displacement, rtol=0, atol=1e-15)
+    assert_allclose(
+        spring.tangential_load - alone.tangential_load,
+        2e4 * spring.displacement,
+        rtol=0,
+        atol=1e-15,
+    )
     assert_array_equal(spring.contact_load, spring.tangential_load - spring.parallel_load)
     assert_allclose(spring.contact_load, alone.tangential_load, rtol=0, atol=1e-15)
 
@@ -76,7 +92,11 @@ def test_spring_in_parallel_acts_on_the_displacement_of_each_sample(compared):
 
 
 def lines_of(axes, colour):
-    return [line for line in axes.lines if to_hex(line.get_color()) == colour and len(line.get_xdata()) > 2]
+    return [
+        line
+        for line in axes.lines
+        if to_hex(line.get_color()) == colour and len(line.get_xdata()) > 2
+    ]
 
 
 def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared):

@@ -31,7 +31,11 @@ def test_a_notch_takes_its_frequency_off_and_leaves_the_rest():
 def test_a_low_pass_has_the_gain_of_butterworth_twice_and_no_phase(frequency):
     """|H|² of order 2 is 1/(1 + r⁴), with the frequencies of the bilinear transform."""
     ratio = np.tan(np.pi * frequency / RATE) / np.tan(np.pi * 20 / RATE)
-    assert_allclose(low_pass(TIME, sine(frequency), 20.0)[INSIDE], sine(frequency)[INSIDE] / (1 + ratio**4), atol=1e-6)
+    assert_allclose(
+        low_pass(TIME, sine(frequency), 20.0)[INSIDE],
+        sine(frequency)[INSIDE] / (1 + ratio**4),
+        atol=1e-6,
+    )
 
 
 def test_a_median_takes_spikes_off_and_leaves_turns():
@@ -49,8 +53,8 @@ def noise(seed, size=0.1):
 
 def test_hum_is_found_with_its_frequency_and_amplitude():
     (found,) = find_hum(TIME, triangle() + noise(0) + sine(50.1, 0.1), dead_band=1.0)
-    # between the turns 800 samples each: the amplitude of a line is known to √(2/n) of the noise, its frequency better
-    # than to a tenth of a bin of the pieces
+    # between the turns 800 samples each: the amplitude of a line is known to √(2/n) of the noise,
+    # its frequency better than to a tenth of a bin of the pieces
     assert found.amplitude == pytest.approx(0.1, abs=4 * 0.1 * np.sqrt(2 / 3200))
     assert found.frequency == pytest.approx(50.1, abs=0.1 * RATE / 800)
     both = find_hum(TIME, triangle() + noise(0) + sine(50, 0.1) + sine(150, 0.2), dead_band=1.0)

@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from historysim.measured.correction import drift_of_cycles, offset_of_cycles, remove_backlash, remove_free_play
+from historysim.measured.correction import (
+    drift_of_cycles,
+    offset_of_cycles,
+    remove_backlash,
+    remove_free_play,
+)
 from historysim.measured.reduction import reversals
 
 
@@ -48,7 +53,9 @@ def test_the_standard_error_of_the_drift_equals_that_of_a_straight_fit():
     found = drift_of_cycles(time, channel, dead_band=1.0)
     cycles = reversals(channel, 1.0)
     cycles = cycles[: cycles.size // 2 * 2].reshape(-1, 2)
-    slope, covariance = np.polyfit(time[cycles].mean(axis=1), channel[cycles].mean(axis=1), 1, cov=True)
+    slope, covariance = np.polyfit(
+        time[cycles].mean(axis=1), channel[cycles].mean(axis=1), 1, cov=True
+    )
     assert found.value == pytest.approx(slope[0], rel=1e-9)
     assert found.standard_error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-9)
 
@@ -76,11 +83,17 @@ def test_backlash_under_noise_is_removed_within_the_dead_band():
     assert np.abs(noisy - motion).max() > 0.14
 
 
-@given(st.lists(st.floats(-1, 1), min_size=1, max_size=30).map(np.array), st.floats(0, 3), st.floats(0.01, 0.5))
+@given(
+    st.lists(st.floats(-1, 1), min_size=1, max_size=30).map(np.array),
+    st.floats(0, 3),
+    st.floats(0.01, 0.5),
+)
 def test_free_play_in_series_is_removed(load, width, closing_load):
     contact = np.linspace(-5, 5, load.size)
     spring = width / (2 * closing_load)
     clearance = [min(max(force * spring, -width / 2), width / 2) for force in load]
     found = remove_free_play(contact + clearance, load, width, closing_load=closing_load)
     assert found == pytest.approx(contact, abs=1e-13)
-    assert remove_free_play(contact + width / 2 * np.sign(load), load, width) == pytest.approx(contact, abs=1e-13)
+    assert remove_free_play(contact + width / 2 * np.sign(load), load, width) == pytest.approx(
+        contact, abs=1e-13
+    )

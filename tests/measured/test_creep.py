@@ -31,7 +31,10 @@ def creep(seed=0, **shape):
 
 @pytest.mark.parametrize(
     ("name", "rate"),
-    [*((name, 3.0) for name in FIRST), *(pytest.param(name, 10.0, marks=pytest.mark.slow) for name in RECORDS)],
+    [
+        *((name, 3.0) for name in FIRST),
+        *(pytest.param(name, 10.0, marks=pytest.mark.slow) for name in RECORDS),
+    ],
 )
 def test_creep_is_found_within_five_percent(name, rate):
     record = Holds(**RECORDS[name], rate=rate)
@@ -111,7 +114,10 @@ def test_the_command_and_the_function_agree(tmp_path, monkeypatch):
     assert all(text in done.output for _, text in found.summary())
     assert len(found.rows()) == 5
     figure = hs.plot(found)
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["Relaxation", "Parts of the change"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [
+        "Relaxation",
+        "Parts of the change",
+    ]
     assert (tmp_path / "c.png").stat().st_size > 1e4
     again = CliRunner().invoke(main, ["creep", "s.toml", "-o", "record.csv"])
     assert again.exit_code == 2

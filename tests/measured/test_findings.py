@@ -22,7 +22,9 @@ def test_the_advice_makes_the_record_better(finding):
 
 
 def test_the_page_has_the_table():
-    assert findings.section() == findings.table(dict.fromkeys((each.finding for each in findings.FINDINGS), 0))
+    assert findings.section() == findings.table(
+        dict.fromkeys((each.finding for each in findings.FINDINGS), 0)
+    )
 
 
 def test_a_first_cycle_from_rest_is_not_a_closed_period():

@@ -28,9 +28,11 @@ def test_without_noise_the_truth_is_found():
     found = fit_parameters(synthetic.model(kind), start_of(kind, 1.3), observe(exact(kind)))
     for parameter in found.parameters:
         truth = synthetic.TRUTHS[kind][parameter.name]
-        # a turn is expected beyond the outermost sample, and here it is on it: the estimate leaves a little of that
+        # a turn is expected beyond the outermost sample, and here it is on it: the estimate leaves
+        # a little of that
         assert parameter.value == pytest.approx(truth, rel=5e-5)
-        # not narrower than by the noise, which is the distance of a true turn from the outermost sample
+        # not narrower than by the noise, which is the distance of a true turn from the outermost
+        # sample
         assert parameter.high / parameter.low < 1 + 1e-2
     assert found.misfit < 0.1
     assert np.abs(found.residual).max() < 1e-5 * np.abs(exact(kind)["tangential_load"]).max()
@@ -49,15 +51,21 @@ def test_intervals_hold_the_truth_where_turning_points_fall_between_coarse_sampl
     """Two parameters of two records at 12 nm a sample; one miss of four is expected at times."""
     found = [synthetic.fitted("ball", seed, rate=2.09) for seed in (100, 101)]
     for ends in (("low", "high"), ("noise_low", "noise_high")):
-        held = [synthetic.holds(parameter, *ends) for each in found for parameter in each.parameters]
+        held = [
+            synthetic.holds(parameter, *ends) for each in found for parameter in each.parameters
+        ]
         assert held.count(False) <= 1
 
 
 def test_few_loops_have_the_interval_of_noise_alone():
     found = synthetic.fitted("ball", 5, loads=(0.05,), loops=1)
     assert found.loops_compared is None
-    assert all((each.low, each.high) == (each.noise_low, each.noise_high) for each in found.parameters)
-    assert dict(found.summary())["intervals by"].startswith("noise, as if independent: there are too few loops")
+    assert all(
+        (each.low, each.high) == (each.noise_low, each.noise_high) for each in found.parameters
+    )
+    assert dict(found.summary())["intervals by"].startswith(
+        "noise, as if independent: there are too few loops"
+    )
 
 
 def test_the_misfit_of_a_true_model_is_one():
@@ -108,22 +116,29 @@ def sliding_model(values):
 
 
 def test_a_parameter_without_effect_is_noted():
-    found = fit_parameters(sliding_model, {"shear_modulus": 1e10, "friction": 0.5}, observe(sliding()))
+    found = fit_parameters(
+        sliding_model, {"shear_modulus": 1e10, "friction": 0.5}, observe(sliding())
+    )
     shear, friction = found.parameters
     assert notes_of(found) == "shear_modulus is not determined by these data"
     # it stays where it was, and the other one is the mean of the load over the normal load
     assert shear.value == pytest.approx(1e10, rel=1e-6)
     load = sliding()["tangential_load"][1:-1]
     assert friction.value == pytest.approx(load.mean() / 0.05, rel=1e-6)
-    # the interval is that of a mean, by the scatter of it (here more than the noise that second differences show)
-    reach = stats.t.ppf(0.975, found.degrees_of_freedom) * load.std(ddof=2) / np.sqrt(load.size) / 0.05
+    # the interval is that of a mean, by the scatter of it (here more than the noise that second
+    # differences show)
+    reach = (
+        stats.t.ppf(0.975, found.degrees_of_freedom) * load.std(ddof=2) / np.sqrt(load.size) / 0.05
+    )
     assert (friction.high - friction.low) / 2 == pytest.approx(reach, rel=0.1)
     assert abs(found.correlation[0, 1]) < 1e-3
 
 
 def test_a_wrong_model_is_noted():
     found = fit_parameters(
-        sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6)
+        sliding_model,
+        {"friction": 0.3, "shear_modulus": 1e10},
+        observe(sliding(noise=1e-3), load_noise=1e-6),
     )
     assert "%: the model is incomplete, or the fit needs another start" in notes_of(found)
 

@@ -17,7 +17,8 @@ from historysim.scenario.record_search import each_run, fretting_of_runs, fretti
 MU, LOAD = 0.5, 0.01  # [1], [N]
 RADIUS_OF_CONTACT, SHEAR_MODULUS = 0.2, 0.25  # [m], [Pa]: scaled units of the closed form
 CONTACT_COMPLIANCE = 1 / (8 * SHEAR_MODULUS * RADIUS_OF_CONTACT)
-PUBLISHED = {"energy_ratio": 0.2, "system_free_ratio": 0.77, "sliding_ratio": 0.26}  # Fouvry, Kapsa, Vincent (1995)
+# Fouvry, Kapsa and Vincent, 1995
+PUBLISHED = {"energy_ratio": 0.2, "system_free_ratio": 0.77, "sliding_ratio": 0.26}
 
 
 def mindlin_loops(share, *, slide=0.0, system=0.0, samples=2000):
@@ -29,7 +30,9 @@ def mindlin_loops(share, *, slide=0.0, system=0.0, samples=2000):
     u = np.concatenate([way, way[-1] + way[0] - way[1:]])
     t = np.concatenate([falling, -falling[1:]]) * MU * LOAD
     u, t = np.append(u, u[1:]), np.append(t, t[1:])
-    return loops_of_channels(np.arange(float(u.size)), u + system * t, t, np.full(u.size, LOAD), displacement_noise=0.0)
+    return loops_of_channels(
+        np.arange(float(u.size)), u + system * t, t, np.full(u.size, LOAD), displacement_noise=0.0
+    )
 
 
 def test_transition_from_partial_slip_has_the_published_ratios():
@@ -44,7 +47,12 @@ def test_transition_from_partial_slip_has_the_published_ratios():
 
 @pytest.mark.parametrize(
     ("share", "slide", "regime"),
-    [(0.05, 0.0, "stick"), (0.5, 0.0, "partial slip"), (0.99, 0.0, "partial slip"), (1.0, 1e-3, "gross slip")],
+    [
+        (0.05, 0.0, "stick"),
+        (0.5, 0.0, "partial slip"),
+        (0.99, 0.0, "partial slip"),
+        (1.0, 1e-3, "gross slip"),
+    ],
 )
 def test_regimes(share, slide, regime):
     assert mindlin_loops(share, slide=slide).fretting.regime_text() == regime
@@ -55,7 +63,12 @@ def test_regimes(share, slide, regime):
 
 def test_ratio_b_and_slip_amplitude_are_free_of_the_system():
     alone, soft = (mindlin_loops(1.0, slide=0.02, system=system).fretting for system in (0.0, 3.0))
-    for name in ("slip_amplitude", "system_free_ratio", "slip_friction_coefficient", "load_amplitude"):
+    for name in (
+        "slip_amplitude",
+        "system_free_ratio",
+        "slip_friction_coefficient",
+        "load_amplitude",
+    ):
         assert_allclose(soft.values[name], alone.values[name], rtol=1e-3)
     assert (soft.values["energy_ratio"] < 0.9 * alone.values["energy_ratio"]).all()
 
@@ -74,12 +87,20 @@ def parallelograms(count=12, scatter=0.0, seed=1):
     for _ in range(count):
         force = 10 * (1 + scatter * random.normal())
         elastic = 2 * force / 5
-        u += [np.linspace(-50, -50 + elastic, 20, endpoint=False), np.linspace(-50 + elastic, 50, 40, endpoint=False)]
-        u += [np.linspace(50, 50 - elastic, 20, endpoint=False), np.linspace(50 - elastic, -50, 40, endpoint=False)]
+        u += [
+            np.linspace(-50, -50 + elastic, 20, endpoint=False),
+            np.linspace(-50 + elastic, 50, 40, endpoint=False),
+        ]
+        u += [
+            np.linspace(50, 50 - elastic, 20, endpoint=False),
+            np.linspace(50 - elastic, -50, 40, endpoint=False),
+        ]
         t += [np.linspace(-force, force, 20, endpoint=False), np.full(40, force)]
         t += [np.linspace(force, -force, 20, endpoint=False), np.full(40, -force)]
     u, t = np.append(np.concatenate(u), -50) * 1e-6, np.append(np.concatenate(t), t[0][0])
-    return loops_of_channels(np.arange(float(u.size)), u, t, np.full(u.size, 50.0), displacement_noise=0.0)
+    return loops_of_channels(
+        np.arange(float(u.size)), u, t, np.full(u.size, 50.0), displacement_noise=0.0
+    )
 
 
 def test_quantities_of_a_parallelogram():
@@ -109,17 +130,29 @@ def test_means_have_intervals_and_the_dataset_holds_all():
     low, high = report.interval("energy_friction_coefficient")
     assert low < values.mean() < high
     # of independent loops it is near Student's
-    assert (high - low) / 2 == pytest.approx(2.2 * values.std(ddof=1) / np.sqrt(values.size), rel=0.6)
+    assert (high - low) / 2 == pytest.approx(
+        2.2 * values.std(ddof=1) / np.sqrt(values.size), rel=0.6
+    )
     assert report.text("energy_friction_coefficient").endswith(f"(95 %: {low:.4g} to {high:.4g})")
     data = loops.to_dataset()
     for name, each in QUANTITIES.items():
         assert_allclose(data[name], report.values[name])
-        assert data[name].attrs == {"long_name": each.label, "units": each.unit, "comment": each.definition}
+        assert data[name].attrs == {
+            "long_name": each.label,
+            "units": each.unit,
+            "comment": each.definition,
+        }
     assert data.regime.attrs["flag_meanings"].split()[1:] == ["stick", "partial_slip", "gross_slip"]
     assert (data.regime == 2).all()
     assert by_load(loops).rows()[1:3] == [
         ("displacement amplitude δ*", "", "", "", ""),
-        ("  50 N", "12", "", "", by_load(loops).statistics("displacement_amplitude")[0].text("m", 12)),
+        (
+            "  50 N",
+            "12",
+            "",
+            "",
+            by_load(loops).statistics("displacement_amplitude")[0].text("m", 12),
+        ),
     ]
 
 
@@ -152,7 +185,9 @@ def log(tmp_path_factory):
     for cycle, force in ((1, 10), (10, 15), (100, 25)):
         u, load = 50 * np.sin(np.arange(800) / 400 * 2 * np.pi), np.zeros(800)
         for sample in range(1, 800):
-            load[sample] = np.clip(load[sample - 1] + 5 * (u[sample] - u[sample - 1]), -force, force)
+            load[sample] = np.clip(
+                load[sample - 1] + 5 * (u[sample] - u[sample - 1]), -force, force
+            )
         rows += [f"{cycle},{x:.6f}e-6,{y:.6f},50" for x, y in zip(u[400:], load[400:], strict=True)]
     (folder / "log.csv").write_text("\n".join(rows), encoding="utf-8")
     (folder / "log.toml").write_text(SCENARIO, encoding="utf-8")
@@ -166,10 +201,16 @@ def test_stored_cycles_are_evaluated_one_by_one(log):
     slip = np.array([48, 47, 45])
     assert_allclose(report.values["slip_amplitude"], 1e-6 * slip, rtol=1e-3)
     assert_allclose(report.values["slip_friction_coefficient"], [0.2, 0.3, 0.5], rtol=1e-3)
-    assert_allclose(report.values["energy_friction_coefficient"], np.array([0.2, 0.3, 0.5]) * slip / 50, rtol=2e-3)
+    assert_allclose(
+        report.values["energy_friction_coefficient"],
+        np.array([0.2, 0.3, 0.5]) * slip / 50,
+        rtol=2e-3,
+    )
     # Student's t of three values, 4.303 standard errors
     low, high = report.interval("slip_amplitude")
-    assert (high - low) / 2 == pytest.approx(4.3027 * slip.std(ddof=1) / np.sqrt(3) * 1e-6, rel=5e-3)
+    assert (high - low) / 2 == pytest.approx(
+        4.3027 * slip.std(ddof=1) / np.sqrt(3) * 1e-6, rel=5e-3
+    )
     heading, *rows, mean = fretting_rows(runs)
     assert heading[:4] == ("run", "loops", "regime", "displacement amplitude δ*")
     assert [row[:3] for row in rows] == [(str(cycle), "1", "gross slip") for cycle in (1, 10, 100)]
@@ -189,14 +230,19 @@ def test_the_command_prints_and_writes_the_report(log):
     # both tables, of runs and of one run, fit a wide terminal, and have every quantity
     for arguments in ((), ("--set", "loading.run=10")):
         table = called(*arguments).output.splitlines()
-        table = table[next(n for n, line in enumerate(table) if re.match("run +loops|fretting +mean", line)) :]
+        table = table[
+            next(n for n, line in enumerate(table) if re.match("run +loops|fretting +mean", line)) :
+        ]
         assert max(map(len, table)) <= 120
         assert all(description.label in "\n".join(table) for description in QUANTITIES.values())
     # regimes are words in CSV, which is read again
     assert called("-o", str(log / "report.csv")).exit_code == 0
     rows = list(csv.DictReader((log / "report.csv").read_text(encoding="utf-8").splitlines()))
     assert [row["regime"] for row in rows] == ["gross_slip"] * 3
-    for command in (["show", str(log / "report.csv")], ["plot", str(log / "report.csv"), "-o", str(log / "a.png")]):
+    for command in (
+        ["show", str(log / "report.csv")],
+        ["plot", str(log / "report.csv"), "-o", str(log / "a.png")],
+    ):
         done = CliRunner().invoke(main, command)
         assert done.exit_code == 0, done.output
     refused = called("--levels", str(log / "levels.csv"))

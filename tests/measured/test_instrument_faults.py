@@ -19,7 +19,9 @@ def test_the_printed_interval_of_a_mean_holds_it():
     assert not wander.drifts
 
 
-CLEAN = synthetic.measured("ball", 0, amplitude=100e-9, loads=(30e-3, 50e-3, 90e-3), rate=400.0, noise=0.1)
+CLEAN = synthetic.measured(
+    "ball", 0, amplitude=100e-9, loads=(30e-3, 50e-3, 90e-3), rate=400.0, noise=0.1
+)
 
 
 def with_hum(sign):
@@ -27,7 +29,10 @@ def with_hum(sign):
     phase = 2 * np.pi * 50 * CLEAN.time + 0.3
     return attrs.evolve(
         CLEAN,
-        channels={**CLEAN.channels, "tangential_displacement": CLEAN["tangential_displacement"] + 3e-9 * np.sin(phase)},
+        channels={
+            **CLEAN.channels,
+            "tangential_displacement": CLEAN["tangential_displacement"] + 3e-9 * np.sin(phase),
+        },
         response={"tangential_load": CLEAN["tangential_load"] + sign * 0.25e-3 * np.cos(phase)},
     )
 
@@ -36,14 +41,18 @@ def with_hum(sign):
 def test_hum_in_quadrature_does_not_bias(sign):
     clean, hum = loops_of_measurement(CLEAN), loops_of_measurement(with_hum(sign))
     assert len(hum) == len(clean)
-    # at the ends of a branch the phases of one period are not all there: 3 nm of 50, with the mean load of half a wave
+    # at the ends of a branch the phases of one period are not all there: 3 nm of 50, with the mean
+    # load of half a wave
     assert hum.friction_coefficient[clean.large] == pytest.approx(
-        clean.friction_coefficient[clean.large], abs=0.25e-3 * 2 / np.pi * 3 / 50 / 30e-3, nan_ok=True
+        clean.friction_coefficient[clean.large],
+        abs=0.25e-3 * 2 / np.pi * 3 / 50 / 30e-3,
+        nan_ok=True,
     )
     # at most the whole height of the hum, over its width, at both ends
     room = 2 * 0.25e-3 * 2 * 3e-9
     np.testing.assert_allclose(hum.dissipated_energy, clean.dissipated_energy, rtol=0, atol=room)
-    # in the order of time each period encloses π 3 nm 0.25 mN, and there are 800 of them in a loop of 16 s
+    # in the order of time each period encloses π 3 nm 0.25 mN, and there are 800 of them in a loop
+    # of 16 s
     assert np.pi * 3e-9 * 0.25e-3 * 800 > 500 * room
     exponents = [each.by_load().power_law("friction_coefficient").exponent for each in (hum, clean)]
     assert exponents[0] == pytest.approx(exponents[1], abs=2e-3)

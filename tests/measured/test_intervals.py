@@ -18,7 +18,9 @@ EVEN = np.full(16, 1 / 16)
 
 
 def drawn(random, share, correlation=0.0):
-    covariance = np.power(correlation, np.abs(np.subtract.outer(np.arange(share.size), np.arange(share.size))))
+    covariance = np.power(
+        correlation, np.abs(np.subtract.outer(np.arange(share.size), np.arange(share.size)))
+    )
     return np.linalg.cholesky(covariance) @ random.normal(size=share.size) * np.sqrt(share)
 
 
@@ -156,17 +158,27 @@ def test_the_reach_of_independent_pieces_equals_students():
 
 @pytest.mark.parametrize(
     ("records", "pieces"),
-    [(1_000, 3), (1_000, 10), *(pytest.param(20_000, n, marks=pytest.mark.slow) for n in (3, 4, 5, 10))],
+    [
+        (1_000, 3),
+        (1_000, 10),
+        *(pytest.param(20_000, n, marks=pytest.mark.slow) for n in (3, 4, 5, 10)),
+    ],
 )
 @pytest.mark.parametrize("even", [True, False])
 def test_few_independent_pieces_hold_the_truth(records, pieces, even):
     """The estimate is the mean of pieces weighted by their information, and pieces scatter in proportion to it."""
     random = np.random.default_rng(pieces)
-    share = np.full(pieces, 1 / pieces) if even else (1 + np.arange(pieces)) / (1 + np.arange(pieces)).sum()
+    share = (
+        np.full(pieces, 1 / pieces)
+        if even
+        else (1 + np.arange(pieces)) / (1 + np.arange(pieces)).sum()
+    )
     values = random.normal(size=(records, pieces)) / np.sqrt(share)
     estimates = values @ share
     moves = share * (values - estimates[:, None])
     reaches = np.array([compute_student_half_width(move, share, 0.95) for move in moves])
     held = np.mean(np.abs(estimates) <= reaches)
     # with even pieces the interval is Student's; five standard errors of the count
-    assert held == pytest.approx(0.95, abs=5 * np.sqrt(0.05 * 0.95 / records) + (0.0 if even else 0.015))
+    assert held == pytest.approx(
+        0.95, abs=5 * np.sqrt(0.05 * 0.95 / records) + (0.0 if even else 0.015)
+    )

@@ -21,7 +21,9 @@ def jenkins():
     """Give the load of one spring of 1 N/µm that slides at 0.2 N."""
     load = np.zeros(COUNT)
     for sample in range(1, COUNT):
-        load[sample] = np.clip(load[sample - 1] + 1e6 * (MOVED[sample] - MOVED[sample - 1]), -0.2, 0.2)
+        load[sample] = np.clip(
+            load[sample - 1] + 1e6 * (MOVED[sample] - MOVED[sample - 1]), -0.2, 0.2
+        )
     return load
 
 
@@ -42,7 +44,10 @@ def test_loops_without_friction_have_no_coefficient(name):
     ((members, text),) = found.no_friction
     assert members.tolist() == list(range(len(found)))
     assert re.search(reason, text)
-    assert any("is the column of the tangential load right? historysim columns FILE" in note for note in found.notes)
+    assert any(
+        "is the column of the tangential load right? historysim columns FILE" in note
+        for note in found.notes
+    )
     rows = {row[0]: row[1:] for row in found.rows()}
     assert set(rows["friction coefficient"]) == set(rows["friction force"]) == {"–"}
     assert not any("coefficient drifts" in note or "lower bounds" in note for note in found.notes)
@@ -72,24 +77,35 @@ def test_each_load_is_judged_by_itself():
     assert re.match(r"\d loops at 2 N are no friction: ", text)
     rows = [row[-1] for row in found.by_load().rows() if row[0] == "  2 N"]
     assert rows[0] == "–"
-    assert found.by_load().statistics("friction_coefficient")[0].mean == pytest.approx(0.2, rel=1e-2)
+    assert found.by_load().statistics("friction_coefficient")[0].mean == pytest.approx(
+        0.2, rel=1e-2
+    )
     # a line through one load is none
     assert found.by_load().laws() == []
 
 
-# -- branches that do not slide ---------------------------------------------------------------------
+# -- branches that do not slide
+# ---------------------------------------------------------------------
 
 
 def short(noise=1.0, **shape):
     """Give loops of ±50 nm behind the instrument: the ball slides at 2 θμδ and what the load bends, beyond ±55 nm."""
-    return synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.05,), loops=4, noise=noise, **shape)
+    return synthetic.measured(
+        "ball", 0, amplitude=50e-9, loads=(0.05,), loops=4, noise=noise, **shape
+    )
 
 
-def slider(*, gap=40.0, stop=(2.0, 2.0), stiffness=5.0, samples=200, noise=0.0, rounded=1, **others):
+def slider(
+    *, gap=40.0, stop=(2.0, 2.0), stiffness=5.0, samples=200, noise=0.0, rounded=1, **others
+):
     """Give the loops of sliders of 10 N in all, in µm and N/µm, with stops behind a gap in strokes of ±50 µm."""
     phase = np.arange(int(5.25 * samples)) / samples
-    wave, grow, tilt, position = (others.get(name, 0) for name in ("wave", "grow", "tilt", "position"))
-    moved = 50 * (np.sin(2 * np.pi * phase) if wave else 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase)))
+    wave, grow, tilt, position = (
+        others.get(name, 0) for name in ("wave", "grow", "tilt", "position")
+    )
+    moved = 50 * (
+        np.sin(2 * np.pi * phase) if wave else 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
+    )
     limit = np.arange(1.0, rounded + 1)
     limit *= 10 / limit.sum()
     held, load = np.zeros(rounded), np.zeros(moved.size)
@@ -101,7 +117,9 @@ def slider(*, gap=40.0, stop=(2.0, 2.0), stiffness=5.0, samples=200, noise=0.0, 
     load += ends * (phase / 5.25 if grow else 1) + tilt * moved + others.get("offset", 0)
     random = np.random.default_rng(0)
     load += noise * random.normal(size=load.size)
-    return loops_of_channels(phase, 1e-6 * moved, load, 50 * (1 + 1e-3 * noise * random.normal(size=load.size)))
+    return loops_of_channels(
+        phase, 1e-6 * moved, load, 50 * (1 + 1e-3 * noise * random.normal(size=load.size))
+    )
 
 
 @pytest.mark.parametrize(
@@ -122,13 +140,21 @@ def slider(*, gap=40.0, stop=(2.0, 2.0), stiffness=5.0, samples=200, noise=0.0, 
 def test_a_stop_leaves_the_friction_of_the_level_part(shape):
     loops = slider(**shape)
     assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
-    assert sum("the load rises again at the ends of the stroke: a stop or interlocking" in n for n in loops.notes) == 1
+    assert (
+        sum(
+            "the load rises again at the ends of the stroke: a stop or interlocking" in n
+            for n in loops.notes
+        )
+        == 1
+    )
     assert not any("longer strokes" in note for note in loops.notes)
     # an elastic stop takes nothing
     if not (shape.get("grow") or shape.get("rounded")):
         # straight lines between samples cut the four corners of a loop
         accuracy = 0.06 if "samples" in shape else 0.03
-        assert loops.statistics("dissipated_energy").mean == pytest.approx(4 * 10 * (50e-6 - 2e-6), rel=accuracy)
+        assert loops.statistics("dissipated_energy").mean == pytest.approx(
+            4 * 10 * (50e-6 - 2e-6), rel=accuracy
+        )
     assert loops.fretting.regime_text().startswith("gross slip")
     assert not slider(**{**shape, "stop": (0.0, 0.0)}).hooked_branches.any()
 
@@ -163,30 +189,48 @@ def test_branches_without_sliding_give_a_lower_bound():
         "6 of 6 branches do not reach sliding: the load still rises by more than 5 % where it should"
     )
     # what does not need sliding stays
-    assert found.statistics("dissipated_energy").count == found.statistics("tangential_stiffness").count == 3
+    assert (
+        found.statistics("dissipated_energy").count
+        == found.statistics("tangential_stiffness").count
+        == 3
+    )
     assert found.by_load().laws() == []
 
 
 def test_only_sliding_loops_count_in_the_mean():
     """At 20 mN they slide, at 50 mN they do not."""
-    found = loops_of_measurement(synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.02, 0.05), loops=3, noise=0.1))
+    found = loops_of_measurement(
+        synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.02, 0.05), loops=3, noise=0.1)
+    )
     slid = ~found.rising_branches & np.isfinite(found.friction_force)
     assert slid.any()
     assert found.rising_branches.any()
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=2e-3)
     assert found.statistics("friction_coefficient").count == slid.all(axis=1).sum()
-    table = dict(zip(found.by_load().value.round(3), found.by_load().statistics("friction_coefficient"), strict=True))
+    table = dict(
+        zip(
+            found.by_load().value.round(3),
+            found.by_load().statistics("friction_coefficient"),
+            strict=True,
+        )
+    )
     assert table[0.02].count > 0
     assert table[0.05].count == 0
 
 
 def test_scatter_is_not_a_rise_and_the_threshold_is_an_option():
-    random, way = np.random.default_rng(0), np.concatenate([np.linspace(-1, 1, 400), np.linspace(1, -1, 400)])
+    random, way = (
+        np.random.default_rng(0),
+        np.concatenate([np.linspace(-1, 1, 400), np.linspace(1, -1, 400)]),
+    )
     moved = np.tile(way, 4)
-    force = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + random.normal(0, 0.3, moved.size)
+    force = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + random.normal(
+        0, 0.3, moved.size
+    )
     assert not loops_of_channels(np.arange(moved.size), moved, force).rising_branches.any()
     time = np.arange(moved.size)
-    # friction that rises evenly by 8 % over the last quarter, as that of a friction damper does, and by 16 %
+    # friction that rises evenly by 8 % over the last quarter, as that of a friction damper does,
+    # and by 16 %
     for tilt, rising in ((0.16, False), (0.32, True)):
         tilted = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + tilt * moved
         assert (loops_of_channels(time, moved, tilted).rising_branches == rising).all()

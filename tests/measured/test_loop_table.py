@@ -21,10 +21,16 @@ def made(loads, amplitudes=(1.0,), offset=0.0, exponent=0.0, scatter=0.0, seed=3
                 force = (0.2 * load ** (1 + exponent) + offset) * (1 + scatter * random.normal())
                 # one loop from -A to A and back, with sliding after a twentieth of the way
                 turns = np.array([-1.0, -0.9, 1.0, 0.9, -1.0]) * amplitude
-                u = np.concatenate([np.linspace(a, b, 20, endpoint=False) for a, b in pairwise(turns)])
-                t = np.interp(np.arange(u.size), [0, 20, 40, 60, 80], force * np.array([-1, 1, 1, -1, -1]))
+                u = np.concatenate(
+                    [np.linspace(a, b, 20, endpoint=False) for a, b in pairwise(turns)]
+                )
+                t = np.interp(
+                    np.arange(u.size), [0, 20, 40, 60, 80], force * np.array([-1, 1, 1, -1, -1])
+                )
                 pieces.append((u, t, np.full(u.size, load)))
-    u, t, normal = (np.append(np.concatenate(each), each[0][0]) for each in zip(*pieces, strict=True))
+    u, t, normal = (
+        np.append(np.concatenate(each), each[0][0]) for each in zip(*pieces, strict=True)
+    )
     return loops_of_channels(np.arange(float(u.size)), u, t, normal, dead_band=0.01)
 
 
@@ -50,11 +56,13 @@ def test_known_laws_are_recovered():
     table = made([1.0, 2.0, 4.0, 8.0], offset=0.05).by_load()
     line = table.friction_line()
     assert_allclose([line.slope, line.intercept], [0.2, 0.05], rtol=1e-9)
-    assert made([1.0, 2.0, 4.0], exponent=-1 / 3).by_load().power_law("friction_coefficient").exponent == pytest.approx(
-        -1 / 3, abs=1e-9
-    )
+    assert made([1.0, 2.0, 4.0], exponent=-1 / 3).by_load().power_law(
+        "friction_coefficient"
+    ).exponent == pytest.approx(-1 / 3, abs=1e-9)
     texts = dict(table.laws())
-    assert texts["friction over load"].startswith("F = 0.2 N + 50 mN (95 %: 0.2 to 0.2; 50 mN to 50 mN), through")
+    assert texts["friction over load"].startswith(
+        "F = 0.2 N + 50 mN (95 %: 0.2 to 0.2; 50 mN to 50 mN), through"
+    )
     assert made([1.0]).by_load().laws() == []
     two = made([1.0, 2.0]).by_load()
     assert two.laws()[0][1].endswith("through the means at 2 loads, which give no interval")
@@ -67,8 +75,14 @@ def test_a_straight_line_by_another_way():
     (slope, intercept), covariance = np.polyfit(x, y, 1, cov=True)
     reach = stats.t.ppf(0.975, 5) * np.sqrt(np.diag(covariance))
     line = straight_line(x, y)
-    assert_allclose([line.slope_low, line.slope_high], [slope - reach[0], slope + reach[0]], rtol=1e-9)
-    assert_allclose([line.intercept_low, line.intercept_high], [intercept - reach[1], intercept + reach[1]], rtol=1e-9)
+    assert_allclose(
+        [line.slope_low, line.slope_high], [slope - reach[0], slope + reach[0]], rtol=1e-9
+    )
+    assert_allclose(
+        [line.intercept_low, line.intercept_high],
+        [intercept - reach[1], intercept + reach[1]],
+        rtol=1e-9,
+    )
 
 
 def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
@@ -78,7 +92,9 @@ def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
     kept = found.friction_force[found.large].mean(axis=1)
     assert found.statistics("friction_force").mean == pytest.approx(np.nanmean(kept))
     assert found.statistics("friction_force").count == found.large.sum()
-    assert dict(found.summary())["values"].startswith("mean ± standard deviation of one loop, those of 0.5 of the larg")
+    assert dict(found.summary())["values"].startswith(
+        "mean ± standard deviation of one loop, those of 0.5 of the larg"
+    )
     table = found.by_amplitude()
     assert sum(members.size for members in table.members) == len(found)
     assert np.diff(table.value).min() > 0
@@ -88,8 +104,16 @@ def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
 
 
 def test_loads_and_amplitudes_are_grouped():
-    assert same_load(np.array([50.0, 53.0, 70.0, np.nan, 49.9, 90.0]), 0.1).tolist() == [0, 0, 1, -1, 0, 2]
-    # a slow rise is cut wherever it has gone by the share: the logarithm of 2 over that of 1/0.9 is 6.6
+    assert same_load(np.array([50.0, 53.0, 70.0, np.nan, 49.9, 90.0]), 0.1).tolist() == [
+        0,
+        0,
+        1,
+        -1,
+        0,
+        2,
+    ]
+    # a slow rise is cut wherever it has gone by the share: the logarithm of 2 over that of 1/0.9 is
+    # 6.6
     assert same_load(np.linspace(1, 2, 101), 0.1).max() == 6
     assert same_amplitude(np.array([1.0, 0.51, 0.5, 0.1, 0.26])).tolist() == [2, 2, 2, 0, 1]
 
@@ -104,7 +128,10 @@ def test_energy_is_a_power_of_the_amplitude():
     by_hand = stats.linregress(np.log(amplitude[::3]), np.log(means))
     reach = stats.t.ppf(0.975, 2) * by_hand.stderr
     assert count == 4
-    assert_allclose([law.exponent, law.exponent_low, law.exponent_high], by_hand.slope + reach * np.array([0, -1, 1]))
+    assert_allclose(
+        [law.exponent, law.exponent_low, law.exponent_high],
+        by_hand.slope + reach * np.array([0, -1, 1]),
+    )
     assert energy_law(amplitude[:6], energy[:6]) is None
     assert energy_law(amplitude * 0 + 1e-6, energy) is None
 
@@ -114,8 +141,13 @@ def test_summary_and_files_have_the_power_of_the_energy():
     found = made([1.0], amplitudes=(1.0, 0.5, 0.25, 0.125), loops=2)
     text = dict(found.summary())["energy over amplitude"]
     exponent = float(text.removeprefix("proportional to the power ").split()[0])
-    # where the amplitude changes, a loop is not whole: the classes of energies are off by some percent
+    # where the amplitude changes, a loop is not whole: the classes of energies are off by some
+    # percent
     assert exponent == pytest.approx(1, abs=0.1)
     assert text.endswith("amplitudes")
-    assert found.to_dataset().attrs["energy_over_amplitude_exponent"] == pytest.approx(exponent, abs=1e-3)
-    assert "energy over amplitude" not in dict(made([1.0, 2.0], amplitudes=(1.0, 0.5, 0.25)).summary())
+    assert found.to_dataset().attrs["energy_over_amplitude_exponent"] == pytest.approx(
+        exponent, abs=1e-3
+    )
+    assert "energy over amplitude" not in dict(
+        made([1.0, 2.0], amplitudes=(1.0, 0.5, 0.25)).summary()
+    )

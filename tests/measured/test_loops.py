@@ -29,7 +29,9 @@ CONTACT = {
     "friction": FRICTION,
 }
 SLIDE = float(mindlin.preliminary_displacement(**CONTACT))
-STIFFNESS = float(mindlin.tangential_stiffness(CONTACT["contact_radius"], shear_modulus=PAIR.shear_modulus))
+STIFFNESS = float(
+    mindlin.tangential_stiffness(CONTACT["contact_radius"], shear_modulus=PAIR.shear_modulus)
+)
 LIMIT = FRICTION * NORMAL_LOAD
 SUBSTEPS = 400
 
@@ -38,7 +40,9 @@ def swung(amplitude, loops=3, *, ensemble=SPHERE, substeps=SUBSTEPS, offset=0.0,
     """Swing from 0 to the amplitude, and then that many loops."""
     turns = [amplitude] + loops * [-amplitude, amplitude] + ([] if end is None else [end])
     events = [hs.NormalLoad(0.0, NORMAL_LOAD)]
-    events += [hs.TangentialDisplacement(1.0 + i, float(turn) + offset) for i, turn in enumerate(turns)]
+    events += [
+        hs.TangentialDisplacement(1.0 + i, float(turn) + offset) for i, turn in enumerate(turns)
+    ]
     return hs.replay(ensemble, events, substeps=substeps)
 
 
@@ -59,8 +63,15 @@ def test_gross_slip_gives_the_limit_and_the_closed_forms():
 
     # a chord that spans the knee is off by less than a step
     expected = 2 * SLIDE * (1 - 0.05 ** (2 / 3))
-    assert found.preliminary_displacement == pytest.approx(np.full((3, 2), expected), abs=step(amplitude))
-    assert pytest.approx(PAIR.displacement_ratio * FRICTION * SPHERE.approach_at(NORMAL_LOAD), rel=1e-9) == SLIDE
+    assert found.preliminary_displacement == pytest.approx(
+        np.full((3, 2), expected), abs=step(amplitude)
+    )
+    assert (
+        pytest.approx(
+            PAIR.displacement_ratio * FRICTION * SPHERE.approach_at(NORMAL_LOAD), rel=1e-9
+        )
+        == SLIDE
+    )
 
     energy = mindlin.dissipated_energy_per_loop(LIMIT, **CONTACT) + 4 * LIMIT * (amplitude - SLIDE)
     # trapezoids on two branches, each with a slope that changes by k_t
@@ -77,7 +88,9 @@ def test_partial_slip_gives_the_energy_of_mindlin(share):
     found = analysis.friction_loops(history)
     expected = mindlin.dissipated_energy_per_loop(share * LIMIT, **CONTACT)
     error = 2 * STIFFNESS * step(amplitude) ** 2 / 12
-    assert found.dissipated_energy == pytest.approx(np.full(3, expected), abs=1.1 * error + 1e-12 * expected)
+    assert found.dissipated_energy == pytest.approx(
+        np.full(3, expected), abs=1.1 * error + 1e-12 * expected
+    )
 
 
 @pytest.mark.parametrize("friction", [0.12, [0.1, 0.2, 0.12, 0.3]])
@@ -87,7 +100,9 @@ def test_the_energy_of_a_loop_equals_the_dissipation_of_the_asperities(friction)
     found = analysis.friction_loops(history)
     exact = np.diff(history.total_dissipated_energy.values[found.ends[:, [0, 2]]], axis=1)[:, 0]
     stiffness = float(history.tangential_stiffness.max())
-    assert found.dissipated_energy == pytest.approx(exact, abs=1.1 * 2 * stiffness * step(20e-9, 1000) ** 2 / 12)
+    assert found.dissipated_energy == pytest.approx(
+        exact, abs=1.1 * 2 * stiffness * step(20e-9, 1000) ** 2 / 12
+    )
 
 
 # ---------------------------------------------------------------- what is a loop
@@ -95,7 +110,9 @@ def test_the_energy_of_a_loop_equals_the_dissipation_of_the_asperities(friction)
 
 def ramp(turns, part=10):
     """Go straight from turn to turn."""
-    u = np.concatenate([np.linspace(a, b, part, endpoint=False) for a, b in pairwise(turns)] + [turns[-1:]])
+    u = np.concatenate(
+        [np.linspace(a, b, part, endpoint=False) for a, b in pairwise(turns)] + [turns[-1:]]
+    )
     return np.arange(float(u.size)), u
 
 
@@ -119,8 +136,12 @@ def test_loops_are_pairs_of_branches_between_reversals(turns, loops):
     found = loops_of_channels(time, u, load, dead_band=0.1)
     assert (found.ends // 10).tolist() == [list(loop) for loop in loops]
     first, last = 10 * loops[0][0], 10 * loops[-1][2]
-    assert found.left_out == tuple(piece for piece in ((0, first), (last, u.size - 1)) if piece[0] < piece[1])
-    assert found.displacement_gap == pytest.approx([turns[loop[2]] - turns[loop[0]] for loop in loops])
+    assert found.left_out == tuple(
+        piece for piece in ((0, first), (last, u.size - 1)) if piece[0] < piece[1]
+    )
+    assert found.displacement_gap == pytest.approx(
+        [turns[loop[2]] - turns[loop[0]] for loop in loops]
+    )
 
 
 def test_an_open_loop_is_closed_by_a_straight_line_and_says_its_gaps():
@@ -136,7 +157,9 @@ def test_loop_quantities_do_not_depend_on_the_origin(displacement, load, sense):
     time = np.linspace(0, 10, 501)
     u, f = np.sin(2 * time), np.clip(3 * np.sin(2 * time + 0.8), -1, 1)
     plain = loops_of_channels(time, u, f, 2.0, dead_band=0.1)
-    moved = loops_of_channels(time + 7, sense * u + displacement, sense * (f + load), 2.0, dead_band=0.1)
+    moved = loops_of_channels(
+        time + 7, sense * u + displacement, sense * (f + load), 2.0, dead_band=0.1
+    )
     sides = slice(None, None, sense)
     for name in ("preliminary_displacement", "tangential_stiffness"):
         assert getattr(moved, name) == pytest.approx(getattr(plain, name)[:, sides], rel=1e-9)
@@ -157,10 +180,14 @@ def small_swings_in_large_ones():
     return time, u, np.sign(np.gradient(u))
 
 
-@pytest.mark.parametrize(("given", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)])
+@pytest.mark.parametrize(
+    ("given", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)]
+)
 def test_a_measurement_can_have_a_dead_band(given, loops, dead_band):
     time, u, load = small_swings_in_large_ones()
-    measurement = Measurement(time, {"tangential_displacement": u}, {"tangential_load": load}, given)
+    measurement = Measurement(
+        time, {"tangential_displacement": u}, {"tangential_load": load}, given
+    )
     found = loops_of_measurement(measurement)
     assert (len(found), found.dead_band) == (loops, pytest.approx(dead_band))
     assert len(loops_of_measurement(measurement, dead_band=0.5)) == 2
@@ -174,7 +201,9 @@ def test_loops_close_to_a_line_are_noted():
     # a sphere that just comes to slide: 0.2 of the rectangle, by the closed form
     just = analysis.friction_loops(swung(1.001 * SLIDE))
     assert not any("closed to a line" in note for note in just.notes)
-    assert just.dissipated_energy / (4 * LIMIT * just.amplitude) == pytest.approx(np.full(3, 0.2), rel=0.01)
+    assert just.dissipated_energy / (4 * LIMIT * just.amplitude) == pytest.approx(
+        np.full(3, 0.2), rel=0.01
+    )
 
 
 # ---------------------------------------------------------------- summaries
@@ -198,8 +227,12 @@ def test_a_measured_record_agrees_with_its_published_picture(damper):
     time, displacement, load = damper
     found = loops_of_channels(time, displacement, load, dead_band=1e-3)
     # the plateaus at about 3.2 kip forward and 4 kip backward
-    assert found.statistics("friction_force", "forward").mean == pytest.approx(3.15 * 4448, rel=0.02)
-    assert found.statistics("friction_force", "backward").mean == pytest.approx(4.1 * 4448, rel=0.03)
+    assert found.statistics("friction_force", "forward").mean == pytest.approx(
+        3.15 * 4448, rel=0.02
+    )
+    assert found.statistics("friction_force", "backward").mean == pytest.approx(
+        4.1 * 4448, rel=0.03
+    )
     # what went into the damper is in its loops and the pieces at both ends
     work = np.trapezoid(load, displacement)
     pieces = sum(np.trapezoid(load[a : b + 1], displacement[a : b + 1]) for a, b in found.left_out)
@@ -220,12 +253,16 @@ def test_a_measured_record_agrees_with_its_published_picture(damper):
 
 
 def noisy_strokes(noise, **changed):
-    exact = synthetic.measured("ball", 0, amplitude=100e-9, loads=(0.05,), loops=8, noise=0.0, rate=40)
+    exact = synthetic.measured(
+        "ball", 0, amplitude=100e-9, loads=(0.05,), loops=8, noise=0.0, rate=40
+    )
     random = np.random.default_rng(0)
     moved = exact["tangential_displacement"] + random.normal(0, noise, exact.time.size)
     load = exact["tangential_load"] + random.normal(0, 6e-6, exact.time.size)
     channels = {**exact.channels, "tangential_displacement": moved}
-    return attrs.evolve(exact, channels=channels, response={"tangential_load": load}, dead_band={}, **changed)
+    return attrs.evolve(
+        exact, channels=channels, response={"tangential_load": load}, dead_band={}, **changed
+    )
 
 
 @pytest.mark.parametrize("noise", [1e-9, 15e-9])
@@ -258,19 +295,25 @@ def test_one_closed_period_is_a_loop_wherever_it_starts(start, samples):
     found = loops_of_channels(*one_period(start, samples), 50.0)
     assert len(found) == 1
     assert found.friction_coefficient == pytest.approx(np.full((1, 2), 0.2), rel=1e-3)
-    assert found.dissipated_energy == pytest.approx([4 * 10 * (50e-6 - 10 / 5e6)], rel=2e-2 if samples < 50 else 5e-3)
+    assert found.dissipated_energy == pytest.approx(
+        [4 * 10 * (50e-6 - 10 / 5e6)], rel=2e-2 if samples < 50 else 5e-3
+    )
     assert (np.diff(found.trace.time) > 0).all()
 
 
 @pytest.mark.parametrize("share", [0.2, 0.9])
 def test_a_cycle_in_partial_slip_is_a_loop_once_it_is_steady(share):
-    turns = [float(mindlin.tangential_displacement(sign * share * LIMIT, **CONTACT)) for sign in (1, -1, 0)]
+    turns = [
+        float(mindlin.tangential_displacement(sign * share * LIMIT, **CONTACT))
+        for sign in (1, -1, 0)
+    ]
     events = [hs.NormalLoad(0.0, NORMAL_LOAD)]
     events += [hs.TangentialDisplacement(1.0 + i, turn) for i, turn in enumerate(turns * 2)]
     history = hs.replay(SPHERE, events, substeps=SUBSTEPS)
     channels = "time", "tangential_displacement", "total_tangential_load", "total_normal_load"
     first, second = (
-        [history[name].values[start : start + 3 * SUBSTEPS] for name in channels] for start in (0, 3 * SUBSTEPS)
+        [history[name].values[start : start + 3 * SUBSTEPS] for name in channels]
+        for start in (0, 3 * SUBSTEPS)
     )
     with pytest.raises(InputError, match="0 whole loops"):
         loops_of_channels(*first, displacement_noise=0.0)
@@ -289,13 +332,18 @@ def test_friction_is_averaged_over_the_plateau_that_is_chosen():
     u = np.concatenate([*[stroke, 1 - stroke[1:]] * 3])
     t = np.concatenate([*[rising, -rising[1:]] * 3])
     channels = np.arange(float(u.size)), u, t, np.full(u.size, 2.0)
-    level = loops_of_channels(*channels, definitions=Definitions(sliding_part=0.6, sliding_end=0.75))
+    level = loops_of_channels(
+        *channels, definitions=Definitions(sliding_part=0.6, sliding_end=0.75)
+    )
     np.testing.assert_allclose(level.friction_coefficient, 0.5, rtol=1e-9)
     # (0.06 at 1 and 0.2 at 1.5) over the last 0.26
     last = loops_of_channels(*channels, definitions=Definitions(sliding_part=0.26))
     np.testing.assert_allclose(last.friction_force, (0.06 * 1 + 0.2 * 1.5) / 0.26, rtol=0.01)
     # unless another part is chosen, it is the level one
     np.testing.assert_allclose(loops_of_channels(*channels).friction_force, 1.0, rtol=0.01)
-    assert level.to_dataset().attrs["sliding_part"] == "from 0.4 to 0.75 of the displacement of a branch"
+    assert (
+        level.to_dataset().attrs["sliding_part"]
+        == "from 0.4 to 0.75 of the displacement of a branch"
+    )
     with pytest.raises(InputError, match=r"from 0\.6 to 0\.5"):
         Definitions(sliding_part=0.4, sliding_end=0.5)

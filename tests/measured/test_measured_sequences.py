@@ -82,20 +82,33 @@ def test_loops_of_a_record(folder):
     done = call("loops", "s.toml")
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
-    labelled = dict(re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line))
+    labelled = dict(
+        re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line)
+    )
     assert labelled["dead band"].startswith("20 nm, ")
     assert labelled["friction over load"].startswith("F = 0.2 N ")
-    heading = next(place for place, line in enumerate(lines) if line.split() == ["friction", "coefficient"])
+    heading = next(
+        place for place, line in enumerate(lines) if line.split() == ["friction", "coefficient"]
+    )
     assert [line.split()[:4] for line in lines[heading + 1 : heading + 3]] == [
         ["50", "mN", "2", "0.2"],
         ["90", "mN", "2", "0.2"],
     ]
     assert lines[-1].split() == ["loops", "4"]
     assert files(folder) == GIVEN
-    assert call("loops", "s.toml", "--skip", "1").output.splitlines()[-1].split()[:2] == ["loops", "3,"]
-    assert call("loops", "s.toml", "--skip-per-level", "1").output.splitlines()[-1].split()[:2] == ["loops", "2,"]
+    assert call("loops", "s.toml", "--skip", "1").output.splitlines()[-1].split()[:2] == [
+        "loops",
+        "3,",
+    ]
+    assert call("loops", "s.toml", "--skip-per-level", "1").output.splitlines()[-1].split()[:2] == [
+        "loops",
+        "2,",
+    ]
     # with the step let through the loops are those of the reversals
-    assert call("loops", "s.toml", "--load-share", ".5").output.splitlines()[-1].split() == ["loops", "3"]
+    assert call("loops", "s.toml", "--load-share", ".5").output.splitlines()[-1].split() == [
+        "loops",
+        "3",
+    ]
 
 
 def test_compare_prints_and_draws(folder):
@@ -103,7 +116,9 @@ def test_compare_prints_and_draws(folder):
     assert done.exit_code == 0, done.output
     assert number(done.output, "samples compared") == 1
     assert "samples compared  1,281\n" in done.output
-    assert re.search(r"^friction coefficient +0\.2\S* ± \S+ \(of 2\) +0\.26", done.output, re.MULTILINE)
+    assert re.search(
+        r"^friction coefficient +0\.2\S* ± \S+ \(of 2\) +0\.26", done.output, re.MULTILINE
+    )
     assert re.search(r"^energy per loop .* nJ \(of 2\) +.* nJ \(of 2\)$", done.output, re.MULTILINE)
     assert done.output.endswith("s_comparison.png\n")
     assert (folder / "s_comparison.png").read_bytes().startswith(b"\x89PNG")
@@ -117,7 +132,10 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     assert files(folder) == ["measured.csv", "out", "s.toml"]
     assert files(folder / "out") == ["found.png", "found.toml"]
     assert number(done.output, "friction ") == pytest.approx(0.2, rel=1e-3)
-    assert number(done.output, "lateral_stiffness") == pytest.approx(synthetic.STIFFNESS / 1e3, rel=0.02)  # in kN/m
+    # in kN/m
+    assert number(done.output, "lateral_stiffness") == pytest.approx(
+        synthetic.STIFFNESS / 1e3, rel=0.02
+    )
     assert number(done.output, "misfit over noise") == pytest.approx(1, abs=0.15)
     assert "note" not in done.output
     fitted = scenario.load(folder / "out" / "found.toml")
@@ -138,7 +156,9 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
 # -- real records ----------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
+@pytest.mark.skipif(
+    not DAMPER.is_file(), reason="the measured record of a friction damper is not there"
+)
 def test_a_friction_damper(tmp_path, monkeypatch):
     """14 s at 0.5 Hz, swelling and dying away: 14 reversals, 13 half cycles, 6 whole loops."""
     monkeypatch.chdir(tmp_path)
@@ -152,7 +172,9 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     assert done.output.splitlines()[-1].split() == ["loops", "6"]
     # means are of the loops of full amplitude, and the small ones have a row of their own
     assert "those of 0.5 of the largest amplitude or more: 5 of 6 loops" in done.output
-    assert re.search(r"^friction force\n  9\.84 mm +1 .*\n  22\.72 mm +5 ", done.output, re.MULTILINE)
+    assert re.search(
+        r"^friction force\n  9\.84 mm +1 .*\n  22\.72 mm +5 ", done.output, re.MULTILINE
+    )
 
 
 def test_loops_are_drawn_with_model_loops(folder):

@@ -20,7 +20,10 @@ def record_of(moved, normal_load, load=None, dead_band=0.0):
     moved = np.asarray(moved, dtype=float)
     return Measurement(
         np.arange(float(moved.size)),
-        {"tangential_displacement": moved, "normal_load": np.broadcast_to(normal_load, moved.shape).astype(float)},
+        {
+            "tangential_displacement": moved,
+            "normal_load": np.broadcast_to(normal_load, moved.shape).astype(float),
+        },
         {"tangential_load": np.zeros(moved.size) if load is None else load},
         {"tangential_displacement": dead_band},
     )
@@ -31,11 +34,15 @@ def assert_as_replayed(ensemble, instrument, record):
     history = hs.replay(ensemble, record.events(), instrument=instrument, record="totals")
     force = float(np.abs(history.total_tangential_load).max())
     assert_array_equal(response.displacement, record["tangential_displacement"])
-    assert_allclose(response.tangential_load, history.total_tangential_load, rtol=0, atol=1e-12 * force)
+    assert_allclose(
+        response.tangential_load, history.total_tangential_load, rtol=0, atol=1e-12 * force
+    )
     assert_allclose(response.friction_limit, 0.2 * record["normal_load"], rtol=1e-12)
 
 
-loads_and_moves = st.lists(st.tuples(st.floats(1e-3, 0.1), st.floats(-2e-7, 2e-7)), min_size=2, max_size=30)
+loads_and_moves = st.lists(
+    st.tuples(st.floats(1e-3, 0.1), st.floats(-2e-7, 2e-7)), min_size=2, max_size=30
+)
 
 
 @given(path=loads_and_moves, soft=st.booleans())
@@ -58,13 +65,16 @@ def test_noise_makes_no_reversals():
     noisy = record_of(clean + random.normal(0, 3e-9, clean.size), 0.05, dead_band=3e-8)
     exact = compute_response(BALL, SOFT, observe(record_of(clean, 0.05)))
     walked = compute_response(BALL, SOFT, observe(noisy))
-    # a node can be off by some noise, and the load by that times the stiffness in series, for as long as it is steep
+    # a node can be off by some noise, and the load by that times the stiffness in series, for as
+    # long as it is steep
     assert np.abs(walked.tangential_load - exact.tangential_load).max() < 5 * 5e5 * 3e-9
     sliding = np.abs(exact.tangential_load) > 0.2 * 0.05 * (1 - 1e-9)
     well_within = sliding & np.roll(sliding, 8) & np.roll(sliding, -8)
     assert well_within.sum() > 300
     assert_allclose(np.abs(walked.tangential_load[well_within]), 0.01, rtol=1e-9)
-    replayed = hs.replay(BALL, noisy.events(), instrument=SOFT, record="totals").total_tangential_load.values
+    replayed = hs.replay(
+        BALL, noisy.events(), instrument=SOFT, record="totals"
+    ).total_tangential_load.values
     assert np.abs(np.abs(replayed[well_within]) - 0.01).max() > 1e-4
 
 
@@ -86,7 +96,9 @@ def test_shifted_nodes_are_where_they_are_said_to_be():
     moved_to[2] += 3e-9
     exact = compute_response(BALL, SOFT, observe(record_of(moved_to, 0.05)))
     assert_allclose(
-        compute_response(BALL, SOFT, observation, [3e-9]).tangential_load, exact.tangential_load, rtol=1e-12
+        compute_response(BALL, SOFT, observation, [3e-9]).tangential_load,
+        exact.tangential_load,
+        rtol=1e-12,
     )
 
 
@@ -105,7 +117,9 @@ def test_noise_is_estimated_from_the_record():
     random = np.random.default_rng(0)
     smooth = 2e-7 * np.abs((np.arange(4000) / 100 + 3) % 4 - 2)
     # the median of 4000 sizes scatters by 1.3 %, and by more since second differences overlap
-    assert estimate_white_noise(smooth + random.normal(0, 1e-9, smooth.size)) == pytest.approx(1e-9, rel=0.1)
+    assert estimate_white_noise(smooth + random.normal(0, 1e-9, smooth.size)) == pytest.approx(
+        1e-9, rel=0.1
+    )
     assert estimate_white_noise(smooth) < 1e-20
     assert estimate_white_noise([1.0, 2.0]) == 0
 
@@ -128,11 +142,14 @@ def test_averaging_keeps_turning_points_and_halves_the_noise_of_four_samples():
     assert_allclose(averaged.displacement[averaged.nodes], moved[observation.nodes], rtol=0)
     assert averaged.time.size == pytest.approx(10_001, rel=0.01)
     assert (np.diff(averaged.time) > 0).all()
-    # the first mean behind the first turning point, of three or four samples, by hand: they are a second apart
+    # the first mean behind the first turning point, of three or four samples, by hand: they are a
+    # second apart
     turn, mean = observation.turns[1], averaged.turns[1] + 1
     count = round(2 * (averaged.time[mean] - observation.time[turn]) - 1)
     assert count in (3, 4)
-    assert averaged.displacement[mean] == pytest.approx(moved[turn + 1 : turn + 1 + count].mean(), rel=1e-12)
+    assert averaged.displacement[mean] == pytest.approx(
+        moved[turn + 1 : turn + 1 + count].mean(), rel=1e-12
+    )
     assert averaged.displacement_noise == pytest.approx(0.5e-9, rel=0.1)
     assert averaged.reading_noise == observation.displacement_noise
     assert averaged.remarks[-1][1].endswith("turning points, and means of 4 between them")
@@ -151,7 +168,9 @@ def test_spikes_of_the_displacement_are_no_turning_points():
     moved = clean.copy()
     moved[[45, 130, 290]] += 1e-7
     observation = observe(record_of(moved, 0.05, dead_band=2e-8))
-    assert observation.turns.tolist() == observe(record_of(clean, 0.05, dead_band=2e-8)).turns.tolist()
+    assert (
+        observation.turns.tolist() == observe(record_of(clean, 0.05, dead_band=2e-8)).turns.tolist()
+    )
     text = "3 of 400 readings of the displacement stand out from both neighbours: each is replaced by their mean"
     assert dict(observation.remarks)["spikes"] == text
 
@@ -159,7 +178,9 @@ def test_spikes_of_the_displacement_are_no_turning_points():
 def test_a_reduced_record_keeps_the_corners_of_both_channels():
     """The path turns a corner where the displacement does not turn: the normal load starts to rise there."""
     moved, load = np.array([0, 1, 2, 3, 4.0]), np.array([1, 1, 1, 2, 3.0])
-    record = Measurement(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)
+    record = Measurement(
+        np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True
+    )
     assert record.replayed_indices().tolist() == [0, 2, 4]
     alone = Measurement(np.arange(5.0), {"normal_load": load}, reduced=True)
     assert alone.replayed_indices().tolist() == [0, 4]

@@ -12,7 +12,11 @@ from historysim.measured.loops import loops_of_channels
 
 TIME = np.arange(601) * 0.01
 MOVED = 0.5 * SLIPS["sphere"] * np.sin(2 * np.pi * TIME)
-STICKS = BODIES["sphere"].advance_many(loaded("sphere"), tangential_displacement=MOVED)[1].tangential_load
+STICKS = (
+    BODIES["sphere"]
+    .advance_many(loaded("sphere"), tangential_displacement=MOVED)[1]
+    .tangential_load
+)
 BALL = """
 [materials]
 first = "silicon"
@@ -29,11 +33,14 @@ RESPONSE = {"tangential_load": '"T"'}
 def write(folder, moved=MOVED, load=STICKS, normal=LOAD, name="s.toml", **keys):
     """Write a record of SI columns with the displacement in nm, and a scenario of it."""
     write_columns(folder / "m.csv", t=TIME, N=normal + 0 * TIME, u=1e9 * moved, T=load)
-    (folder / name).write_text(scenario_text(**{"response": RESPONSE, "base": BALL, **keys}), encoding="utf-8")
+    (folder / name).write_text(
+        scenario_text(**{"response": RESPONSE, "base": BALL, **keys}), encoding="utf-8"
+    )
     return folder / name
 
 
-# -- the zero ---------------------------------------------------------------------------------------
+# -- the zero
+# ---------------------------------------------------------------------------------------
 
 
 def test_a_record_that_begins_at_zero_within_its_noise_stays(tmp_path):
@@ -54,9 +61,16 @@ def test_a_raw_stage_height_is_not_an_approach(tmp_path):
         ('{ column = "u", unit = "nm" }', True),
         ('{ column = "u", unit = "nm", offset = 0 }', False),
     ):
-        path = write(tmp_path, 5e-6 + 0 * MOVED, columns={**columns, "normal_displacement": entry}, response={})
+        path = write(
+            tmp_path,
+            5e-6 + 0 * MOVED,
+            columns={**columns, "normal_displacement": entry},
+            response={},
+        )
         if refused:
-            with pytest.raises(hs.InputError, match=r'starts at 5 µm.*offset = "-5 µm".*offset = 0'):
+            with pytest.raises(
+                hs.InputError, match=r'starts at 5 µm.*offset = "-5 µm".*offset = 0'
+            ):
                 hs.load(path).events()
         else:
             assert hs.load(path).events()
@@ -79,13 +93,19 @@ def test_an_offset_of_zero_is_an_offset(offset, tmp_path):
 def write_mid_stroke(folder, zero=5e-6, phase=0.13, stroke=1.0, column='"u"', **keys):
     """Write a record in partial slip that begins in mid-stroke, on a stage with another zero; give its first place."""
     moved = stroke * 0.5 * SLIPS["sphere"] * np.sin(2 * np.pi * (TIME[:201] + phase))
-    load = BODIES["sphere"].advance_many(loaded("sphere"), tangential_displacement=moved)[1].tangential_load
+    load = (
+        BODIES["sphere"]
+        .advance_many(loaded("sphere"), tangential_displacement=moved)[1]
+        .tangential_load
+    )
     load = load + np.random.default_rng(0).normal(0, 2e-5, load.size)
     write_columns(folder / "m.csv", t=TIME[:201], N=LOAD + 0 * moved, u=moved + zero, T=load)
     columns = {"tangential_displacement": column}
     more = '[fit]\nparameters = ["friction", "displacement_offset"]\n'
     base = BALL.replace("0.2", "0.3")
-    text = scenario_text(**{"response": RESPONSE, "base": base, "columns": columns, "more": more, **keys})
+    text = scenario_text(
+        **{"response": RESPONSE, "base": base, "columns": columns, "more": more, **keys}
+    )
     (folder / "s.toml").write_text(text, encoding="utf-8")
     return folder / "s.toml", moved
 
@@ -97,7 +117,9 @@ def test_the_offset_of_the_displacement_is_fitted(tmp_path):
     for name, truth in (("friction", FRICTION), ("displacement_offset", -zero)):
         (parameter,) = (each for each in found.parameters if each.name == name)
         assert parameter.low < truth < parameter.high
-        assert parameter.high - parameter.low < 0.01 * abs({"friction": FRICTION}.get(name, np.ptp(moved)))
+        assert parameter.high - parameter.low < 0.01 * abs(
+            {"friction": FRICTION}.get(name, np.ptp(moved))
+        )
     assert not any("does not begin at rest" in note for note in found.estimates.notes)
     assert found.comparison.residuals.rms < 2.2e-5
     # the written scenario has it, and means the same in run and compare
@@ -107,7 +129,9 @@ def test_the_offset_of_the_displacement_is_fitted(tmp_path):
     compared = hs.compare(again)
     assert compared.residuals.rms < 2.2e-5
     history = hs.run(again).total_tangential_load
-    np.testing.assert_allclose(history, compared.response.tangential_load, atol=1e-2 * FRICTION * LOAD)
+    np.testing.assert_allclose(
+        history, compared.response.tangential_load, atol=1e-2 * FRICTION * LOAD
+    )
     np.testing.assert_allclose(history[:20], compared.response.tangential_load[:20], rtol=1e-9)
 
 
@@ -125,14 +149,19 @@ def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
     assert any("does not remember where it began" in note for note in found.estimates.notes)
 
 
-# -- a spring in parallel with the contact, a damper -----------------------------------------------------------
+# -- a spring in parallel with the contact, a damper
+# -----------------------------------------------------------
 
 
 LONG = 5e-7 * np.sin(2 * np.pi * TIME)
 NOISE = 2e-5 * np.random.default_rng(0).normal(size=TIME.size)
 BEHIND = (
     BODIES["sphere"]
-    .advance_many(loaded("sphere"), tangential_displacement=LONG, instrument=hs.Instrument(lateral_stiffness=5e5))[1]
+    .advance_many(
+        loaded("sphere"),
+        tangential_displacement=LONG,
+        instrument=hs.Instrument(lateral_stiffness=5e5),
+    )[1]
     .tangential_load
 )
 IN_PARALLEL = BEHIND + 1e4 * LONG + NOISE
@@ -140,19 +169,30 @@ SERIES = '[instrument]\nlateral_stiffness = "500 kN/m"\n'
 
 
 def test_a_spring_in_parallel_is_fitted(tmp_path):
-    more = SERIES + 'parallel_stiffness = "7 kN/m"\n[fit]\nparameters = ["friction", "parallel_stiffness"]\n'
+    more = (
+        SERIES
+        + 'parallel_stiffness = "7 kN/m"\n[fit]\nparameters = ["friction", "parallel_stiffness"]\n'
+    )
     found = hs.fit(write(tmp_path, LONG, IN_PARALLEL, more=more))
     assert found.values["parallel_stiffness"] == pytest.approx(1e4, rel=0.02)
     assert found.values["friction"] == pytest.approx(0.2, rel=0.02)
-    assert "parallel_stiffness = " in found.scenario_text(tmp_path / "f.toml").partition("[instrument]")[2]
-    assert found.comparison.measured.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.02)
+    assert (
+        "parallel_stiffness = "
+        in found.scenario_text(tmp_path / "f.toml").partition("[instrument]")[2]
+    )
+    assert found.comparison.measured.statistics("friction_coefficient").mean == pytest.approx(
+        0.2, rel=0.02
+    )
 
 
 def test_terms_of_a_difference_have_a_scale(tmp_path):
     terms = '{ difference = ["T", { column = "u", scale = 1e-5, unit = "N" }] }'
     found = hs.loops(write(tmp_path, LONG, IN_PARALLEL, response={"tangential_load": terms}))
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
-    for scale, expected in (("0", "a number other than 0"), ('"2"', "a number, or one with the unit of the channel")):
+    for scale, expected in (
+        ("0", "a number other than 0"),
+        ('"2"', "a number, or one with the unit of the channel"),
+    ):
         terms = f'{{ sum = ["T", {{ column = "u", scale = {scale}, unit = "N" }}] }}'
         with pytest.raises(hs.InputError, match=rf"sum\[1\]\.scale: .*expected {expected}"):
             hs.load(write(tmp_path, response={"tangential_load": terms}))
@@ -170,10 +210,12 @@ def test_energy_proportional_to_the_squared_amplitude_is_not_friction():
     assert friction.no_friction == ()
 
 
-# -- spoilt channels ----------------------------------------------------------------------------------
+# -- spoilt channels
+# ----------------------------------------------------------------------------------
 
 
-# -- the load replayed, or the load and the normal load together --------------------------------------------------
+# -- the load replayed, or the load and the normal load together
+# --------------------------------------------------
 
 
 def mindlin_displacement(load, turns):
@@ -193,14 +235,21 @@ def mindlin_displacement(load, turns):
 
 @pytest.mark.parametrize("stiffness", [np.inf, 5e5])
 def test_with_the_load_replayed_residuals_are_displacements(stiffness, tmp_path):
-    load = 0.9 * FRICTION * LOAD * np.interp(np.arange(601), [0, 60, 180, 300, 420, 540, 600], [0, 1, -1, 1, -1, 1, 0])
+    load = (
+        0.9
+        * FRICTION
+        * LOAD
+        * np.interp(np.arange(601), [0, 60, 180, 300, 420, 540, 600], [0, 1, -1, 1, -1, 1, 0])
+    )
     moved = mindlin_displacement(load, [60, 180, 300, 420, 540]) + load / stiffness
     error = 2e-10 * np.where(np.arange(601) % 2, 1, -1)
     error[0] = 0
     columns = {"tangential_displacement": None, "tangential_load": '"T"'}
     response = {"tangential_displacement": '{ column = "u", unit = "nm" }'}
     more = "" if np.isinf(stiffness) else f"[instrument]\nlateral_stiffness = {stiffness}\n"
-    compared = hs.compare(write(tmp_path, moved + error, load, columns=columns, response=response, more=more))
+    compared = hs.compare(
+        write(tmp_path, moved + error, load, columns=columns, response=response, more=more)
+    )
     np.testing.assert_allclose(compared.displacement_difference, error, rtol=0, atol=1e-13)
     text = dict(compared.summary())["rms difference"]
     assert text.startswith("199.8 pm, ")
@@ -210,21 +259,33 @@ def test_with_the_load_replayed_residuals_are_displacements(stiffness, tmp_path)
 def test_a_fit_and_the_comparison_of_its_scenario_print_one_number(tmp_path):
     """N and U vary together, each over many samples: the fit follows the record."""
     index = np.arange(TIME.size)
-    normal, moved = LOAD * (1 + 0.3 * np.sin(np.pi * index / 20)), 60e-9 * np.sin(np.pi * index / 15)
+    normal, moved = (
+        LOAD * (1 + 0.3 * np.sin(np.pi * index / 20)),
+        60e-9 * np.sin(np.pi * index / 15),
+    )
     noise = np.random.default_rng(1).normal(0, 2e-5, index.size)
     events = [
-        (hs.NormalLoad(t, n), hs.TangentialDisplacement(t, u)) for t, n, u in zip(TIME, normal, moved, strict=True)
+        (hs.NormalLoad(t, n), hs.TangentialDisplacement(t, u))
+        for t, n, u in zip(TIME, normal, moved, strict=True)
     ]
     history = hs.replay(BODIES["sphere"], [event for pair in events for event in pair], hold=False)
     load = history.total_tangential_load.values + noise
     path = write(
-        tmp_path, moved, load, normal, base=BALL.replace("0.2", "0.3"), more='[fit]\nparameters = ["friction"]\n'
+        tmp_path,
+        moved,
+        load,
+        normal,
+        base=BALL.replace("0.2", "0.3"),
+        more='[fit]\nparameters = ["friction"]\n',
     )
     found = hs.fit(path)
     found.write(tmp_path / "f.toml")
     rms = float(np.sqrt(np.mean(noise**2)))
     assert found.comparison.residuals.rms == pytest.approx(rms, rel=0.02)
-    lines = dict(found.summary())["rms difference"], dict(hs.compare(tmp_path / "f.toml").summary())["rms difference"]
+    lines = (
+        dict(found.summary())["rms difference"],
+        dict(hs.compare(tmp_path / "f.toml").summary())["rms difference"],
+    )
     assert lines[0] == lines[1]
     (friction,) = found.parameters
     assert friction.low <= FRICTION <= friction.high

@@ -35,7 +35,9 @@ def swung(request):
         AMPLITUDE * (-1) ** (turns.size - 1) * (1 - (every[every > turns[-1]] - turns[-1]) / 50e-9)
     )
     events = [hs.NormalLoad(0.0, request.param)]
-    events += [hs.TangentialDisplacement(float(at), float(u)) for at, u in zip(every, moved, strict=True)]
+    events += [
+        hs.TangentialDisplacement(float(at), float(u)) for at, u in zip(every, moved, strict=True)
+    ]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, friction), events, record="totals")
     sampled = history.isel(step=np.isin(history.time.values, way))
     return sampled, request.param, theory(request.param, friction)
@@ -48,7 +50,9 @@ def noisy(sampled, normal_load, seed=None, lateral_stiffness=np.inf):
         u = u + DISPLACEMENT_NOISE * random.normal(size=u.size)
         load = load + LOAD_NOISE * random.normal(size=u.size)
     u = u + load / lateral_stiffness
-    return loops_of_channels(sampled.time, u, load, normal_load, dead_band=10e-9, lateral_stiffness=lateral_stiffness)
+    return loops_of_channels(
+        sampled.time, u, load, normal_load, dead_band=10e-9, lateral_stiffness=lateral_stiffness
+    )
 
 
 def test_the_bias_at_the_noise_of_the_instruments(swung):
@@ -72,7 +76,9 @@ def test_the_virgin_displacement_excludes_the_instrument(swung):
     assert found.statistics("virgin_displacement").mean == pytest.approx(truth, rel=0.003)
     assert found.statistics("preliminary_displacement").mean > 1.1 * reversal_factor(0.95) * truth
     lines = dict(found.summary())
-    assert lines["preliminary displacement"].endswith(", plus the load over the stiffness of the instrument, 334 kN/m")
+    assert lines["preliminary displacement"].endswith(
+        ", plus the load over the stiffness of the instrument, 334 kN/m"
+    )
 
 
 def test_factors_agree_with_theory():
@@ -95,7 +101,9 @@ def test_the_virgin_displacement_equals_that_of_the_analysis(swung):
     events += [hs.TangentialDisplacement(1.0 + i, AMPLITUDE * (-1) ** i) for i in range(4)]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, LOADS[normal_load]), events, substeps=100)
     assert float(analysis.preliminary_displacement(history)[-1]) == pytest.approx(truth, rel=1e-9)
-    assert analysis.friction_loops(history).statistics("virgin_displacement").mean == pytest.approx(truth, rel=1e-6)
+    assert analysis.friction_loops(history).statistics("virgin_displacement").mean == pytest.approx(
+        truth, rel=1e-6
+    )
 
 
 def test_undetermined_displacements_are_nan():

@@ -93,7 +93,9 @@ ENSEMBLES = [
 def replayed(ensemble, displacements):
     """Return the tangential load and the dissipated energy at each displacement, at a constant normal load."""
     events = [hs.NormalLoad(0.0, NORMAL_LOAD)]
-    events += [hs.TangentialDisplacement(1.0 + i, float(value)) for i, value in enumerate(displacements)]
+    events += [
+        hs.TangentialDisplacement(1.0 + i, float(value)) for i, value in enumerate(displacements)
+    ]
     history = hs.replay(ensemble, events, record="totals")
     return history.total_tangential_load.values[1:], history.total_dissipated_energy.values[1:]
 
@@ -109,9 +111,15 @@ def variation(values):
 
 @pytest.mark.parametrize("ensemble", ENSEMBLES)
 @example(values=np.array([0, 9, -7, 8, 3, 5]), dead_band=0, scale=0.1)
-@given(values=samples.filter(lambda values: values.size > 2), dead_band=dead_bands, scale=st.floats(0.02, 0.3))
+@given(
+    values=samples.filter(lambda values: values.size > 2),
+    dead_band=dead_bands,
+    scale=st.floats(0.02, 0.3),
+)
 def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, scale):
-    slide = float((PAIR.displacement_ratio * ensemble.friction * ensemble.approach_at(NORMAL_LOAD)).max())
+    slide = float(
+        (PAIR.displacement_ratio * ensemble.friction * ensemble.approach_at(NORMAL_LOAD)).max()
+    )
     values, dead_band = values * slide * scale, dead_band * slide * scale
     kept = turning_points(values, dead_band)
     reduced = follow_turns(values, kept)
@@ -122,7 +130,8 @@ def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, 
     rounding = 1e-12 * (ensemble.friction.max() * NORMAL_LOAD + stiffness * np.abs(values).max())
     assert replayed(ensemble, values[kept])[0] == pytest.approx(reduced_load[kept], abs=rounding)
 
-    # two springs that slip at r differ by no more than min(ε, 2r): twice the virgin curve at half the dead band
+    # two springs that slip at r differ by no more than min(ε, 2r): twice the virgin curve at half
+    # the dead band
     bound = 2 * replayed(ensemble, [0.0, dead_band / 2])[0][1]
     assert bound <= stiffness * dead_band + rounding
     assert np.abs(load - reduced_load).max() <= bound + rounding
@@ -139,19 +148,30 @@ def test_the_bound_is_attained_by_one_dip_from_a_slide():
     ensemble = ENSEMBLES[0]
     (radius,) = contact_radii(ensemble)
     limit = 0.5 * NORMAL_LOAD
-    contact = {"normal_load": NORMAL_LOAD, "contact_radius": radius, "shear_modulus": 0.25, "friction": 0.5}
+    contact = {
+        "normal_load": NORMAL_LOAD,
+        "contact_radius": radius,
+        "shear_modulus": 0.25,
+        "friction": 0.5,
+    }
     slide = mindlin.preliminary_displacement(**contact)
     turned = 0.4 * limit
     dip = 2 * mindlin.tangential_displacement(0.3 * limit, **contact)
     values = np.array([0.0, 2 * slide, 2 * slide - dip, 3 * slide])
     load, _ = replayed(ensemble, values)
-    reduced, _ = replayed(ensemble, follow_turns(values, turning_points(values, np.nextafter(dip, 1))))
+    reduced, _ = replayed(
+        ensemble, follow_turns(values, turning_points(values, np.nextafter(dip, 1)))
+    )
     assert reduced[2] - load[2] == pytest.approx(2 * 0.3 * limit, rel=1e-12)
     assert load[2] == pytest.approx(turned, rel=1e-12)
 
 
 @example(values=np.array([10.0, 20.0, 10.0]), dead_band=11.0, share=0.5)
-@given(values=samples.filter(lambda values: np.ptp(values) > 0), dead_band=dead_bands, share=st.floats(0.05, 0.95))
+@given(
+    values=samples.filter(lambda values: np.ptp(values) > 0),
+    dead_band=dead_bands,
+    share=st.floats(0.05, 0.95),
+)
 def test_under_load_control_displacements_stay_within_the_bound(values, dead_band, share):
     ensemble = ENSEMBLES[0]
     (radius,) = contact_radii(ensemble)
@@ -165,7 +185,12 @@ def test_under_load_control_displacements_stay_within_the_bound(values, dead_ban
 
     kept = turning_points(values, dead_band)
     whole, reduced = displacements(values), displacements(follow_turns(values, kept))
-    contact = {"normal_load": NORMAL_LOAD, "contact_radius": radius, "shear_modulus": 0.25, "friction": 0.5}
+    contact = {
+        "normal_load": NORMAL_LOAD,
+        "contact_radius": radius,
+        "shear_modulus": 0.25,
+        "friction": 0.5,
+    }
     rounding = 1e-12 * mindlin.preliminary_displacement(**contact)
     bound = 2 * mindlin.tangential_displacement(dead_band / 2, **contact)
     ends = kept[1:][np.abs(np.diff(values[kept])) >= dead_band]
@@ -186,11 +211,15 @@ def farthest(points, path):
     most = 0.0
     for start, end in pairwise(path):
         line = points[start] + share * (points[end] - points[start])
-        most = max(most, *(np.abs(point - line).max(axis=1).min() for point in points[start : end + 1]))
+        most = max(
+            most, *(np.abs(point - line).max(axis=1).min() for point in points[start : end + 1])
+        )
     return most
 
 
-two_channels = st.lists(st.tuples(st.integers(-20, 20), st.integers(0, 20)), min_size=1, max_size=25).map(np.array)
+two_channels = st.lists(
+    st.tuples(st.integers(-20, 20), st.integers(0, 20)), min_size=1, max_size=25
+).map(np.array)
 
 
 @given(two_channels, st.integers(1, 8), st.integers(1, 8))
@@ -201,7 +230,9 @@ def test_the_joint_path_stays_within_the_dead_bands(points, dead_band, normal_de
     assert set(np.concatenate(own).tolist()) <= set(kept.tolist())
     # a grid of 2000 steps on a straight path of up to 40 dead bands
     assert farthest(points / [dead_band, normal_dead_band], kept) <= 1 + 20 / 2000
-    again = kept_points(tangential[kept], normal[kept], dead_band=dead_band, normal_dead_band=normal_dead_band)
+    again = kept_points(
+        tangential[kept], normal[kept], dead_band=dead_band, normal_dead_band=normal_dead_band
+    )
     assert again.tolist() == list(range(kept.size))
 
 
@@ -209,14 +240,27 @@ def test_a_constant_normal_load_adds_nothing():
     values = np.sin(np.linspace(0, 40, 5_000))
     noise = np.random.default_rng(1).uniform(0.99, 1.01, values.size)
     assert kept_points(values, np.ones(values.size)).tolist() == turning_points(values).tolist()
-    assert kept_points(values, noise, normal_dead_band=0.03).tolist() == turning_points(values).tolist()
+    assert (
+        kept_points(values, noise, normal_dead_band=0.03).tolist()
+        == turning_points(values).tolist()
+    )
     assert kept_points(values).tolist() == turning_points(values).tolist()
 
 
 def test_a_normal_load_that_swings_while_the_contact_rests_is_kept():
     normal = np.array([1.0, 2.0, 1.0, 3.0, 3.0])
-    assert kept_points(np.zeros(5), normal, dead_band=0.1, normal_dead_band=0.5).tolist() == [0, 1, 2, 3, 4]
-    assert kept_points(np.zeros(5), normal, dead_band=0.1, normal_dead_band=1.5).tolist() == [0, 3, 4]
+    assert kept_points(np.zeros(5), normal, dead_band=0.1, normal_dead_band=0.5).tolist() == [
+        0,
+        1,
+        2,
+        3,
+        4,
+    ]
+    assert kept_points(np.zeros(5), normal, dead_band=0.1, normal_dead_band=1.5).tolist() == [
+        0,
+        3,
+        4,
+    ]
 
 
 # ---------------------------------------------------------------- clocks and gaps

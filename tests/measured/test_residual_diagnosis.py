@@ -15,7 +15,9 @@ LOAD, MOVED = SOUND["tangential_load"], SOUND["tangential_displacement"]
 
 def notes(load=LOAD, moved=MOVED, record=SOUND, **others):
     changed = attrs.evolve(
-        record, channels={**record.channels, "tangential_displacement": moved}, response={"tangential_load": load}
+        record,
+        channels={**record.channels, "tangential_displacement": moved},
+        response={"tangential_load": load},
     )
     observation = observe(changed)
     model = synthetic.model("ball")({**synthetic.TRUTHS["ball"], **others})

@@ -28,14 +28,19 @@ def asymmetric(record, share=0.1):
 
 def drifting(record):
     load = record["tangential_load"]
-    return attrs.evolve(record, response={"tangential_load": load * np.linspace(1.1, 0.9, load.size)})
+    return attrs.evolve(
+        record, response={"tangential_load": load * np.linspace(1.1, 0.9, load.size)}
+    )
 
 
 def with_backlash(record, width=30e-9):
     moved = record["tangential_displacement"]
     return attrs.evolve(
         record,
-        channels={**record.channels, "tangential_displacement": moved + width / 2 * np.sign(record["tangential_load"])},
+        channels={
+            **record.channels,
+            "tangential_displacement": moved + width / 2 * np.sign(record["tangential_load"]),
+        },
     )
 
 
@@ -53,7 +58,10 @@ SYNTHETIC = [
     *[(recorded(seed, loads=(0.05,)), f"noise {seed}") for seed in range(3)],
     *[(recorded(seed, rate=rate), f"{rate} Hz") for seed, rate in enumerate((2.09, 10.03, 6.6))],
     *[(spoil(recorded(seed)), f"{spoil.__name__} {seed}") for spoil in SPOILT for seed in (7, 8)],
-    *[(synthetic.reciprocating(seed, 4, 400, scatter=0.03), f"scattering {seed}") for seed in (1, 2)],
+    *[
+        (synthetic.reciprocating(seed, 4, 400, scatter=0.03), f"scattering {seed}")
+        for seed in (1, 2)
+    ],
     (recorded(3, amplitude=60e-9), "short strokes"),
 ]
 
@@ -92,7 +100,11 @@ FIRST = {"2.09 Hz", "with_backlash 7"}
 
 
 @pytest.mark.parametrize(
-    "record", [pytest.param(each, id=name, marks=() if name in FIRST else pytest.mark.slow) for each, name in SYNTHETIC]
+    "record",
+    [
+        pytest.param(each, id=name, marks=() if name in FIRST else pytest.mark.slow)
+        for each, name in SYNTHETIC
+    ],
 )
 def test_a_search_ends_at_the_minimum(record):
     start = {"friction": 0.26, "lateral_stiffness": 1.3 * synthetic.STIFFNESS}
@@ -103,7 +115,9 @@ def test_a_search_ends_at_the_minimum(record):
     assert (pulls < 0.1).all()
 
 
-@pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
+@pytest.mark.skipif(
+    not DAMPER.is_file(), reason="the measured record of a friction damper is not there"
+)
 def test_a_search_on_a_real_record_ends_at_the_minimum(tmp_path):
     """A damper with backlash, no contact of one sphere: nearly all places of turns are at their bounds."""
     (tmp_path / "d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
@@ -133,7 +147,8 @@ def test_known_noise_of_the_displacement_does_not_make_a_stiffness_too_small():
             exact,
             channels={
                 **exact.channels,
-                "tangential_displacement": exact["tangential_displacement"] + random.normal(0, 5e-9, size),
+                "tangential_displacement": exact["tangential_displacement"]
+                + random.normal(0, 5e-9, size),
             },
             response={"tangential_load": exact["tangential_load"] + random.normal(0, 6e-6, size)},
             dead_band={"tangential_displacement": 40e-9},
@@ -158,7 +173,11 @@ def test_a_turn_is_expected_beyond_the_outermost_sample():
     time = np.arange(4000) * 1.0
     moved = np.abs((time * 0.0137 + 3) % 4 - 2)
     observation = observe(
-        Measurement(time, {"normal_load": np.ones(4000), "tangential_displacement": moved}, {"tangential_load": moved})
+        Measurement(
+            time,
+            {"normal_load": np.ones(4000), "tangential_displacement": moved},
+            {"tangential_load": moved},
+        )
     )
     inner = observation.nodes[1:-1]
     rises = moved[inner] > 1
@@ -178,14 +197,21 @@ def check_starts(model, near, observation, factors):
     found = []
     for factor in ((1.0,) * len(near), *factors):
         search = Search.from_start(
-            model, {name: by * near[name] for name, by in zip(near, factor, strict=True)}, observation
+            model,
+            {name: by * near[name] for name, by in zip(near, factor, strict=True)},
+            observation,
         )
         found.append((search, search.solve()))
-    known = [(search, end) for search, end in found if end.converged and not end.at_limit(search.start).any()]
+    known = [
+        (search, end)
+        for search, end in found
+        if end.converged and not end.at_limit(search.start).any()
+    ]
     if not known:
         return 0, len(found)
     scale = min(known, key=lambda each: np.mean(each[1].scale ** 2))[1].scale
-    # the squares, of about one for each sample, and of short records less than what noise adds to them
+    # the squares, of about one for each sample, and of short records less than what noise adds to
+    # them
     squares = np.array([search.objective(end.unknowns, scale) for search, end in known])
     assert np.ptp(squares) <= 2e-3 * max(abs(squares.min()), scale.size)
     return len(known), len(found)
@@ -210,10 +236,15 @@ def test_a_search_that_ends_at_its_bound_has_no_interval():
     start = {"friction": 0.2, "lateral_stiffness": 5e-6 * synthetic.STIFFNESS}
     found = fit_parameters(synthetic.model("ball"), start, observe(WHITE))
     lines = dict(found.summary())
-    assert "which is the limit of the search: start it again from these values" in " ".join(found.notes)
+    assert "which is the limit of the search: start it again from these values" in " ".join(
+        found.notes
+    )
     assert lines["intervals by"] == "none: the search did not end at a minimum"
     assert lines["friction"].endswith("(95 %: not determined)")
-    assert all(np.isnan([each.low, each.high, each.noise_low, each.noise_high]).all() for each in found.parameters)
+    assert all(
+        np.isnan([each.low, each.high, each.noise_low, each.noise_high]).all()
+        for each in found.parameters
+    )
     again = fit_parameters(synthetic.model("ball"), found.values, observe(WHITE))
     assert synthetic.holds(again.parameters[1])
 
@@ -223,7 +254,11 @@ def test_a_record_that_is_held_in_force_has_an_interval():
     random = np.random.default_rng(0)
     time = np.arange(0.0, 100.0, 0.25)
     normal = np.interp(time, [0, 55, 58, 100], [0.05, 0.05, 0.035, 0.035])
-    force = np.interp(time, [0, 5, 10, 30, 35, 40, 90, 95, 100], 1e-3 * np.array([0, 0, 6, 6, -2.5, 6, 6, 6.6, 6.6]))
+    force = np.interp(
+        time,
+        [0, 5, 10, 30, 35, 40, 90, 95, 100],
+        1e-3 * np.array([0, 0, 6, 6, -2.5, 6, 6, 6.6, 6.6]),
+    )
     ball, rigid = hs.Ensemble(synthetic.PAIR, 0.0, 2.5e-3, 0.2), hs.Instrument()
     events = [
         event

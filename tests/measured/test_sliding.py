@@ -16,7 +16,9 @@ STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 
 
-def made(noise=0.0, seed=0, *, peak=PEAK, steady=STEADY, start=START, length=LENGTH, size=4001, way=10e-3):
+def made(
+    noise=0.0, seed=0, *, peak=PEAK, steady=STEADY, start=START, length=LENGTH, size=4001, way=10e-3
+):
     """Rise within 20 µm, a peak that falls within 5 µm, and an exponential approach; N = 2 N, 1 mm/s."""
     random = np.random.default_rng(seed)
     u = np.linspace(0, way, size)
@@ -75,7 +77,12 @@ def white(random, deviation=0.01):
 def correlated(random, neighbours, deviation=0.01):
     from scipy.signal import lfilter
 
-    return deviation * lfilter([np.sqrt(1 - neighbours**2)], [1, -neighbours], random.normal(size=SIZE + 500))[500:]
+    return (
+        deviation
+        * lfilter([np.sqrt(1 - neighbours**2)], [1, -neighbours], random.normal(size=SIZE + 500))[
+            500:
+        ]
+    )
 
 
 def spiked(friction, random):
@@ -89,7 +96,9 @@ def late(friction, rests):
 
 def evaluated(made_of, seed, *, over_time=False):
     load = 2 * made_of(np.random.default_rng(seed))
-    return sliding_of_channels(WAY_MM, load, np.full(SIZE, 2.0), None if over_time else 1e-3 * WAY_MM)
+    return sliding_of_channels(
+        WAY_MM, load, np.full(SIZE, 2.0), None if over_time else 1e-3 * WAY_MM
+    )
 
 
 @pytest.mark.parametrize(
@@ -119,12 +128,21 @@ def test_intervals_hold_the_truth_in_disturbed_records(made_of, over_time):
     ("made_of", "over_time", "reason"),
     [
         (lambda random: 0.4 + white(random), False, "no better than a constant"),
-        (lambda random: 0.5 - 0.01 * WAY_MM + white(random), False, "no better than a (straight line|constant)"),
-        (lambda random: 0.4 + 0.1 / (1 + WAY_MM) + white(random, 0.003), False, "stray|slower decay"),
+        (
+            lambda random: 0.5 - 0.01 * WAY_MM + white(random),
+            False,
+            "no better than a (straight line|constant)",
+        ),
+        (
+            lambda random: 0.4 + 0.1 / (1 + WAY_MM) + white(random, 0.003),
+            False,
+            "stray|slower decay",
+        ),
         (lambda random: 0.4 + correlated(random, 0.98), False, "no better than|stray"),
         (
             lambda random: (
-                np.where(WAY_MM < 0.8, 0.4 * (1 - np.maximum(1 - WAY_MM / 0.8, 0) ** 1.5), 0.4) + white(random)
+                np.where(WAY_MM < 0.8, 0.4 * (1 - np.maximum(1 - WAY_MM / 0.8, 0) ** 1.5), 0.4)
+                + white(random)
             ),
             False,
             "stray|comes from 0|no better than",
@@ -179,7 +197,10 @@ def test_a_course_is_written_and_replayed(tmp_path):
     found = sliding_of_channels(*made(peak=None))
     course = FrictionCourse(distance=found.window_place, coefficient=found.window_mean)
     events = [hs.NormalLoad(0.0, 2.0)]
-    events += [hs.TangentialDisplacement(float(i), float(u)) for i, u in enumerate(np.linspace(0, 10e-3, 401)[1:], 1)]
+    events += [
+        hs.TangentialDisplacement(float(i), float(u))
+        for i, u in enumerate(np.linspace(0, 10e-3, 401)[1:], 1)
+    ]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.5), course.along(events), record="totals")
     again = sliding_of_history(history)
     assert again.approach.steady == pytest.approx(STEADY, abs=0.005)
@@ -192,7 +213,11 @@ def test_a_course_is_written_and_replayed(tmp_path):
         '[loading]\nwaypoints = [{ time = 0, normal_load = 2 }, { time = 1, tangential_displacement = "9.9 mm" }]\n',
         encoding="utf-8",
     )
-    changes = [event.friction for event in hs.load(tmp_path / "s.toml").events() if event.name == "friction"]
+    changes = [
+        event.friction
+        for event in hs.load(tmp_path / "s.toml").events()
+        if event.name == "friction"
+    ]
     assert_allclose(changes, found.window_mean[[0, -1]], rtol=1e-12)
 
 
@@ -224,13 +249,17 @@ def test_over_time_a_displacement_that_rests_is_not_needed(noise):
         sliding_of_channels(time, load, np.ones(500), moved)
     found = sliding_of_channels(time, load, np.ones(500), moved, over="time")
     assert found.window_mean.mean() == pytest.approx(0.6, rel=0.01)
-    assert sliding_of_channels(time, -load, np.ones(500), moved, over="time").window_mean.mean() > 0.5
+    assert (
+        sliding_of_channels(time, -load, np.ones(500), moved, over="time").window_mean.mean() > 0.5
+    )
 
 
 def test_peak_strength_is_found_anywhere():
     """Direct shear: T/N rises to 0.7 at 1.5 mm, and softens to 0.5; the normal load varies."""
     u = np.linspace(0, 6e-3, 601)
-    ratio = np.where(u < 1.5e-3, 0.7 * np.sin(np.pi * u / 3e-3), 0.5 + 0.2 * np.exp(-(u - 1.5e-3) / 1e-3))
+    ratio = np.where(
+        u < 1.5e-3, 0.7 * np.sin(np.pi * u / 3e-3), 0.5 + 0.2 * np.exp(-(u - 1.5e-3) / 1e-3)
+    )
     normal = 100 + 2e4 * u
     found = sliding_of_channels(u / 1e-5, ratio * normal, normal, u)
     # the largest load is at the end of the record
@@ -243,17 +272,23 @@ def test_peak_strength_is_found_anywhere():
     assert "peak strength" not in dict(sliding_of_channels(*made()).summary())
 
 
-@pytest.mark.parametrize(("rows", "value"), [([600], 180.0), ([0], 180.0), ([1199], -180.0), ([300, 301, 900], 50.0)])
+@pytest.mark.parametrize(
+    ("rows", "value"), [([600], 180.0), ([0], 180.0), ([1199], -180.0), ([300, 301, 900], 50.0)]
+)
 def test_rows_that_are_far_off_are_named_and_left_out(rows, value):
     time = np.arange(1200.0)
-    friction = 0.5 + 0.1 * np.exp(-time / 200) + np.random.default_rng(0).normal(0, 0.005, time.size)
+    friction = (
+        0.5 + 0.1 * np.exp(-time / 200) + np.random.default_rng(0).normal(0, 0.005, time.size)
+    )
     sound = sliding_of_channels(time, friction, np.ones(1200))
     assert "outliers" not in dict(sound.summary())
     friction[rows] = value
     found = sliding_of_channels(time, friction, np.ones(1200))
     text = dict(found.summary())["outliers"]
     assert f"T/N = {value:g} at t = " in text
-    assert float(re.search(r"median is ([\d.]+)", text)[1]) == pytest.approx(np.median(friction), rel=1e-3)
+    assert float(re.search(r"median is ([\d.]+)", text)[1]) == pytest.approx(
+        np.median(friction), rel=1e-3
+    )
     assert_allclose(found.window_mean, sound.window_mean, atol=2e-3)
     assert found.approach.steady == pytest.approx(sound.approach.steady, abs=1e-3)
     assert found.strength.coefficient < 0.7

@@ -13,7 +13,9 @@ INTEGRAL = {"root": 2.0 / 3.0, "square": 1.0 / 3.0}
 @pytest.fixture(scope="module")
 def integrate(tmp_path_factory):
     """Integrate a function by a rule to a tolerance: status, value, chords, steps, end of the last step."""
-    program = compiled(CC, SUPPORT / "adaptive.c", tmp_path_factory.mktemp("adaptive"), *WARNINGS, "-fPIC")
+    program = compiled(
+        CC, SUPPORT / "adaptive.c", tmp_path_factory.mktemp("adaptive"), *WARNINGS, "-fPIC"
+    )
 
     def run(rule, function, tolerance):
         words = [program, rule, function, str(tolerance)]

@@ -27,7 +27,12 @@ pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
         (None, "-std=c11"),
         *(
             pytest.param(*each, marks=pytest.mark.ci)
-            for each in (("gcc", "-std=c11"), ("g++", "-std=c++17"), ("clang", "-std=c11"), ("clang++", "-std=c++17"))
+            for each in (
+                ("gcc", "-std=c11"),
+                ("g++", "-std=c++17"),
+                ("clang", "-std=c11"),
+                ("clang++", "-std=c++17"),
+            )
         ),
     ],
 )
@@ -35,7 +40,9 @@ def test_a_c_program_integrates_loops_without_python(tmp_path, compiler, standar
     if compiler and not shutil.which(compiler):
         pytest.skip(f"needs {compiler}")
     command = [compiler] if compiler else CC
-    program = compiled(command, SUPPORT / "c_program.c", tmp_path, *WARNINGS, "-fPIC", standard=standard)
+    program = compiled(
+        command, SUPPORT / "c_program.c", tmp_path, *WARNINGS, "-fPIC", standard=standard
+    )
     done = subprocess.run([program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("expected") == 10
@@ -48,10 +55,21 @@ def test_readme_programs_run(tmp_path):
     assert len(programs) == 3
     for number, (sign, code) in enumerate(zip(("", "", "-"), programs, strict=True)):
         head, *body = code.splitlines()
-        lines = [head, "#include <math.h>", "int main(void) {", *body, f"return !({sign}force > 0.0); }}"]
+        lines = [
+            head,
+            "#include <math.h>",
+            "int main(void) {",
+            *body,
+            f"return !({sign}force > 0.0); }}",
+        ]
         (tmp_path / "program.c").write_text("\n".join(lines), encoding="utf-8")
         subprocess.run(
-            [compiled(CC, tmp_path / "program.c", tmp_path, *WARNINGS, "-fPIC", name=f"shown{number}")], check=True
+            [
+                compiled(
+                    CC, tmp_path / "program.c", tmp_path, *WARNINGS, "-fPIC", name=f"shown{number}"
+                )
+            ],
+            check=True,
         )
     # the lines that link the library of the installed package
     (link,) = re.findall(r"^    (I=.*?)\n    (cc .*?)$", text, re.MULTILINE)
@@ -62,7 +80,9 @@ def test_readme_programs_run(tmp_path):
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     names = vars(ctypes) | {"math": math, "stepper": ensemble.stepper(state)}
     exec(shown["python"], names)  # noqa: S102 - our own
-    after = ensemble.advance(state, normal_displacement=state.approach, tangential_displacement=7e-9)
+    after = ensemble.advance(
+        state, normal_displacement=state.approach, tangential_displacement=7e-9
+    )
     assert names["stepper"].tangential_load == after.tangential_load > 0
 
 
@@ -72,7 +92,9 @@ def test_readme_programs_run(tmp_path):
 @pytest.fixture(scope="module")
 def inside(tmp_path_factory):
     """The core with everything seen from outside, and how to call it."""
-    library = compiled(CC, None, tmp_path_factory.mktemp("inside"), *WARNINGS, "-fPIC", "-shared", name="core.so")
+    library = compiled(
+        CC, None, tmp_path_factory.mktemp("inside"), *WARNINGS, "-fPIC", "-shared", name="core.so"
+    )
     ffi = FFI()
     ffi.cdef("""
         typedef struct { const double *gap, *weight, *load; int64_t count; const void *clusters; } hs_curve;
@@ -98,7 +120,9 @@ def test_a_label_is_found_from_label_and_load_together(inside, count, seed, soft
     weight, compliance, label = rng.uniform(0.5, 1.0, count), 10**softness, 10**depth
     load = np.sum(weight * np.maximum(label - gap, 0.0) ** 1.5)
     kept = ffi.from_buffer("double[]", gap), ffi.from_buffer("double[]", weight)
-    found = lib.hs_label_at((*kept, ffi.NULL, count, ffi.NULL), label + compliance * load, guess, 1.0, compliance)
+    found = lib.hs_label_at(
+        (*kept, ffi.NULL, count, ffi.NULL), label + compliance * load, guess, 1.0, compliance
+    )
     assert found == pytest.approx(label, rel=16 * EPS)
 
 
@@ -120,7 +144,11 @@ def test_a_label_is_found_between_knots(inside, count, seed, softness, part, rig
     load = np.append(0.0, np.cumsum(np.diff(gap) * 0.5 * (stiffness[1:] + stiffness[:-1])))
     label, compliance = part * gap[-1], 10**softness
     piece = max(int(np.searchsorted(gap, label, side="left")) - 1, 0)
-    bend = (stiffness[piece + 1] - stiffness[piece]) / (gap[piece + 1] - gap[piece]) if piece < count else 0.0
+    bend = (
+        (stiffness[piece + 1] - stiffness[piece]) / (gap[piece + 1] - gap[piece])
+        if piece < count
+        else 0.0
+    )
     x = label - gap[piece]
     total = rigid * label + compliance * (load[piece] + x * (stiffness[piece] + 0.5 * bend * x))
     kept = [ffi.from_buffer("double[]", each) for each in (gap, stiffness, load)]
@@ -137,7 +165,9 @@ def test_the_cube_root_agrees_with_libm(inside, x):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize(("histories", "steps"), [("random_histories.c", 200), ("planar_histories.c", 40)])
+@pytest.mark.parametrize(
+    ("histories", "steps"), [("random_histories.c", 200), ("planar_histories.c", 40)]
+)
 def test_sanitizers_find_nothing_in_random_histories(tmp_path, histories, steps):
     program = compiled(CC, SUPPORT / histories, tmp_path, *SANITIZED)
     assert len(walked(program, 0, 12, steps)) == 12

@@ -15,7 +15,8 @@ GAPS = {
     "tail of a Gaussian": np.minimum(RANDOM.exponential(0.1 * TOP, COUNT), TOP),
     "plateaus": RANDOM.integers(0, 5, COUNT) * (TOP / 4),
     "geometric": TOP * 10.0 ** RANDOM.uniform(-12.0, 0.0, COUNT),
-    "two narrow peaks": np.where(RANDOM.random(COUNT) < 0.5, 0.0, 0.5 * TOP) + 1e-9 * TOP * RANDOM.random(COUNT),
+    "two narrow peaks": np.where(RANDOM.random(COUNT) < 0.5, 0.0, 0.5 * TOP)
+    + 1e-9 * TOP * RANDOM.random(COUNT),
 }
 RADIUS = RANDOM.uniform(0.5e-6, 2e-6, COUNT)
 
@@ -24,7 +25,9 @@ def powers(gap, approach, exponent):
     """Σ R^(1/2) (a - h)^exponent over the asperities that touch, in extended precision."""
     depth = np.maximum(np.longdouble(approach) - gap.astype(np.longdouble), 0)
     touching = depth > 0
-    return np.sum(np.sqrt(RADIUS[touching].astype(np.longdouble)) * depth[touching] ** np.longdouble(exponent))
+    return np.sum(
+        np.sqrt(RADIUS[touching].astype(np.longdouble)) * depth[touching] ** np.longdouble(exponent)
+    )
 
 
 @pytest.mark.parametrize("name", GAPS)
@@ -57,9 +60,16 @@ def test_stored_energies_are_those_of_direct_sums(name):
         front = (1 - slipped) * TOP
         state = ensemble.advance(held, tangential_displacement=theta * 0.2 * slipped * TOP)
         integrals = powers(gap, TOP, 2.5) - powers(gap, front, 2.5)
-        energy = 4 / 3 * PAIR.contact_modulus * (0.4 * integrals - slipped * TOP * powers(gap, front, 1.5))
+        energy = (
+            4
+            / 3
+            * PAIR.contact_modulus
+            * (0.4 * integrals - slipped * TOP * powers(gap, front, 1.5))
+        )
         assert state.stored_energy == pytest.approx(theta * 0.2**2 * float(energy), rel=1e-11)
-        tangential = 0.2 * 4 / 3 * PAIR.contact_modulus * (powers(gap, TOP, 1.5) - powers(gap, front, 1.5))
+        tangential = (
+            0.2 * 4 / 3 * PAIR.contact_modulus * (powers(gap, TOP, 1.5) - powers(gap, front, 1.5))
+        )
         assert state.tangential_load == pytest.approx(float(tangential), rel=1e-12)
 
 
@@ -73,7 +83,12 @@ def test_groups_with_and_without_clusters_sum_up():
     assert line.contact.clusters != line.contact.sorted_clusters
     state = ensemble.advance(state, tangential_displacement=1e-6)
     depth = np.maximum(np.longdouble(0.5 * TOP) - (gap - gap.min()), 0)
-    limit = np.sum(friction * np.sqrt(RADIUS.astype(np.longdouble)) * depth**1.5) * 4 / 3 * PAIR.contact_modulus
+    limit = (
+        np.sum(friction * np.sqrt(RADIUS.astype(np.longdouble)) * depth**1.5)
+        * 4
+        / 3
+        * PAIR.contact_modulus
+    )
     assert state.tangential_load == pytest.approx(float(limit), rel=1e-12)
 
 
@@ -87,5 +102,10 @@ def test_summits_that_wear_have_clusters_of_their_present_shape():
     assert np.count_nonzero(worn.worn_volume) > 10
     approach = np.longdouble(state.memory.line.approach * state.memory.line.contact.units.length)
     depth = np.maximum(approach - (height.max() - worn.summit_height.astype(np.longdouble)), 0)
-    load = 4 / 3 * PAIR.contact_modulus * np.sum(np.sqrt(worn.summit_radius.astype(np.longdouble)) * depth**1.5)
+    load = (
+        4
+        / 3
+        * PAIR.contact_modulus
+        * np.sum(np.sqrt(worn.summit_radius.astype(np.longdouble)) * depth**1.5)
+    )
     assert state.normal_load == pytest.approx(float(load), rel=1e-12)

@@ -18,7 +18,12 @@ def code_of(path):
 
 def reading_order():
     """List the files in the order of the README's table."""
-    table = (CORE / "README.md").read_text(encoding="utf-8").partition("## Files")[2].partition("\n## ")[0]
+    table = (
+        (CORE / "README.md")
+        .read_text(encoding="utf-8")
+        .partition("## Files")[2]
+        .partition("\n## ")[0]
+    )
     rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
     return [name for row in rows for name in re.findall(r"`(\w+\.[ch])`", row)]
 
@@ -29,7 +34,8 @@ def calls():
     defined = {function: name for name, text in code.items() for function in DEFINED.findall(text)}
     assert len(defined) > 150
     return {
-        name: {defined[word] for word in re.findall(r"\bhs_\w+\b", text) if word in defined} - {name}
+        name: {defined[word] for word in re.findall(r"\bhs_\w+\b", text) if word in defined}
+        - {name}
         for name, text in code.items()
     }
 

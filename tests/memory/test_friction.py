@@ -17,8 +17,8 @@ FRICTION = 0.5
 LIMIT = FRICTION * 4 / 3
 SPHERE = hs.Ensemble(UNIT, 0.0, 1.0, FRICTION)
 
-# turning points of T/(μN), the factor by which μ then falls at a fixed displacement, and what T/(μN) becomes: of the
-# rings, and of the springs
+# turning points of T/(μN), the factor by which μ then falls at a fixed displacement, and what
+# T/(μN) becomes: of the rings, and of the springs
 FALLS = [
     ((0.9, -0.3, 0.6), 0.8, 0.7371, 0.7371, 1.0),
     ((0.9, -0.6, 0.4), 0.5, 0.7181, 0.7182, 1.096),
@@ -47,7 +47,9 @@ def rise_of_pressure(stiffness, touch, low, high, place):
         return 0.0
     x = np.linspace(np.sqrt(max(low - touch, 0.0)), np.sqrt(high - touch), 2001)
     middle = 0.5 * (x[1:] + x[:-1])
-    return float(np.sum(2 * middle * np.diff(x) / np.sqrt(stiffness(touch + middle**2) ** 2 - place**2)))
+    return float(
+        np.sum(2 * middle * np.diff(x) / np.sqrt(stiffness(touch + middle**2) ** 2 - place**2))
+    )
 
 
 @pytest.mark.parametrize(
@@ -58,13 +60,19 @@ def rise_of_pressure(stiffness, touch, low, high, place):
         (lambda a: a**1.25, lambda a: 1.25 * a**0.25, lambda s: (s / 1.25) ** 4),
     ],
 )
-@pytest.mark.parametrize(("turns", "factor", "ratio"), [(fall[0], fall[1], fall[-1]) for fall in FALLS[2:]])
-def test_round_contacts_of_a_normal_curve_have_the_same_ratio(turns, factor, ratio, load, stiffness, touch):
+@pytest.mark.parametrize(
+    ("turns", "factor", "ratio"), [(fall[0], fall[1], fall[-1]) for fall in FALLS[2:]]
+)
+def test_round_contacts_of_a_normal_curve_have_the_same_ratio(
+    turns, factor, ratio, load, stiffness, touch
+):
     approach = np.geomspace(1e-4, 1.01, 300)
     table = hs.Ensemble.from_normal_curves(UNIT, approach, load(approach), friction=FRICTION)
     state = turned(turns, table, FRICTION * load(1.0))
     events = [hs.NormalDisplacement(0.0, 1.0)]
-    events += [hs.TangentialLoad(1.0 + k, turn * FRICTION * load(1.0)) for k, turn in enumerate(turns)]
+    events += [
+        hs.TangentialLoad(1.0 + k, turn * FRICTION * load(1.0)) for k, turn in enumerate(turns)
+    ]
     events += [hs.TangentialDisplacement(8.0, state.tangential_displacement)]
     events += [hs.FrictionChange(9.0, factor * FRICTION)]
     history = hs.replay(table, events, record="totals")
@@ -75,15 +83,21 @@ def test_round_contacts_of_a_normal_curve_have_the_same_ratio(turns, factor, rat
     vertices = table.advance(state, friction=factor * FRICTION).vertices()
     ends, largest = vertices["label"] * state.memory.line.contact.units.length, 0.0
     # below each vertex, where the largest are
-    for place in np.concatenate([stiffness(end) * (1 - np.linspace(1e-4, 0.2, 20) ** 2) for end in ends[1:]]):
-        rises = np.array([rise_of_pressure(stiffness, touch(place), *pair, place) for pair in pairwise(ends)])
+    for place in np.concatenate(
+        [stiffness(end) * (1 - np.linspace(1e-4, 0.2, 20) ** 2) for end in ends[1:]]
+    ):
+        rises = np.array(
+            [rise_of_pressure(stiffness, touch(place), *pair, place) for pair in pairwise(ends)]
+        )
         here = abs(vertices["slope"][1:] @ rises) / (factor * FRICTION * rises.sum())
         largest = max(largest, here)
     assert told == pytest.approx(largest, rel=2e-3)
 
 
 def test_the_middle_of_a_punch_has_the_ratio_of_its_loads():
-    table = hs.Ensemble.from_normal_curves(UNIT, [0.25, 0.5, 0.75, 1.0], [0.5, 1.0, 1.5, 2.0], friction=FRICTION)
+    table = hs.Ensemble.from_normal_curves(
+        UNIT, [0.25, 0.5, 0.75, 1.0], [0.5, 1.0, 1.5, 2.0], friction=FRICTION
+    )
     events = [hs.NormalLoad(0.0, 1.8), hs.TangentialLoad(1.0, 0.8), hs.TangentialLoad(2.0, 0.2)]
     events += [hs.TangentialDisplacement(3.0, 0.1), hs.FrictionChange(4.0, 0.2)]
     history = hs.replay(table, events)
@@ -116,8 +130,16 @@ def test_stiffness_is_the_slope_on_the_requested_side(turns, factor, direction):
 
 def test_a_disc_that_slides_inside_is_partial_slip_and_takes_no_part_in_the_stiffness():
     # the springs that touch later are not strained, so that the edge sticks when friction falls
-    events = [hs.NormalDisplacement(0.0, 0.5), hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 0.2)]
-    events += [hs.NormalDisplacement(1.0, 0.5), hs.NormalDisplacement(2.0, 1.0), hs.FrictionChange(3.0, 0.1 * FRICTION)]
+    events = [
+        hs.NormalDisplacement(0.0, 0.5),
+        hs.TangentialDisplacement(0.0, 0.0),
+        hs.TangentialDisplacement(1.0, 0.2),
+    ]
+    events += [
+        hs.NormalDisplacement(1.0, 0.5),
+        hs.NormalDisplacement(2.0, 1.0),
+        hs.FrictionChange(3.0, 0.1 * FRICTION),
+    ]
     history = hs.replay(SPHERE, events)
     row, state = history.isel(step=-1), hs.Replay(SPHERE, events).state()
     assert row.slip_state == hs.SlipState.PARTIAL_SLIP
@@ -139,7 +161,10 @@ def test_another_direction_is_refused(direction):
 
 def test_a_jump_of_friction_under_a_load_equals_many_small_falls():
     turns, factor, friction = (0.9, -0.3), 0.35, np.array([0.5, 0.4])
-    ensemble, limit = hs.Ensemble(UNIT, np.zeros(friction.size), 1.0, friction), friction.sum() * 4 / 3
+    ensemble, limit = (
+        hs.Ensemble(UNIT, np.zeros(friction.size), 1.0, friction),
+        friction.sum() * 4 / 3,
+    )
     start = turned(turns, ensemble, limit)
     jumped = ensemble.advance(start, friction=factor * friction)
     oracle = Polylines(np.zeros(friction.size), 1.0, friction)
@@ -152,7 +177,9 @@ def test_a_jump_of_friction_under_a_load_equals_many_small_falls():
     spent = jumped.dissipated_energy - start.dissipated_energy
     assert spent == pytest.approx(oracle.dissipated - lost, rel=1e-4)
     work = start.tangential_load * (jumped.tangential_displacement - start.tangential_displacement)
-    assert work == pytest.approx(spent + jumped.stored_energy - start.stored_energy, abs=1e-10 * spent)
+    assert work == pytest.approx(
+        spent + jumped.stored_energy - start.stored_energy, abs=1e-10 * spent
+    )
     shares = sum(ensemble.asperity(i, jumped).dissipated_energy for i in range(friction.size))
     assert shares == pytest.approx(jumped.dissipated_energy, rel=1e-12)
 
@@ -173,7 +200,9 @@ def test_where_friction_no_longer_holds_a_load_the_contact_slides_from_where_it_
 @pytest.mark.parametrize("law", [limits.MOST_FRICTION, hs.laws.ShearStrength(1e30)])
 def test_the_largest_coefficient_is_full_stick(motion, law):
     # T = 8 G* a U of a contact that does not slip; the slip zone, U/(μδ) wide, takes a quarter of that share off
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, law)
+    ensemble = hs.Ensemble(
+        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, law
+    )
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     displacement = motion * state.approach
     stick = 8 * 0.25 * math.sqrt(state.approach) * displacement
@@ -208,7 +237,11 @@ def test_the_library_takes_larger_coefficients_for_the_largest():
     # as a law of the caller's or a factor of an FMU may make them
     from historysim.basics.library import ffi, lib
 
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
-    memory = lib.hs_state_new(ensemble.initial_state().memory.line.contact, ffi.new("double *", 1e20))
+    ensemble = hs.Ensemble(
+        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2
+    )
+    memory = lib.hs_state_new(
+        ensemble.initial_state().memory.line.contact, ffi.new("double *", 1e20)
+    )
     assert memory.line.friction[0] == limits.MOST_FRICTION
     lib.hs_state_free(memory)

@@ -20,7 +20,9 @@ def replay(ensemble, approaches, kind, targets, stiffness=np.inf, record="totals
 
 
 def move(memory, *goals):
-    check(lib.hs_step(memory, lib.HS_DISPLACED, goals[0], lib.HS_DISPLACED, goals[1], DRIVE, ffi.NULL))
+    check(
+        lib.hs_step(memory, lib.HS_DISPLACED, goals[0], lib.HS_DISPLACED, goals[1], DRIVE, ffi.NULL)
+    )
 
 
 @pytest.mark.parametrize("seed", [0])
@@ -36,10 +38,17 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     approach, met = 40e-9, [0.0]
     ratio = line.contact.units.displacement / line.contact.units.length
     for _ in range(300):
-        # held, grown, withdrawn, lifted off; loops within loops, the same places again, slides of all, the limit
-        before, approach = approach, random.choice([approach] * 4 + [random.uniform(-5e-9, 60e-9), approach + 1e-10])
+        # held, grown, withdrawn, lifted off; loops within loops, the same places again, slides of
+        # all, the limit
+        before, approach = (
+            approach,
+            random.choice([approach] * 4 + [random.uniform(-5e-9, 60e-9), approach + 1e-10]),
+        )
         ways = [random.uniform(-9e-9, 9e-9), random.uniform(-3e-8, 3e-8), met[-1] + 1e-16]
-        ways += [met[-1] + sign * random.choice(friction) * (approach - before) * ratio for sign in (-1.0, 1.0)]
+        ways += [
+            met[-1] + sign * random.choice(friction) * (approach - before) * ratio
+            for sign in (-1.0, 1.0)
+        ]
         met.append(random.choice([*met[-4:], *ways]))
         move(memory, approach, met[-1])
         for group, one in enumerate(alone):
@@ -56,27 +65,45 @@ def test_contacts_of_a_batch_have_the_bits_of_single_asperities(seed):
     """Both use the fast path; an asperity that is alone uses the general update."""
     random = np.random.default_rng(seed)
     friction = np.array([0.0, 0.2, 0.3, 0.45])
-    # of unit radius, with units of 1 m and E*: the numbers of a memory are those of a batch of unit scale
+    # of unit radius, with units of 1 m and E*: the numbers of a memory are those of a batch of unit
+    # scale
     contact = lib.hs_contact_new(1, [0.0], [1.0], ffi.NULL, ffi.NULL, 1.0, 1.0)
     alone = [take_ownership(lib.hs_state_new(contact, [coefficient])) for coefficient in friction]
     lib.hs_contact_free(contact)
     batch = ffi.gc(lib.hs_batch_new(4, 4, list(friction), 1, [1.0], 1.0), lib.hs_batch_free)
-    approach, met, loads, vertices = 1e-3, [0.0], ffi.new("double[8]"), ffi.new("hs_batch_vertex[]", 100)
+    approach, met, loads, vertices = (
+        1e-3,
+        [0.0],
+        ffi.new("double[8]"),
+        ffi.new("hs_batch_vertex[]", 100),
+    )
     for _ in range(300):
-        # held, grown, withdrawn, separated; loops within loops, earlier displacements, gross slip, the friction limit
-        before, approach = approach, random.choice([approach] * 4 + [random.uniform(-2e-4, 2e-3), approach + 1e-6])
+        # held, grown, withdrawn, separated; loops within loops, earlier displacements, gross slip,
+        # the friction limit
+        before, approach = (
+            approach,
+            random.choice([approach] * 4 + [random.uniform(-2e-4, 2e-3), approach + 1e-6]),
+        )
         ways = [random.uniform(-1e-4, 1e-4), random.uniform(-1e-3, 1e-3), met[-1] + 1e-16]
-        ways += [met[-1] + sign * random.choice(friction) * (approach - before) for sign in (-1.0, 1.0)]
+        ways += [
+            met[-1] + sign * random.choice(friction) * (approach - before) for sign in (-1.0, 1.0)
+        ]
         met.append(random.choice([*met[-4:], *ways]))
         check(lib.hs_batch_step(batch, [approach] * 4, [met[-1]] * 4, loads, loads + 4))
         for number, memory in enumerate(alone):
             move(memory, approach, met[-1])
-            assert (loads[number], loads[4 + number]) == (memory.line.normal_load, memory.line.tangential_load)
+            assert (loads[number], loads[4 + number]) == (
+                memory.line.normal_load,
+                memory.line.tangential_load,
+            )
             depth = lib.hs_batch_take(batch, number, vertices)
             contact_vertices = [(v.label, v.anchor, v.slope, v.force) for v in vertices[0:depth]]
             general = stack(memory)
             assert contact_vertices == list(
-                zip(*(general[key] for key in ("label", "anchor", "slope", "tangential")), strict=True)
+                zip(
+                    *(general[key] for key in ("label", "anchor", "slope", "tangential")),
+                    strict=True,
+                )
             )
 
 
@@ -88,15 +115,20 @@ def test_replaying_a_computed_displacement_gives_the_load(shared, stiffness):
     height = rng.uniform(-0.5, 0.0, 40)
     friction = np.where(rng.random(40) < shared, 0.3, rng.uniform(0.1, 0.5, 40))
     ensemble = hs.Ensemble(PAIR, height - height.max(), rng.uniform(0.5, 2.0, 40), friction)
-    # one asperity alone, some of them, all; approached and withdrawn, held, and to where fronts have been
+    # one asperity alone, some of them, all; approached and withdrawn, held, and to where fronts
+    # have been
     approaches = rng.choice([0.01, 0.3, 0.8, 0.8, 0.8, 1.0], 100)
-    parts = rng.choice([-0.5, -0.2, 0.0, 0.3, 0.6, 1.0 - 1e-12], 100) + 1e-3 * rng.integers(-1, 1, 100)
+    parts = rng.choice([-0.5, -0.2, 0.0, 0.3, 0.6, 1.0 - 1e-12], 100) + 1e-3 * rng.integers(
+        -1, 1, 100
+    )
     limits = replay(ensemble, approaches, hs.TangentialDisplacement, np.zeros(100)).friction_limit
     searched = replay(ensemble, approaches, hs.TangentialLoad, parts * limits.values)
     if np.isfinite(stiffness):
         drive = searched.tangential_displacement + searched.total_tangential_load / stiffness
         searched = replay(ensemble, approaches, hs.TangentialDisplacement, drive.values, stiffness)
-    told = replay(ensemble, approaches, hs.TangentialDisplacement, searched.tangential_displacement.values)
+    told = replay(
+        ensemble, approaches, hs.TangentialDisplacement, searched.tangential_displacement.values
+    )
     error = told.total_tangential_load - searched.total_tangential_load
     assert np.abs(error).max() < 1e-13 * limits.max()
     lost = told.total_dissipated_energy - searched.total_dissipated_energy
@@ -106,7 +138,9 @@ def test_replaying_a_computed_displacement_gives_the_load(shared, stiffness):
 def dissipated(height, radius, friction, approaches, displacements):
     """Energies (step, asperity) and their totals; approaches count from the level 0 of the heights."""
     ensemble = hs.Ensemble(PAIR, height, radius, friction)
-    history = replay(ensemble, approaches + height.max(), hs.TangentialDisplacement, displacements, record="all")
+    history = replay(
+        ensemble, approaches + height.max(), hs.TangentialDisplacement, displacements, record="all"
+    )
     return history.dissipated_energy.values, history.total_dissipated_energy.values
 
 
@@ -116,13 +150,16 @@ def test_each_asperity_dissipates_as_it_does_alone(count):
     rng = np.random.default_rng(3)
     height, radius = rng.uniform(-0.5, 0.0, count), rng.uniform(0.5, 2.0, count)
     friction = rng.uniform(0.1, 0.5, count)
-    # a spiral, of which one long way wipes out everything; approached, withdrawn, lifted off, both together, and held
+    # a spiral, of which one long way wipes out everything; approached, withdrawn, lifted off, both
+    # together, and held
     spiral = 0.3 * 0.9 ** np.arange(30) * (-1.0) ** np.arange(30)
     displacements = np.concatenate([[0.0], spiral, [0.5], rng.uniform(-0.3, 0.3, 20)])
     approaches = np.concatenate([np.full(32, 0.4), rng.choice([-0.05, 0.1, 0.3, 0.3, 0.6], 20)])
     energies, totals = dissipated(height, radius, friction, approaches, displacements)
     for i in {0, 1, count // 2, count - 1}:
         alone, _ = dissipated(height[[i]], radius[[i]], friction[[i]], approaches, displacements)
-        np.testing.assert_allclose(energies[:, i], alone[:, 0], rtol=1e-12, atol=1e-14 * alone.max())
+        np.testing.assert_allclose(
+            energies[:, i], alone[:, 0], rtol=1e-12, atol=1e-14 * alone.max()
+        )
     np.testing.assert_allclose(totals, energies.sum(axis=1), rtol=1e-12)
     assert (np.diff(totals) >= 0.0).all()

@@ -17,7 +17,11 @@ TWO = hs.Ensemble(UNIT, [0.0, -0.3], 1.0, [0.18, 0.8])
 
 def ramps(targets):
     """Events of joint ramps of both loads."""
-    return [kind(float(k), value) for k, pair in enumerate(targets) for kind, value in zip(LOADS, pair, strict=True)]
+    return [
+        kind(float(k), value)
+        for k, pair in enumerate(targets)
+        for kind, value in zip(LOADS, pair, strict=True)
+    ]
 
 
 LOADS = (hs.NormalLoad, hs.TangentialLoad)
@@ -57,7 +61,8 @@ def assert_sound(history):
 
 
 def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
-    # within the limit at both ends, where the low asperity with the large coefficient holds more and more of it
+    # within the limit at both ends, where the low asperity with the large coefficient holds more
+    # and more of it
     heights, friction = [0.0, -0.5], [0.1, 1.0]
     ensemble, oracle = hs.Ensemble(UNIT, heights, 1.0, friction), Polylines(heights, 1.0, friction)
     first, last = (0.99 * oracle.limit_at(oracle.approach_at(load)) for load in (0.6, 6.0))
@@ -77,7 +82,9 @@ def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
 @pytest.mark.parametrize("friction", [[0.4], [0.4, 0.4], [0.4, 0.4 + 1e-12]])
 @pytest.mark.parametrize("share", [1.0, 2.0, 1.0 - 1e-15])
 @pytest.mark.parametrize("substeps", [1, 10])
-def test_with_the_approach_falling_while_everything_slides_the_displacement_stays(friction, share, substeps):
+def test_with_the_approach_falling_while_everything_slides_the_displacement_stays(
+    friction, share, substeps
+):
     count = len(friction)
     ensemble = hs.Ensemble(UNIT, np.zeros(count), 1.0, friction)
     force, later = share * 0.4 * count * 4 / 3, 0.01 * count
@@ -85,10 +92,14 @@ def test_with_the_approach_falling_while_everything_slides_the_displacement_stay
         (1.0, ("displacement", 0.0)), (1.0, ("displacement", 0.5)), (0.2, ("load", force)), (0.2, ("load", later)),
         (0.2, ("load", -later)),
     )]  # fmt: skip
-    history = at_events(hs.replay(ensemble, events_of(moves), saturate=True, substeps=substeps, record="all"), substeps)
+    history = at_events(
+        hs.replay(ensemble, events_of(moves), saturate=True, substeps=substeps, record="all"),
+        substeps,
+    )
     assert history.tangential_displacement.values[:3] == pytest.approx([0.0, 0.5, 0.5], abs=1e-12)
     assert history.saturated.values.tolist() == [0, 0, 1, 0, 0]
-    # all springs slide with V fixed, while their limits fall: the stored energy of d = 1 less that of d = 0.2
+    # all springs slide with V fixed, while their limits fall: the stored energy of d = 1 less that
+    # of d = 0.2
     spent = history.total_dissipated_energy.values
     assert spent[2] - spent[1] == pytest.approx(count * 0.4**2 * 8 / 15 * (1 - 0.2**2.5), rel=1e-9)
     assert spent[-1] == pytest.approx(count * 0.17991449, rel=1e-7)
@@ -101,7 +112,9 @@ def test_a_rising_normal_load_carries_a_held_load_until_friction_holds_it():
     history = hs.replay(ensemble, ramps(targets), saturate=True)
     approach = lambda load: (0.75 * load) ** (2 / 3)  # noqa: E731
     # virgin at every moment: sliding until μN = 1, then N rises at constant T
-    assert history.tangential_displacement.values[1:3] == pytest.approx([0.4 * approach(1.0), 0.4 * approach(2.5)])
+    assert history.tangential_displacement.values[1:3] == pytest.approx(
+        [0.4 * approach(1.0), 0.4 * approach(2.5)]
+    )
     assert history.total_tangential_load.values == pytest.approx([0.0, 0.4, 1.0, 0.8])
     assert history.saturated.values.tolist() == [0, 1, 0, 1]
 
@@ -121,15 +134,24 @@ def test_a_request_beyond_the_limit_stays_in_force():
     split = [*whole, *(hs.NormalLoad(t, 1.0 + 0.5 * t) for t in (1.0, 3.0, 4.0, 5.5, 7.0, 9.0))]
     twice = hs.replay(ensemble, sorted(split, key=order), saturate=True, hold=False)
     common = twice.sel(step=np.isin(twice.time.values, once.time.values))
-    for name in ("total_tangential_load", "tangential_displacement", "total_dissipated_energy", "saturated"):
+    for name in (
+        "total_tangential_load",
+        "tangential_displacement",
+        "total_dissipated_energy",
+        "saturated",
+    ):
         assert common[name].values == pytest.approx(once[name].values, rel=1e-6), name
 
 
 def test_the_limit_at_lift_off_and_at_first_touch():
-    history = hs.replay(TWO, ramps([(0.5, 0.2), (0.0, 0.2), (0.5, 0.2)]), saturate=True, record="all", substeps=3)
+    history = hs.replay(
+        TWO, ramps([(0.5, 0.2), (0.0, 0.2), (0.5, 0.2)]), saturate=True, record="all", substeps=3
+    )
     assert_sound(history)
     assert history.total_tangential_load.values[3] == 0
-    assert history.total_tangential_load.values[-1] == pytest.approx(min(0.2, history.friction_limit.values[-1]))
+    assert history.total_tangential_load.values[-1] == pytest.approx(
+        min(0.2, history.friction_limit.values[-1])
+    )
 
 
 # -- histories that reach the limit often
@@ -162,8 +184,8 @@ FRICTION = np.array([0.25, 0.6, 0.4, 0.9, 0.3, 0.55, 0.2, 0.7, 0.45, 0.35, 0.8, 
 def alike(oracle, normal, tangential):
     """Tell whether a move is the same one to the oracle.
 
-    On its way to the limit, or back from it, a path to an approach is straight in approach and displacement, while
-    that of the oracle is straight in approach and load.
+    On its way to the limit, or back from it, a path to an approach is straight in approach and
+    displacement, while that of the oracle is straight in approach and load.
     """
     if (normal[0], tangential[0]) != ("displacement", "load"):
         return True
@@ -197,11 +219,15 @@ def test_histories_at_the_limit_agree_with_the_oracle(drawn):
 
 @settings(max_examples=10, deadline=None)
 @given(
-    st.sampled_from([1, 2, FRICTION.size]).flatmap(lambda count: st.tuples(st.just(count), restless(count))),
+    st.sampled_from([1, 2, FRICTION.size]).flatmap(
+        lambda count: st.tuples(st.just(count), restless(count))
+    ),
     st.sampled_from([math.inf, 30.0, 1.0, 0.02]),
     st.floats(0.05, 0.95),
 )
-def test_substeps_states_between_events_and_logs_agree_at_the_limit(tmp_path_factory, drawn, stiffness, share):
+def test_substeps_states_between_events_and_logs_agree_at_the_limit(
+    tmp_path_factory, drawn, stiffness, share
+):
     count, moves = drawn
     ensemble, events = ensemble_of(count), events_of(moves)
     options = {"saturate": True, "instrument": hs.Instrument(stiffness)}
@@ -211,15 +237,23 @@ def test_substeps_states_between_events_and_logs_agree_at_the_limit(tmp_path_fac
     wanted = np.array([moves[step][1][1] for step in driven])
     reached = once.tangential_displacement.values + once.total_tangential_load.values / stiffness
     # the drive is the displacement and the bend of the spring, to the rounding of either
-    assert reached[driven] == pytest.approx(wanted, abs=1e-12 * max(1.0, np.abs(reached).max(), 1 / stiffness))
+    assert reached[driven] == pytest.approx(
+        wanted, abs=1e-12 * max(1.0, np.abs(reached).max(), 1 / stiffness)
+    )
 
     finer = hs.replay(ensemble, events, record="all", substeps=4, **options)
     assert_sound(finer)
     finer = at_events(finer, 4)
     rounding = 1e-9 if count == 1 else 1e-4
-    assert finer.tangential_displacement.values == pytest.approx(once.tangential_displacement.values, abs=rounding)
-    assert finer.total_tangential_load.values == pytest.approx(once.total_tangential_load.values, abs=count * 1e-4)
-    assert finer.total_dissipated_energy.values == pytest.approx(once.total_dissipated_energy.values, abs=1e-4 * count)
+    assert finer.tangential_displacement.values == pytest.approx(
+        once.tangential_displacement.values, abs=rounding
+    )
+    assert finer.total_tangential_load.values == pytest.approx(
+        once.total_tangential_load.values, abs=count * 1e-4
+    )
+    assert finer.total_dissipated_energy.values == pytest.approx(
+        once.total_dissipated_energy.values, abs=1e-4 * count
+    )
     assert np.array_equal(finer.saturated.values, once.saturated.values)
 
     time = len(moves) - 2 + share
@@ -228,7 +262,11 @@ def test_substeps_states_between_events_and_logs_agree_at_the_limit(tmp_path_fac
         log.append(events[3:])
         xr.testing.assert_identical(log.replay(), once)
         between, direct = log.state(time), hs.Replay(ensemble, events, **options).state(time)
-        assert (between.tangential_load, between.tangential_displacement, between.dissipated_energy) == (
+        assert (
+            between.tangential_load,
+            between.tangential_displacement,
+            between.dissipated_energy,
+        ) == (
             direct.tangential_load,
             direct.tangential_displacement,
             direct.dissipated_energy,

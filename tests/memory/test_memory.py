@@ -29,7 +29,9 @@ def advance(ensemble, control, *targets, state=None):
     """Advance along straight paths to pairs of loads or of displacements."""
     state = ensemble.initial_state() if state is None else state
     for pair in targets:
-        state = ensemble.advance(state, **dict(zip(CHANNELS[control], map(float, pair), strict=True)))
+        state = ensemble.advance(
+            state, **dict(zip(CHANNELS[control], map(float, pair), strict=True))
+        )
     return state
 
 
@@ -54,9 +56,14 @@ def polylines(state):
     memory = state.memory.line
     stacks = [state.vertices(group) for group in range(state.group.max() + 1)]
     remembered = ("label", "anchor", "slope", "normal", "tangential")
-    now = np.array([memory.approach, memory.displacement, memory.normal_load, memory.tangential_load])
+    now = np.array(
+        [memory.approach, memory.displacement, memory.normal_load, memory.tangential_load]
+    )
     made_at = [stack["made_at"] for stack in stacks]
-    return [*(np.stack([stack[name] for name in remembered], axis=1) for stack in stacks), now], made_at
+    return [
+        *(np.stack([stack[name] for name in remembered], axis=1) for stack in stacks),
+        now,
+    ], made_at
 
 
 def assert_same_memory(state, other, rounding=0.0):
@@ -90,7 +97,9 @@ def pressed(draw, groups=(1, 3)):
     normal, unit = units(history.contact, control, history.largest_load)
     # touch along (approach, U), on which no limit is met
     state = history.ensemble.advance(
-        state, normal_displacement=history.contact.approach(history.largest_load), tangential_displacement=0.0
+        state,
+        normal_displacement=history.contact.approach(history.largest_load),
+        tangential_displacement=0.0,
     )
     return history.contact, history.ensemble, state, control, normal, unit
 
@@ -198,7 +207,9 @@ def assert_same_history(history, other, rounding):
             np.testing.assert_allclose(one, two, rtol=0, atol=1e-6)
             continue
         # a stick radius falls to 0 as a root
-        tolerance = math.sqrt(rounding) if name in {"stick_radius", "tangential_stiffness"} else rounding
+        tolerance = (
+            math.sqrt(rounding) if name in {"stick_radius", "tangential_stiffness"} else rounding
+        )
         assert np.abs(one - two).max() <= tolerance * np.abs(one).max(), name
 
 
@@ -215,11 +226,19 @@ def test_holding_and_saving_a_state_change_nothing(drawn):
         saved = hs.State.from_bytes(state.to_bytes())
         held = ensemble.advance(ensemble.advance(saved))
         assert held.approach == state.approach
-        assert held.tangential_displacement == pytest.approx(state.tangential_displacement, abs=1e-14 * drawn.slide)
-        assert held.tangential_load == pytest.approx(state.tangential_load, rel=1e-14, abs=1e-15 * drawn.limit)
+        assert held.tangential_displacement == pytest.approx(
+            state.tangential_displacement, abs=1e-14 * drawn.slide
+        )
+        assert held.tangential_load == pytest.approx(
+            state.tangential_load, rel=1e-14, abs=1e-15 * drawn.limit
+        )
         assert held.dissipated_energy == pytest.approx(state.dissipated_energy, rel=1e-12)
-        for before, after in zip(ensemble.asperities(state), ensemble.asperities(held), strict=True):
-            assert after.stick_radius == pytest.approx(before.stick_radius, abs=1e-6 * before.contact_radius)
+        for before, after in zip(
+            ensemble.asperities(state), ensemble.asperities(held), strict=True
+        ):
+            assert after.stick_radius == pytest.approx(
+                before.stick_radius, abs=1e-6 * before.contact_radius
+            )
 
 
 # exponents of two that a unit of each variable carries: of length, of force
@@ -274,7 +293,9 @@ def test_units_change_results_by_rounding_only(drawn, exponents):
         lengths, forces = SCALED[name]
         expected = history[name].values * 2.0 ** (lengths * length + forces * force)
         largest = np.nanmax(np.abs(expected), initial=0.0)
-        assert other[name].values == pytest.approx(expected, rel=1e-13, abs=1e-13 * largest, nan_ok=True), name
+        assert other[name].values == pytest.approx(
+            expected, rel=1e-13, abs=1e-13 * largest, nan_ok=True
+        ), name
 
 
 # -- closed forms ----------------------------------------------------------------------------------
@@ -315,17 +336,24 @@ def test_unloading_is_the_closed_form(turn, part):
     peak = 0.2 * 1.5 * BALL_LOAD / (math.pi * BALL_RADIUS**2)
     # the root at an edge takes half the digits of its radius
     assert ball.traction(r) == pytest.approx(
-        mindlin.traction_after_reversal(r, tangential_load=load, reversal_load=reversal, **SLIPPING), abs=1e-7 * peak
+        mindlin.traction_after_reversal(
+            r, tangential_load=load, reversal_load=reversal, **SLIPPING
+        ),
+        abs=1e-7 * peak,
     )
 
 
 @pytest.mark.parametrize("share", [1e-6, 1e-4, 1e-2, 0.3, 0.9, 1.0])
 def test_a_closed_loop_costs_the_closed_form_energy(share):
     first, _ = ball_at(share)
-    last = ramped(BALL, (BALL_LOAD, -share * BALL_LIMIT), (BALL_LOAD, share * BALL_LIMIT), state=first)
+    last = ramped(
+        BALL, (BALL_LOAD, -share * BALL_LIMIT), (BALL_LOAD, share * BALL_LIMIT), state=first
+    )
     loop = mindlin.dissipated_energy_per_loop(share * BALL_LIMIT, **ELASTIC)
     # the width of the slip annulus, whose cube counts, is known to a rounding of the radius
-    assert last.dissipated_energy - first.dissipated_energy == pytest.approx(loop, rel=1e-12 + 16 * EPS / share)
+    assert last.dissipated_energy - first.dissipated_energy == pytest.approx(
+        loop, rel=1e-12 + 16 * EPS / share
+    )
     assert BALL.asperity(0, last).dissipated_energy == last.dissipated_energy
 
 
@@ -355,9 +383,13 @@ def follow_springs(drawn, springs, substeps):
 
 def assert_agrees_with_springs(drawn, springs, substeps, radii=True, loss=3):
     """T_i, U, W_i, c_i and the stored energy, within the error of the springs' grid and of their substeps."""
-    # where a spring slips only part of a substep, the error falls with the substeps in jumps, and with several
-    # coefficients two counts of substeps may agree by chance
-    counts = (substeps, 3 * substeps + 1, *([10 * substeps + 7] if np.ptp(drawn.contact.friction) > 0 else []))
+    # where a spring slips only part of a substep, the error falls with the substeps in jumps, and
+    # with several coefficients two counts of substeps may agree by chance
+    counts = (
+        substeps,
+        3 * substeps + 1,
+        *([10 * substeps + 7] if np.ptp(drawn.contact.friction) > 0 else []),
+    )
     *coarser, (fine, row) = (follow_springs(drawn, springs, count) for count in counts)
     doubt = [2 * max(np.abs(c[i] - fine[i]).max() for c, _ in coarser) for i in range(len(fine))]
     load, displacement, energy, stick, friction = fine
@@ -404,7 +436,8 @@ def test_histories_behind_an_instrument_agree_with_rows_of_springs(drawn):
 @settings(max_examples=12)
 @given(histories(counts=(1, 3), steep=[True], extremes=True))
 def test_extreme_histories_agree_with_rows_of_springs(drawn):
-    # springs do not see slip annuli as narrow as can be drawn, and a short history loses its energy near its kinks
+    # springs do not see slip annuli as narrow as can be drawn, and a short history loses its energy
+    # near its kinks
     assert_agrees_with_springs(drawn, springs=200, substeps=30, radii=False, loss=15)
 
 
@@ -412,7 +445,8 @@ def test_extreme_histories_agree_with_rows_of_springs(drawn):
 @settings(max_examples=400)
 @given(histories(counts=(1, 3, 8, 50), longest=14))
 def test_many_histories_agree_with_rows_of_springs(drawn):
-    # a polyline that is cut several times may leave a sticking ring narrower than the springs' spacing
+    # a polyline that is cut several times may leave a sticking ring narrower than the springs'
+    # spacing
     assert_agrees_with_springs(drawn, springs=400, substeps=60, radii=False)
 
 
@@ -433,16 +467,22 @@ def test_a_rise_of_friction_changes_nothing_until_the_next_load(control):
 def test_a_fall_of_friction_at_fixed_displacement_clips_the_virgin_state():
     held = SPHERE.advance(
         ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.003)),
-        tangential_displacement=mindlin.tangential_displacement(0.003, **hertz_unit(LOAD), shear_modulus=0.25),
+        tangential_displacement=mindlin.tangential_displacement(
+            0.003, **hertz_unit(LOAD), shear_modulus=0.25
+        ),
     )
     fallen = SPHERE.advance(held, friction=0.4)
     fresh = hs.Ensemble(UNIT_PAIR, 0.0, 1.0, 0.4)
     clipped = fresh.advance(
-        ramped(fresh, (LOAD, 0.0)), tangential_displacement=held.tangential_displacement, normal_load=LOAD
+        ramped(fresh, (LOAD, 0.0)),
+        tangential_displacement=held.tangential_displacement,
+        normal_load=LOAD,
     )
     assert fallen.tangential_displacement == held.tangential_displacement
     assert fallen.tangential_load == pytest.approx(clipped.tangential_load, rel=8 * EPS)
-    assert SPHERE.asperity(0, fallen).stick_radius == pytest.approx(fresh.asperity(0, clipped).stick_radius, rel=1e-13)
+    assert SPHERE.asperity(0, fallen).stick_radius == pytest.approx(
+        fresh.asperity(0, clipped).stick_radius, rel=1e-13
+    )
     lost = held.stored_energy - fallen.stored_energy
     assert fallen.dissipated_energy - held.dissipated_energy == pytest.approx(lost, rel=1e-9)
 
@@ -452,7 +492,10 @@ def test_a_fall_of_friction_under_a_tangential_load_moves_the_contact_to_hold_it
     fallen = SPHERE.advance(state, friction=0.4)
     assert fallen.tangential_load == pytest.approx(0.003, rel=4 * EPS)
     assert fallen.tangential_displacement == pytest.approx(
-        mindlin.tangential_displacement(0.003, **hertz_unit(LOAD, friction=0.4), shear_modulus=0.25), rel=1e-13
+        mindlin.tangential_displacement(
+            0.003, **hertz_unit(LOAD, friction=0.4), shear_modulus=0.25
+        ),
+        rel=1e-13,
     )
     with pytest.raises(hs.FrictionLimitError):
         SPHERE.advance(state, friction=0.25)
@@ -461,12 +504,16 @@ def test_a_fall_of_friction_under_a_tangential_load_moves_the_contact_to_hold_it
 @pytest.mark.parametrize("factor", [0.999999, 0.998, 0.9, 0.6, 0.31])
 def test_sliding_continues_when_friction_falls(factor):
     rng = np.random.default_rng(4)
-    for friction, approach in zip(rng.uniform(0.1, 0.9, 30), rng.uniform(0.001, 0.1, 30), strict=True):
+    for friction, approach in zip(
+        rng.uniform(0.1, 0.9, 30), rng.uniform(0.001, 0.1, 30), strict=True
+    ):
         sphere = hs.Ensemble(UNIT_PAIR, 0.0, 1.0, friction)
         sliding = displaced(sphere, (approach, 0.0), (approach, 1.5 * approach))
         fallen = sphere.advance(sliding, friction=factor * friction)
         ball = sphere.asperity(0, fallen)
-        assert ball.tangential_load == pytest.approx(factor * friction * ball.normal_load, rel=4 * EPS)
+        assert ball.tangential_load == pytest.approx(
+            factor * friction * ball.normal_load, rel=4 * EPS
+        )
         assert ball.slip_state == hs.SlipState.GROSS_SLIP
         assert ball.stick_radius == 0
         assert ball.reversal_points.size == 0
@@ -485,7 +532,14 @@ def test_partial_lift_off_erases_the_memory_of_separated_asperities():
     lifted = displaced(ensemble, (0.015, 0.003), state=state)
     low = ensemble.asperity(2, lifted)
     assert low.slip_state == hs.SlipState.SEPARATED
-    assert low.normal_load == low.tangential_load == low.contact_radius == low.stick_radius == low.stored_energy == 0
+    assert (
+        low.normal_load
+        == low.tangential_load
+        == low.contact_radius
+        == low.stick_radius
+        == low.stored_energy
+        == 0
+    )
     assert low.reversal_points.size == 0
     back = displaced(ensemble, (0.03, 0.003), state=lifted)
     low = ensemble.asperity(2, back)
@@ -501,7 +555,15 @@ def test_partial_lift_off_erases_the_memory_of_separated_asperities():
 @given(contacts())
 def test_total_lift_off_erases_all_and_touching_again_starts_afresh(contact):
     ensemble = build_ensemble(contact)
-    used = displaced(ensemble, (0.03, 0.0), (0.03, 0.01), (0.02, 0.004), (0.0, 0.004), (-0.01, 0.025), (0.0, 0.025))
+    used = displaced(
+        ensemble,
+        (0.03, 0.0),
+        (0.03, 0.01),
+        (0.02, 0.004),
+        (0.0, 0.004),
+        (-0.01, 0.025),
+        (0.0, 0.025),
+    )
     assert used.tangential_load == used.normal_load == used.stored_energy == 0
     assert not any(len(used.vertices(group)) for group in range(used.group.max() + 1))
     again, fresh = used, ensemble.initial_state()
@@ -509,7 +571,9 @@ def test_total_lift_off_erases_all_and_touching_again_starts_afresh(contact):
         again = displaced(ensemble, (approach, 0.025 + shift), state=again)
         fresh = displaced(ensemble, (approach, shift), state=fresh)
         assert again.tangential_load == pytest.approx(fresh.tangential_load, rel=1e-12)
-        assert again.dissipated_energy - used.dissipated_energy == pytest.approx(fresh.dissipated_energy, rel=1e-11)
+        assert again.dissipated_energy - used.dissipated_energy == pytest.approx(
+            fresh.dissipated_energy, rel=1e-11
+        )
 
 
 def test_a_ramp_to_nothing_and_a_displacement_in_the_air():
@@ -532,7 +596,10 @@ def spiral(ensemble, loads, normal_load, by_load):
     """Dataset of a spiral in and out again at a constant normal load, row for row."""
     kind = hs.TangentialLoad if by_load else hs.TangentialDisplacement
     path = [*loads, *loads[-2::-1]]
-    events = [hs.NormalLoad(0.0, normal_load), *(kind(float(k + 1), value) for k, value in enumerate(path))]
+    events = [
+        hs.NormalLoad(0.0, normal_load),
+        *(kind(float(k + 1), value) for k, value in enumerate(path)),
+    ]
     return hs.replay(ensemble, events, record="totals").isel(step=slice(1, None))
 
 
@@ -544,12 +611,20 @@ def assert_closes(history):
 
 
 @pytest.mark.parametrize("by_load", [False, True])
-@pytest.mark.parametrize(("count", "turns"), [(1, 3000), (20, 3000), pytest.param(1, 100_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("count", "turns"), [(1, 3000), (20, 3000), pytest.param(1, 100_000, marks=pytest.mark.slow)]
+)
 def test_all_loops_of_a_spiral_close_on_the_way_out(count, turns, by_load):
     contact = random_contact(np.random.default_rng(0), count)
     approach = contact.approach(0.02 * count)
-    unit = contact.limit(approach) if by_load else contact.compliance_ratio * contact.friction[0] * approach
-    assert_closes(spiral(build_ensemble(contact), spiral_turns(turns) * unit, 0.02 * count, by_load))
+    unit = (
+        contact.limit(approach)
+        if by_load
+        else contact.compliance_ratio * contact.friction[0] * approach
+    )
+    assert_closes(
+        spiral(build_ensemble(contact), spiral_turns(turns) * unit, 0.02 * count, by_load)
+    )
 
 
 def test_the_memory_is_as_deep_as_the_reversals_that_are_open():

@@ -15,7 +15,14 @@ pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 
 @pytest.fixture(scope="module")
 def grains(tmp_path_factory):
-    return compiled(CC, SUPPORT / "grains.c", tmp_path_factory.mktemp("grains"), *WARNINGS, *LEAKS, "-DCONTACTS=100")
+    return compiled(
+        CC,
+        SUPPORT / "grains.c",
+        tmp_path_factory.mktemp("grains"),
+        *WARNINGS,
+        *LEAKS,
+        "-DCONTACTS=100",
+    )
 
 
 def numbers(program, *words):
@@ -44,7 +51,9 @@ def test_a_material_is_tried_committed_and_reverted(tmp_path):
     program = compiled(CC, SUPPORT / "material.c", tmp_path, *WARNINGS, *LEAKS)
     pair = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=50e9 / (4 * 0.6))
     ensemble = hs.Ensemble(pair, 0.0, 1e-3, 0.2)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3, tangential_displacement=0.0)
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_load=50e-3, tangential_displacement=0.0
+    )
     frame = 2e6
     # the same balance, the contact in series with a drive that holds: K (F/K - U) = T
     instrument = hs.Instrument(lateral_stiffness=frame)

@@ -1,8 +1,8 @@
 """One definition of a path for every type of contact: rows × controls × saturation × instrument × direction.
 
-Contacts along a line are exact: loads and displacements agree to rounding, energies within their quadrature. In a plane
-and where contacts evolve, results agree within the tolerance of the integration. Differences are in units of μN, of
-full slip, and of their product.
+Contacts along a line are exact: loads and displacements agree to rounding, energies within their
+quadrature. In a plane and where contacts evolve, results agree within the tolerance of the
+integration. Differences are in units of μN, of full slip, and of their product.
 """
 
 import math
@@ -46,7 +46,8 @@ class Kind(NamedTuple):
 EXACT = Deviation(1e-12, 1e-11, 2e-8)
 PLANE = Deviation(3e-3, 1e-2, 1e-2)
 EVOLVING = Deviation(2e-5, 2e-4, 2e-4)
-# at the limit the displacement is open: the last springs slide under a part of the load below the tolerance
+# at the limit the displacement is open: the last springs slide under a part of the load below the
+# tolerance
 EVOLVING_AT_LIMIT = Deviation(2e-3, 4e-2, 5e-3)
 RINGS = {"rings": hs.Rings(height_classes=2, rings=20)}
 KINDS = {
@@ -70,7 +71,9 @@ class Case(NamedTuple):
     full_slip: float
 
     def replay(self, rows):
-        return hs.replay(self.ensemble, self.events, substeps=rows, record="totals", hold=False, **self.options)
+        return hs.replay(
+            self.ensemble, self.events, substeps=rows, record="totals", hold=False, **self.options
+        )
 
     def at_events(self, rows):
         """Replay, and select the rows at the times of events."""
@@ -107,9 +110,9 @@ def rotate(events, angle, rng):
 def draw_case(name, situation, seed, *, joint=False, held=False):
     """Draw a case: moves by any pair of controls, lift-off, and requests up to 2.5 times the limit if it saturates.
 
-    With `joint` a tangential load never meets a prescribed approach: the one path that differs between one direction
-    and two. There a load in the plane may exceed the limit on the way, and summits that wear or yield may lose touch.
-    With `held` the normal load is constant.
+    With `joint` a tangential load never meets a prescribed approach: the one path that differs
+    between one direction and two. There a load in the plane may exceed the limit on the way, and
+    summits that wear or yield may lose touch. With `held` the normal load is constant.
     """
     kind, rng = KINDS[name], np.random.default_rng(seed)
     joint = joint or ("saturated" not in situation and name not in {"line", "law"})
@@ -138,7 +141,9 @@ def draw_case(name, situation, seed, *, joint=False, held=False):
     events = to_events(moves)
     if kind.angle:
         events = rotate(events, kind.angle, rng)
-    ensemble = hs.Ensemble(PAIR, contact.summit_height, contact.summit_radius, **{"friction": FRICTION} | kind.options)
+    ensemble = hs.Ensemble(
+        PAIR, contact.summit_height, contact.summit_radius, **{"friction": FRICTION} | kind.options
+    )
     return Case(ensemble, events, options, limit, full_slip)
 
 
@@ -159,7 +164,8 @@ def test_results_do_not_depend_on_recorded_rows(name, situation, seed):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_a_tiny_turn_leaves_the_results_of_the_line(situation, seed):
-    # along a line the drive of an instrument is met at the end of a path, in the plane at every moment
+    # along a line the drive of an instrument is met at the end of a path, in the plane at every
+    # moment
     held = "instrument" in situation
     line = draw_case("line", situation, seed, joint=True, held=held)
     turned = draw_case("tiny turn", situation, seed, joint=True, held=held)
@@ -189,12 +195,17 @@ def test_work_is_stored_or_dissipated(name, situation, seed):
     state = hs.Replay(case.ensemble, case.events, hold=False, **case.options).state()
     # the first row is at the end of the first event, whose path from rest has no rows
     first = case.at_events(1).isel(step=0)
-    initial = hs.Replay(case.ensemble, case.events, hold=False, **case.options).state(until=float(first.time))
+    initial = hs.Replay(case.ensemble, case.events, hold=False, **case.options).state(
+        until=float(first.time)
+    )
     dissipated = float(history.total_dissipated_energy[-1] - first.total_dissipated_energy)
     imbalance = work(1) - dissipated - (state.stored_energy - initial.stored_energy)
     unit = case.limit * case.full_slip
-    accuracy = EVOLVING_AT_LIMIT if name == "law" and "saturated" in situation else KINDS[name].accuracy
-    # rows are closer to the path of a drive than one step that touches on the way, whose load is within the tolerance
+    accuracy = (
+        EVOLVING_AT_LIMIT if name == "law" and "saturated" in situation else KINDS[name].accuracy
+    )
+    # rows are closer to the path of a drive than one step that touches on the way, whose load is
+    # within the tolerance
     energy = 3 * accuracy.energy if "instrument" in situation else accuracy.energy
     # kinks of the load make the estimate uneven
     assert abs(imbalance) / unit <= energy + 3 * abs(work(1) - work(4)) / unit
@@ -214,7 +225,9 @@ def test_results_are_continuous_where_a_request_passes_the_limit(name, normal_lo
 
     def reached(request):
         vector = (request, 1e-12) if KINDS[name].angle else request
-        end = ensemble.advance(state, normal_load=normal_load * load, tangential_load=vector, saturate=True)
+        end = ensemble.advance(
+            state, normal_load=normal_load * load, tangential_load=vector, saturate=True
+        )
         along = np.ravel(end.tangential_load)[0], np.ravel(end.tangential_displacement)[0]
         return np.array([*along, end.dissipated_energy])
 

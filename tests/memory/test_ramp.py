@@ -37,8 +37,9 @@ def dissipated(ensemble, state):
     return np.array([asperity.dissipated_energy for asperity in ensemble.asperities(state)])
 
 
-#: coefficients of friction, and errors that are tolerated: of displacements over the one at which all slides, of
-#: the energy over that of the ramp, and of energies of asperities over the largest one
+#: coefficients of friction, and errors that are tolerated: of displacements over the one at which
+#: all slides, of the energy over that of the ramp, and of energies of asperities over the largest
+#: one
 ONE_OR_SEVERAL = [
     pytest.param([0.5], (1e-10, 1.5e-6, 2e-5), id="one"),
     pytest.param([0.5, 0.6, 0.7], (2e-6, 1e-5, 4e-5), id="several"),
@@ -57,17 +58,27 @@ def test_one_ramp_dissipates_what_many_short_ones_do(seed, frictions, tolerated)
     start = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.0)
     for _ in range(rng.integers(0, 6)):
         load = 0.3 * (1.0 + swing * rng.uniform(-1.0, 1.0))
-        start = ensemble.advance(start, normal_load=load, tangential_load=rng.uniform(-0.999, 0.999) * 0.5 * load)
+        start = ensemble.advance(
+            start, normal_load=load, tangential_load=rng.uniform(-0.999, 0.999) * 0.5 * load
+        )
     normal = 0.3 * (1.0 + swing * rng.uniform(-1.0, 1.0)) if seed % 8 else 0.0
     limit = 0.5 * normal
-    tangential = np.clip(start.tangential_load, -limit, limit) if seed % 5 == 0 else rng.uniform(-0.999, 0.999) * limit
+    tangential = (
+        np.clip(start.tangential_load, -limit, limit)
+        if seed % 5 == 0
+        else rng.uniform(-0.999, 0.999) * limit
+    )
     whole = ensemble.advance(start, normal_load=normal, tangential_load=tangential)
-    assert dissipated(ensemble, whole).sum() == pytest.approx(whole.dissipated_energy, rel=1e-12, abs=1e-18)
+    assert dissipated(ensemble, whole).sum() == pytest.approx(
+        whole.dissipated_energy, rel=1e-12, abs=1e-18
+    )
 
     def in_parts(parts):
         state = start
         for k in range(1, parts + 1):
-            loads = [first + (last - first) * k / parts if k < parts else last for first, last in ends]
+            loads = [
+                first + (last - first) * k / parts if k < parts else last for first, last in ends
+            ]
             state = ensemble.advance(state, normal_load=loads[0], tangential_load=loads[1])
         return state, dissipated(ensemble, state) - dissipated(ensemble, start)
 
@@ -80,10 +91,14 @@ def test_one_ramp_dissipates_what_many_short_ones_do(seed, frictions, tolerated)
     assert abs(moved) <= tolerated[0] * full_slip + 1e-12
     rounding = 1e-15 * (0.3 * 0.3 + whole.dissipated_energy)
     assert energies.sum() == pytest.approx(extrapolated.sum(), rel=tolerated[1], abs=rounding)
-    np.testing.assert_allclose(energies, extrapolated, rtol=0.0, atol=tolerated[2] * extrapolated.max() + rounding)
+    np.testing.assert_allclose(
+        energies, extrapolated, rtol=0.0, atol=tolerated[2] * extrapolated.max() + rounding
+    )
 
 
-@pytest.mark.parametrize(("load", "share"), [(1.1, 0.5), (0.9, 0.5), (0.5, 0.4), (1.5, 0.9), (2.0, 0.7), (0.7, 0.99)])
+@pytest.mark.parametrize(
+    ("load", "share"), [(1.1, 0.5), (0.9, 0.5), (0.5, 0.4), (1.5, 0.9), (2.0, 0.7), (0.7, 0.99)]
+)
 def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     """E = T V - ΔT ∫ V ds - μ² [Q(d) - Q(f) - (d - f) P(f)], with the label f of the slip front: P(f) = N - T/μ."""
     friction, count = 0.2, 200
@@ -94,7 +109,9 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     normal = lambda a: float(weights @ np.maximum(a - gaps, 0.0) ** 1.5)  # noqa: E731
     integral = lambda a: float(weights @ np.maximum(a - gaps, 0.0) ** 2.5) / 2.5  # noqa: E731
     moment = lambda a: a * normal(a) - integral(a)  # noqa: E731
-    label = lambda value: scipy.optimize.brentq(lambda a: normal(a) - value, 0.0, 5.0, xtol=1e-15, rtol=1e-14)  # noqa: E731
+    label = lambda value: scipy.optimize.brentq(  # noqa: E731
+        lambda a: normal(a) - value, 0.0, 5.0, xtol=1e-15, rtol=1e-14
+    )
     ensemble = hs.Ensemble(UNIT, -gaps, radii, friction)
     start = ensemble.advance(ensemble.initial_state(), normal_displacement=0.6, tangential_load=0.0)
     first, last = start.normal_load, load * start.normal_load
@@ -114,17 +131,23 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker")
+@pytest.mark.skipif(
+    sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker"
+)
 def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
     wrap = "-Wl,--wrap=hs_solve_displacement_with"
     program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, wrap)
-    run = lambda *words: subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout  # noqa: E731
+    run = lambda *words: (  # noqa: E731
+        subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout
+    )
     chords = np.array([int(line.split()[2]) for line in run("0", "8", "10").splitlines()])
     assert chords.size == 80
     # the median was 600 while the energy was that of chords
     assert np.median(chords) < 60
     assert chords.max() < 400
-    distances = np.array([line.split()[3:] for line in run("0", "2", "3", "1000").splitlines()], dtype=float)
+    distances = np.array(
+        [line.split()[3:] for line in run("0", "2", "3", "1000").splitlines()], dtype=float
+    )
     displacements, energies = np.abs(distances[:, 0::2]), np.abs(distances[:, 1::2])
     assert displacements.max() < 2e-6
     # of the energy of the ramp
@@ -140,7 +163,9 @@ def test_a_smaller_tolerance_gives_no_worse_results(count):
         ensemble = surface(friction, tolerance=tolerance)
         state, _ = pressed(ensemble, [], 1.0)
         for load, share in ((0.6, 0.75), (1.4, -0.6), (0.5, 0.7)):
-            state = ensemble.advance(state, normal_load=load, tangential_load=share * 0.1 * min(load, 1.0))
+            state = ensemble.advance(
+                state, normal_load=load, tangential_load=share * 0.1 * min(load, 1.0)
+            )
         results.append((state.tangential_displacement, state.dissipated_energy))
     reference, *others = np.array(results)
     errors = np.abs(np.array(others) / reference - 1.0)

@@ -49,7 +49,9 @@ def test_rows_do_not_depend_on_the_order_of_asperities(friction):
     height, radius = -np.abs(random.normal(0.0, 20e-9, count)), random.uniform(1e-6, 2e-6, count)
     coefficient = np.full(count, 0.3) if friction == "one" else random.uniform(0.2, 0.4, count)
     rank = np.argsort(-height, kind="stable")
-    targets = np.column_stack([random.choice([40e-9, 41e-9], 24), random.uniform(-15e-9, 15e-9, 24)])
+    targets = np.column_stack(
+        [random.choice([40e-9, 41e-9], 24), random.uniform(-15e-9, 15e-9, 24)]
+    )
     tables = []
     for order, columns in (
         (np.arange(count), np.arange(count)),
@@ -59,11 +61,15 @@ def test_rows_do_not_depend_on_the_order_of_asperities(friction):
         ensemble = hs.Ensemble(PAIR, height[order], radius[order], coefficient[order])
         state, parts = ensemble.initial_state(), []
         for part in np.split(targets, 3):
-            paths = straight_paths(Goals(lib.HS_DISPLACED, part[:, 0]), Goals(lib.HS_DISPLACED, part[:, 1]))
+            paths = straight_paths(
+                Goals(lib.HS_DISPLACED, part[:, 0]), Goals(lib.HS_DISPLACED, part[:, 1])
+            )
             rows = blank_rows(paths.size, columns.size)
             state = ensemble.advance_along(state, paths, rows=rows, asperities=columns)
             parts.append(rows.each)
-        tables.append((columns, {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}))
+        tables.append(
+            (columns, {name: np.concatenate([each[name] for each in parts]) for name in parts[0]})
+        )
     (_, every), (_, ranked), (few, chosen) = tables
     for name, values in every.items():
         assert values.tobytes() == ranked[name].tobytes(), name

@@ -28,7 +28,11 @@ tangential = st.one_of(
     share.map(lambda value: (hs.TangentialDisplacement, 40e-9 * value)),
 )
 friction = st.floats(0.05, 0.4).map(lambda value: (hs.FrictionChange, round(value, 3)))
-moments = st.lists(st.tuples(st.none() | normal, st.none() | tangential, st.none() | friction), min_size=2, max_size=6)
+moments = st.lists(
+    st.tuples(st.none() | normal, st.none() | tangential, st.none() | friction),
+    min_size=2,
+    max_size=6,
+)
 
 
 def first_rows(history):
@@ -42,31 +46,52 @@ def test_at_a_held_approach_each_slides_at_its_preliminary_displacement():
     found = hs.replay(ENSEMBLE, events, record="all").contact.slip_onset()
     expected = 2 * THETA * FRICTION * (HEIGHTS + DEPTH) / 100e-9
     assert found["slide_time"].values[:4] == pytest.approx(expected[:4], rel=1e-12)
-    assert found["slide_rank"].values.tolist() == [*np.argsort(np.argsort(expected[:4])).tolist(), -1]
+    assert found["slide_rank"].values.tolist() == [
+        *np.argsort(np.argsort(expected[:4])).tolist(),
+        -1,
+    ]
     assert np.isnan(found["slide_time"].values[4])
     assert found["slide_step"].values.tolist() == [1, 1, 1, 1, -1]
 
 
 def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
     events = [hs.NormalDisplacement(0.0, 10e-9), hs.TangentialDisplacement(1.0, 50e-9)]
-    more = [hs.NormalDisplacement(1.0, 10e-9), hs.NormalDisplacement(2.0, 50e-9), hs.TangentialDisplacement(2.0, 90e-9)]
-    times = hs.replay(ENSEMBLE, [*events, *more], record="all").contact.slip_onset()["slide_time"].values
+    more = [
+        hs.NormalDisplacement(1.0, 10e-9),
+        hs.NormalDisplacement(2.0, 50e-9),
+        hs.TangentialDisplacement(2.0, 90e-9),
+    ]
+    times = (
+        hs.replay(ENSEMBLE, [*events, *more], record="all")
+        .contact.slip_onset()["slide_time"]
+        .values
+    )
     assert times[1:3] == pytest.approx([1.25, 1.625], rel=1e-12)
 
 
 def test_a_loaded_asperity_slides_before_lift_off_and_an_unloaded_one_does_not():
     up = hs.NormalDisplacement(2.0, -1e-9)
     strained = [hs.NormalDisplacement(0.0, 50e-9), hs.TangentialDisplacement(1.0, 5e-9), up]
-    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [*strained, hs.TangentialDisplacement(2.0, 5e-9)], hold=False)
+    history = hs.replay(
+        hs.Ensemble(PAIR, 0.0, 1e-5, MU),
+        [*strained, hs.TangentialDisplacement(2.0, 5e-9)],
+        hold=False,
+    )
     assert (history.slip_state.values != GROSS).all()
     # δ falls from 50 nm by 51 nm in two seconds; it slides where θμδ is 5 nm
-    assert history.contact.slip_onset()["slide_time"].values == pytest.approx(2 * (50 - 5 / (THETA * MU)) / 51)
+    assert history.contact.slip_onset()["slide_time"].values == pytest.approx(
+        2 * (50 - 5 / (THETA * MU)) / 51
+    )
     bare = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [hs.NormalDisplacement(1.0, 50e-9), up])
     assert bare.contact.slides_first().size == 0
 
 
 def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
-    events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(1.0, 15e-9), hs.FrictionChange(1.5, 0.15)]
+    events = [
+        hs.NormalDisplacement(0.0, DEPTH),
+        hs.TangentialDisplacement(1.0, 15e-9),
+        hs.FrictionChange(1.5, 0.15),
+    ]
     times = hs.replay(ENSEMBLE, events, record="all").contact.slip_onset()["slide_time"].values
     before = THETA * FRICTION * (HEIGHTS + DEPTH)
     after = THETA * 0.15 * (HEIGHTS + DEPTH)
@@ -76,10 +101,21 @@ def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
 
 
 @settings(deadline=None)
-@given(moments=moments, saturate=st.booleans(), alike=st.booleans(), stiffness=st.none() | st.floats(1e5, 1e7))
-def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, saturate, alike, stiffness):
+@given(
+    moments=moments,
+    saturate=st.booleans(),
+    alike=st.booleans(),
+    stiffness=st.none() | st.floats(1e5, 1e7),
+)
+def test_each_instant_lies_between_the_fine_rows_where_it_begins(
+    moments, saturate, alike, stiffness
+):
     """Rows that are 200 times finer bracket each instant, whatever is controlled; their own answer is the same."""
-    events = [kind(float(time), value) for time, one in enumerate(moments) for kind, value in filter(None, one)]
+    events = [
+        kind(float(time), value)
+        for time, one in enumerate(moments)
+        for kind, value in filter(None, one)
+    ]
     if not events:
         return
     ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, MU if alike else FRICTION)
@@ -102,7 +138,10 @@ def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, satura
         row = np.searchsorted(time, moment * (1 - 1e-12))
         slides = state[row : row + 2] == GROSS
         # it is lost again before the next row, or moved back by another event at the same time
-        unseen = state[row] == SEPARATED or np.abs(moment - [event.time for event in events]).min() < 1e-9
+        unseen = (
+            state[row] == SEPARATED
+            or np.abs(moment - [event.time for event in events]).min() < 1e-9
+        )
         assert slides.any() or unseen
         if seen != -1:
             assert moment <= time[seen] + 1e-9
@@ -116,16 +155,24 @@ EVOLVING = {
     "yielding": ({"yielding": hs.yielding.Thornton(hardness=2e9, poissons_ratio=0.3)}, MU),
 }
 LOADED = [hs.NormalLoad(0.0, 8e-3), hs.NormalLoad(1.0, 10e-3), hs.TangentialLoad(1.0, 1.9e-3)]
-DRIVEN = [hs.NormalDisplacement(0.0, 80e-9), hs.NormalDisplacement(1.0, DEPTH), hs.TangentialDisplacement(1.0, 40e-9)]
+DRIVEN = [
+    hs.NormalDisplacement(0.0, 80e-9),
+    hs.NormalDisplacement(1.0, DEPTH),
+    hs.TangentialDisplacement(1.0, 40e-9),
+]
 
 
 @pytest.mark.parametrize("events", [LOADED, DRIVEN], ids=["loads", "displacements"])
 @pytest.mark.parametrize("kind", EVOLVING)
 def test_states_of_replays_that_end_just_before_and_after_agree(kind, events):
     more, friction = EVOLVING[kind]
-    job = hs.Replay(hs.Ensemble(PAIR, HEIGHTS, RADII, friction, **more), events, saturate=True, record="all")
+    job = hs.Replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, friction, **more), events, saturate=True, record="all"
+    )
     found = job.dataset()["slide_time"].values
-    rows = first_rows(hs.Replay(job.ensemble, events, substeps=20, saturate=True, record="all").dataset())
+    rows = first_rows(
+        hs.Replay(job.ensemble, events, substeps=20, saturate=True, record="all").dataset()
+    )
     assert (rows[:4] > 0).any()
     assert np.isnan(found[rows == -1]).all()
     accuracy = 1e-5 if job.ensemble.evolves else 1e-6
@@ -145,23 +192,40 @@ def test_patches_slide_where_the_stick_zone_ends_at_their_first_touch():
     depth = np.maximum(approach[:, None] + [0.0, -20e-9, -45e-9], 0.0)
     load = 4 / 3 * E * np.sqrt([1e-5, 3e-5, 2e-5]) * depth**1.5
     ensemble = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=MU)
-    events = [hs.NormalDisplacement(0.0, 90e-9), hs.TangentialDisplacement(1.0, 1.1 * THETA * MU * 90e-9)]
+    events = [
+        hs.NormalDisplacement(0.0, 90e-9),
+        hs.TangentialDisplacement(1.0, 1.1 * THETA * MU * 90e-9),
+    ]
     history = hs.replay(ensemble, events, substeps=FINE)
     first = ensemble.first_touch
     assert history["slide_time"].values == pytest.approx((90e-9 - first) / (1.1 * 90e-9), rel=1e-12)
     seen = history.time.values[first_rows(history)]
-    assert ((history["slide_time"].values <= seen) & (seen < history["slide_time"].values + 1 / FINE)).all()
-    ramp = [hs.NormalLoad(0.0, 0.01), hs.NormalLoad(1.0, 0.012), hs.TangentialLoad(1.0, 0.99 * MU * 0.012)]
+    assert (
+        (history["slide_time"].values <= seen) & (seen < history["slide_time"].values + 1 / FINE)
+    ).all()
+    ramp = [
+        hs.NormalLoad(0.0, 0.01),
+        hs.NormalLoad(1.0, 0.012),
+        hs.TangentialLoad(1.0, 0.99 * MU * 0.012),
+    ]
     history = hs.replay(ensemble, ramp, substeps=FINE)
     slid = ~np.isnan(history["slide_time"].values)
     seen = history.time.values[first_rows(history)]
     assert slid.sum() == 2
-    assert ((seen - 1 / FINE < history["slide_time"].values) & (history["slide_time"].values <= seen))[slid].all()
+    assert (
+        (seen - 1 / FINE < history["slide_time"].values) & (history["slide_time"].values <= seen)
+    )[slid].all()
 
 
 def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keeps_it():
-    events = [*LOADED[:1], hs.TangentialLoad(1.0, 1e-3), hs.GeometryChange(1.5, summit_height=-1e-7, asperities=(0,))]
-    job = hs.Replay(ENSEMBLE, [*events, hs.NormalLoad(2.0, 9e-3)], saturate=True, record="all", hold=False)
+    events = [
+        *LOADED[:1],
+        hs.TangentialLoad(1.0, 1e-3),
+        hs.GeometryChange(1.5, summit_height=-1e-7, asperities=(0,)),
+    ]
+    job = hs.Replay(
+        ENSEMBLE, [*events, hs.NormalLoad(2.0, 9e-3)], saturate=True, record="all", hold=False
+    )
     state = job.state(until=1.2)
     again = hs.State.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
     np.testing.assert_array_equal(ENSEMBLE.slide_time(again), ENSEMBLE.slide_time(state))
@@ -182,7 +246,9 @@ def test_queries_of_results_without_instants_are_refused():
 
 
 @pytest.mark.parametrize("substeps", [1, 2, 7])
-@pytest.mark.parametrize("options", [{}, {"wear": hs.wear.ArchardWear(coefficient=1e-4, hardness=5e9)}])
+@pytest.mark.parametrize(
+    "options", [{}, {"wear": hs.wear.ArchardWear(coefficient=1e-4, hardness=5e9)}]
+)
 def test_without_friction_an_asperity_slides_from_contact_on(options, substeps):
     """The definition is that of rows: all springs are at their friction limit, which is 0."""
     ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, [0.0, 0.0, 0.25, 0.2, 0.0], **options)
@@ -193,7 +259,9 @@ def test_without_friction_an_asperity_slides_from_contact_on(options, substeps):
     ]
     history = hs.replay(ensemble, events, substeps=substeps)
     found = history["slide_time"].values
-    assert found == pytest.approx([0.0, 5.0, np.nan, np.nan, np.nan][: found.size], nan_ok=True, abs=1e-9)
+    assert found == pytest.approx(
+        [0.0, 5.0, np.nan, np.nan, np.nan][: found.size], nan_ok=True, abs=1e-9
+    )
     rows = first_rows(history)
     assert rows[0] == 0
     assert rows[1] >= 0

@@ -5,7 +5,9 @@ import pytest
 from histories import random_contact
 from springs import Contact, SpringRow
 
-UNIT = Contact.build(contact_modulus=1.0, shear_modulus=0.25, summit_height=0.0, summit_radius=1.0, friction=0.5)
+UNIT = Contact.build(
+    contact_modulus=1.0, shear_modulus=0.25, summit_height=0.0, summit_radius=1.0, friction=0.5
+)
 LOAD = 0.01
 LARGEST_SLIP = UNIT.compliance_ratio * 0.5 * UNIT.approach(LOAD)
 
@@ -26,7 +28,11 @@ def virgin_errors(springs):
     errors = []
     for fraction in np.linspace(0.02, 0.97, 60):
         moved, pulled = loaded(springs), loaded(springs)
-        moved.apply(("load", LOAD), ("displacement", virgin_displacement(fraction) * LARGEST_SLIP), substeps=3)
+        moved.apply(
+            ("load", LOAD),
+            ("displacement", virgin_displacement(fraction) * LARGEST_SLIP),
+            substeps=3,
+        )
         pulled.apply(("load", LOAD), ("load", fraction * 0.5 * LOAD), substeps=3)
         errors.append(
             (
@@ -54,7 +60,9 @@ def test_the_work_of_the_tangential_load_is_stored_or_dissipated():
     work = 0.0
     for _ in range(6):
         approach, displacement = rng.uniform(-0.003, 0.03), rng.uniform(-0.012, 0.012)
-        path = np.linspace((row.approach, row.tangential_displacement), (approach, displacement), 801)
+        path = np.linspace(
+            (row.approach, row.tangential_displacement), (approach, displacement), 801
+        )
         loads = [row.total_tangential_load]
         for here in path[1:]:
             row.apply(("displacement", here[0]), ("displacement", here[1]), substeps=1)

@@ -16,7 +16,9 @@ ENSEMBLE = hs.Ensemble(PAIR, summit_height=[0.5, 0.494], summit_radius=[0.7, 1.9
 
 def state_after(*shifts):
     """The state at one approach after displacements in units of θμδ."""
-    state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_displacement=DEPTH, tangential_displacement=0.0)
+    state = ENSEMBLE.advance(
+        ENSEMBLE.initial_state(), normal_displacement=DEPTH, tangential_displacement=0.0
+    )
     for shift in shifts:
         state = ENSEMBLE.advance(state, tangential_displacement=shift * THETA * MU * DEPTH)
     return state
@@ -28,10 +30,13 @@ def superpositions(state):
 
 
 def test_both_asperities_see_the_same_vertices_each_with_its_own_radius():
-    # slip of half the preliminary displacement reaches half the depth, a reversal by a fifth a tenth
+    # slip of half the preliminary displacement reaches half the depth, a reversal by a fifth a
+    # tenth
     fronts = DEPTH * np.array([1.0, 0.9, 0.5])
     state = state_after(0.5, 0.3)
-    for (radius, weight), own, gap in zip(superpositions(state), (0.7, 1.9), (0.0, 0.006), strict=True):
+    for (radius, weight), own, gap in zip(
+        superpositions(state), (0.7, 1.9), (0.0, 0.006), strict=True
+    ):
         assert radius == pytest.approx(np.sqrt(own * (fronts - gap)), rel=1e-14)
         assert weight == pytest.approx([-MU, 2 * MU, -MU])
     made_at = state.vertices()["made_at"][:0:-1] * state.memory.line.contact.units.displacement

@@ -38,7 +38,9 @@ def path(tmp_path):
 
 def made(path, columns=COLUMNS, **options):
     ensemble = hs.Ensemble(PAIR, np.linspace(-0.1, 0.0, COLUMNS), 1.0, 0.5)
-    return FileRecorder(ensemble, np.arange(columns) if columns else None, STEPS, path, {}, **options)
+    return FileRecorder(
+        ensemble, np.arange(columns) if columns else None, STEPS, path, {}, **options
+    )
 
 
 def arrays_of(rows):
@@ -51,14 +53,18 @@ def values_of(target):
     rows = target.new_rows(STEPS)
     for array in arrays_of(rows):
         array[...] = (
-            generator.integers(1, 4, array.shape) if array.dtype.kind == "i" else generator.normal(size=array.shape)
+            generator.integers(1, 4, array.shape)
+            if array.dtype.kind == "i"
+            else generator.normal(size=array.shape)
         )
     rows.totals["contact_count"] = np.arange(STEPS)
     return rows
 
 
 def write(target, begin, end):
-    for array, values in zip(arrays_of(target.blank(end - begin)), arrays_of(values_of(target)), strict=True):
+    for array, values in zip(
+        arrays_of(target.blank(end - begin)), arrays_of(values_of(target)), strict=True
+    ):
         array[...] = values[begin:end]
     target.record(np.arange(begin, end) / 8)
 
@@ -131,7 +137,10 @@ def test_what_the_library_refuses_is_an_error_of_the_system(path):
     with made(path) as target:
         write(target, 0, STEPS)
         target._file.close()
-        with pytest.raises(OSError, match=r"it cannot be written \(NetCDF: .*\)"), write_errors(path, path):
+        with (
+            pytest.raises(OSError, match=r"it cannot be written \(NetCDF: .*\)"),
+            write_errors(path, path),
+        ):
             target.flush()
 
 
@@ -149,7 +158,8 @@ def test_chunks_suit_both_ways_of_reading(steps, columns):
     assert 1 <= rows <= steps
     assert 1 <= across <= columns
     assert rows * across <= CHUNK_CELLS
-    # one step, and one asperity at all steps, cost a small share of the whole where there is much of both
+    # one step, and one asperity at all steps, cost a small share of the whole where there is much
+    # of both
     if steps > 1:
         assert min(rows, steps) * columns <= max(MOST_CELLS_ACROSS, CHUNK_CELLS)
     down = -(-steps // rows)
@@ -176,7 +186,9 @@ def test_a_result_has_its_name_when_it_is_published_and_readers_are_not_kept_out
     assert names(tmp_path) == ["out.nc"]
 
 
-@pytest.mark.parametrize(("kept", "ends"), [(3, KeyboardInterrupt), (0, KeyboardInterrupt), (3, None)])
+@pytest.mark.parametrize(
+    ("kept", "ends"), [(3, KeyboardInterrupt), (0, KeyboardInterrupt), (3, None)]
+)
 def test_what_an_error_ends_is_there_for_the_next_one_where_rows_are_kept(tmp_path, kept, ends):
     with suppress(KeyboardInterrupt), Unfinished(tmp_path / "out.nc") as file:
         file.path.write_bytes(bytes(8) + b"rows")

@@ -61,7 +61,10 @@ def test_what_never_touches_is_said_to(events):
         history = hs.replay(BALL, events)
     assert [each.filename for each in warned] == [__file__]
     assert (history["total_tangential_load"] == 0).all()
-    assert any(label == "warning" and "nothing ever touches" in text for label, text in history.contact.summary())
+    assert any(
+        label == "warning" and "nothing ever touches" in text
+        for label, text in history.contact.summary()
+    )
     assert names(events) == ["contact"]
 
 

@@ -90,7 +90,9 @@ def fill(target, plan):
     asperities = () if target.asperities is None else target.asperities
     for stretch in plan:
         rows = target.blank(stretch.row_time.size)
-        state = target.ensemble.advance_along(state, stretch.paths, rows=rows, asperities=asperities)
+        state = target.ensemble.advance_along(
+            state, stretch.paths, rows=rows, asperities=asperities
+        )
         if stretch.change is not None:
             state = target.ensemble.with_friction(state, stretch.change.friction)
         target.record(stretch.row_time)
@@ -104,7 +106,10 @@ def steps(plan):
 
 @contextmanager
 def into(path, ensemble, asperities, count, attributes):
-    with replacing(path) as unfinished, FileRecorder(ensemble, asperities, count, unfinished, attributes) as target:
+    with (
+        replacing(path) as unfinished,
+        FileRecorder(ensemble, asperities, count, unfinished, attributes) as target,
+    ):
         yield target
         target.finish()
 
@@ -141,11 +146,15 @@ def test_by_default_those_that_ever_touch_are_recorded(ensemble):
 @pytest.mark.parametrize("seed", range(2))
 def test_touching_are_exactly_those_that_touch_in_random_histories(seed):
     generator = np.random.default_rng(seed)
-    ensemble = hs.Ensemble(PAIR, generator.normal(0.0, 0.1, 40), generator.uniform(0.5, 2.0, 40), 0.5)
+    ensemble = hs.Ensemble(
+        PAIR, generator.normal(0.0, 0.1, 40), generator.uniform(0.5, 2.0, 40), 0.5
+    )
     events = []
     for time in range(8):
         kind = generator.choice([hs.NormalLoad, hs.NormalDisplacement])
-        value = generator.uniform(0.0, 0.3) if kind is hs.NormalLoad else generator.uniform(-0.1, 0.2)
+        value = (
+            generator.uniform(0.0, 0.3) if kind is hs.NormalLoad else generator.uniform(-0.1, 0.2)
+        )
         events += [kind(time, value), hs.TangentialDisplacement(time, generator.uniform(-0.1, 0.1))]
     everything = hs.replay(ensemble, events, record="all")
     assert chosen_asperities(ensemble, events, "touching").tolist() == touched(everything)
@@ -153,7 +162,11 @@ def test_touching_are_exactly_those_that_touch_in_random_histories(seed):
 
 
 def test_those_that_touch_between_two_rows_are_recorded(ensemble):
-    events = [hs.NormalDisplacement(0.0, 0.005), hs.NormalDisplacement(0.0, 0.04), hs.NormalDisplacement(0.0, 0.005)]
+    events = [
+        hs.NormalDisplacement(0.0, 0.005),
+        hs.NormalDisplacement(0.0, 0.04),
+        hs.NormalDisplacement(0.0, 0.005),
+    ]
     assert chosen_asperities(ensemble, events, "touching").tolist() == [0, 1, 3]
 
 
@@ -182,10 +195,13 @@ def test_totals_alone_have_no_asperities(ensemble):
 
 
 @pytest.mark.parametrize(
-    "record", ["some", "", b"all", None, 0, [], [0.5], [True], np.array([True, False]), [[0]], [2**70]]
+    "record",
+    ["some", "", b"all", None, 0, [], [0.5], [True], np.array([True, False]), [[0]], [2**70]],
 )
 def test_other_selections_are_refused(ensemble, record):
-    with pytest.raises(hs.InputError, match=r"record is .*; expected 'touching', 'all', 'totals' or a list of asp"):
+    with pytest.raises(
+        hs.InputError, match=r"record is .*; expected 'touching', 'all', 'totals' or a list of asp"
+    ):
         chosen_asperities(ensemble, EVENTS, record)
 
 
@@ -232,7 +248,9 @@ def test_a_history_in_which_nothing_touches_has_all_variables(ensemble, tmp_path
     with pytest.warns(UserWarning, match="touch"):
         history = hs.replay(ensemble, events)
     assert dict(history.sizes) == {"step": 2, "asperity": 0}
-    assert set(history.data_vars) == {variable.name for variable in (*TOTALS, *PER_ASPERITY, SLIDE_TIME)}
+    assert set(history.data_vars) == {
+        variable.name for variable in (*TOTALS, *PER_ASPERITY, SLIDE_TIME)
+    }
     stream(tmp_path / "nothing.nc", ensemble, events)
     with xr.open_dataset(tmp_path / "nothing.nc") as opened:
         assert dict(opened.sizes) == {"step": 3, "asperity": 0}
@@ -250,7 +268,9 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     plan = list(segments(EVENTS[:6]))
     before = ensemble.initial_state()
     for stretch in plan[:-1]:
-        before = ensemble.with_friction(ensemble.advance_along(before, stretch.paths), stretch.change.friction)
+        before = ensemble.with_friction(
+            ensemble.advance_along(before, stretch.paths), stretch.change.friction
+        )
     paths, times = plan[-1].paths, plan[-1].row_time
     begun, ended = fingerprint(before), fingerprint(ensemble.advance_along(before, paths))
     assert begun != ended
@@ -259,7 +279,9 @@ def test_recording_changes_no_state(ensemble, tmp_path):
         target = DatasetRecorder(ensemble, asperities, times.size)
         with into(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
             for kind in (target, file):
-                after = ensemble.advance_along(before, paths, rows=kind.blank(times.size), asperities=chosen)
+                after = ensemble.advance_along(
+                    before, paths, rows=kind.blank(times.size), asperities=chosen
+                )
                 assert fingerprint(after) == ended
                 kind.record(times)
                 assert fingerprint(after) == ended
@@ -297,7 +319,9 @@ def test_the_file_follows_the_cf_conventions(case, scenario, tmp_path):
         assert flags == {"saturated"} | ({"slip_state"} if case != "totals" else set())
         assert all(file[name].dtype == file[name].flag_values.dtype == np.int8 for name in flags)
         if case == "instrument":
-            assert {"time", "summit_height", "friction", "x", "y"} <= set(file["slip_state"].coordinates.split())
+            assert {"time", "summit_height", "friction", "x", "y"} <= set(
+                file["slip_state"].coordinates.split()
+            )
 
 
 def test_the_file_says_what_a_catalogue_asks_for(scenario, tmp_path):
@@ -320,7 +344,9 @@ def test_a_streamed_file_is_the_dataset_bit_for_bit(scenario, tmp_path, monkeypa
     sizes = []
     original = netcdf.FileRecorder.record
     monkeypatch.setattr(
-        netcdf.FileRecorder, "record", lambda self, times: (sizes.append(times.size), original(self, times))[1]
+        netcdf.FileRecorder,
+        "record",
+        lambda self, times: (sizes.append(times.size), original(self, times))[1],
     )
     path = scenario(record)
     expected = hs.run(path)
@@ -365,13 +391,19 @@ def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
     assert list(in_memory(ensemble).attrs)[-1] == "complete"
 
 
-def test_a_disk_without_room_is_reported_before_anything_is_computed(ensemble, tmp_path, monkeypatch):
+def test_a_disk_without_room_is_reported_before_anything_is_computed(
+    ensemble, tmp_path, monkeypatch
+):
     path = tmp_path / "out.nc"
     path.write_bytes(b"an older result")
-    monkeypatch.setattr(netcdf.shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 20_000))
+    monkeypatch.setattr(
+        netcdf.shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 20_000)
+    )
     job = hs.Replay(ensemble, EVENTS, record="all", substeps=2000, hold=False)
     monkeypatch.setattr(hs.Replay, "walk", lambda *_, **__: pytest.fail("it was computed"))
-    with pytest.raises(OSError, match=r"the result needs 3\.\d MB more, and 0\.0 MB are free; make room") as caught:
+    with pytest.raises(
+        OSError, match=r"the result needs 3\.\d MB more, and 0\.0 MB are free; make room"
+    ) as caught:
         job.write(path)
     assert caught.value.errno == errno.ENOSPC
     assert caught.value.filename == str(path)
@@ -395,7 +427,9 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
             fill(file, plan)
 
     try:
-        with pytest.raises(OSError, match="the file is too large for this disk or a limit") as caught:
+        with pytest.raises(
+            OSError, match="the file is too large for this disk or a limit"
+        ) as caught:
             overflow()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)

@@ -56,9 +56,13 @@ def test_every_kind_stores_its_summits_and_map_bit_for_bit(folder, entry):
         if ground.surface is not None:
             assert group["height"].values.tobytes() == ground.surface.heights.tobytes()
             for axis, pixel in zip("xy", ground.surface.pixel_size, strict=True):
-                assert group[axis].values.tolist() == [index * pixel for index in range(group.sizes[axis])]
+                assert group[axis].values.tolist() == [
+                    index * pixel for index in range(group.sizes[axis])
+                ]
             assert group.attrs["thinning"].tolist() == [1, 1]
-        xr.testing.assert_identical(group.load(), surface_group.dataset(ground.summits, ground.surface))
+        xr.testing.assert_identical(
+            group.load(), surface_group.dataset(ground.summits, ground.surface)
+        )
     with xr.open_dataset(path) as opened:
         history = opened.load()
     # an asperity is the index of its summit
@@ -69,7 +73,9 @@ def test_every_kind_stores_its_summits_and_map_bit_for_bit(folder, entry):
         assert history[name].values.tobytes() == group[name].values[labels].tobytes()
     for axis in "xy":
         if f"summit_{axis}" in group:
-            assert history[axis].values.tobytes() == group[f"summit_{axis}"].values[labels].tobytes()
+            assert (
+                history[axis].values.tobytes() == group[f"summit_{axis}"].values[labels].tobytes()
+            )
     # only the file says when it was written
     assert history.attrs.pop("date_created").endswith("Z")
     xr.testing.assert_identical(history, hs.run(folder / "s.toml"))
@@ -93,7 +99,13 @@ def test_it_does_not_depend_on_what_is_recorded(folder, record):
 def test_missing_heights_are_nan_and_nothing_else_is(folder):
     surface = gapped((20, 30))
     np.save(folder / "gaps.npy", surface.heights)
-    entry = {"kind": "measured", "file": "gaps.npy", "pixel_size": 1e-6, "height_unit": "m", "form": "mean"}
+    entry = {
+        "kind": "measured",
+        "file": "gaps.npy",
+        "pixel_size": 1e-6,
+        "height_unit": "m",
+        "form": "mean",
+    }
     path, ground = run(folder, entry)
     with netCDF4.Dataset(path) as file:
         height = file[GROUP]["height"]
@@ -120,7 +132,9 @@ def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
     found = surface_group.dataset(Summits(0.0, 1.0), Surface(heights, (1e-6, 3e-6)))
     assert found.attrs["thinning"].tolist() == list(strides)
     assert found["height"].size <= MOST_POINTS**2
-    kept = np.ix_(*(np.arange(0, size, stride) for size, stride in zip(shape, strides, strict=True)))
+    kept = np.ix_(
+        *(np.arange(0, size, stride) for size, stride in zip(shape, strides, strict=True))
+    )
     assert (found["height"].values == heights[kept]).all()
     assert found["x"].values == pytest.approx(np.arange(found.sizes["x"]) * strides[0] * 1e-6)
     assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
@@ -134,7 +148,9 @@ def test_variables_agree_with_the_table(folder):
         for variable in (*SURFACE, *SUMMITS):
             found = group[variable.name]
             assert (found.dimensions, found.dtype) == (variable.dimensions, variable.dtype)
-            assert {key: found.getncattr(key) for key in found.ncattrs() if key != "_FillValue"} == variable.attributes
+            assert {
+                key: found.getncattr(key) for key in found.ncattrs() if key != "_FillValue"
+            } == variable.attributes
 
 
 # -- the file --------------------------------------------------------------------------------------
@@ -144,7 +160,9 @@ def raised_to_the_root(path, target):
     """Copy the group to the root of a separate file, byte by byte, since the checker looks nowhere else."""
     with netCDF4.Dataset(path) as file, netCDF4.Dataset(target, "w") as copy:
         group = file[GROUP]
-        copy.setncatts({key: file.getncattr(key) for key in ("Conventions", "title", "history", "source")})
+        copy.setncatts(
+            {key: file.getncattr(key) for key in ("Conventions", "title", "history", "source")}
+        )
         copy.setncatts({key: group.getncattr(key) for key in group.ncattrs()})
         for name, dimension in group.dimensions.items():
             copy.createDimension(name, len(dimension))
@@ -159,18 +177,26 @@ def raised_to_the_root(path, target):
 @pytest.mark.parametrize("name", ["random", "gaps"])
 def test_the_group_follows_the_cf_conventions(folder, name):
     np.save(folder / "gaps.npy", gapped((20, 30)).heights)
-    entry = CASES.get(name) or {"kind": "measured", "file": "gaps.npy", "pixel_size": 1e-6, "height_unit": "m"}
+    entry = CASES.get(name) or {
+        "kind": "measured",
+        "file": "gaps.npy",
+        "pixel_size": 1e-6,
+        "height_unit": "m",
+    }
     path, _ = run(folder, entry)
     assert conventions(path) == ([], [])
     raised_to_the_root(path, folder / "group.nc")
     assert conventions(folder / "group.nc") == ([], [])
 
 
-# -- damaged files -----------------------------------------------------------------------------------
+# -- damaged files
+# -----------------------------------------------------------------------------------
 
 
 def plot(path):
-    return CliRunner().invoke(main, ["plot", str(path), "--step", "-1", "-o", str(path.parent / "picture.png")])
+    return CliRunner().invoke(
+        main, ["plot", str(path), "--step", "-1", "-o", str(path.parent / "picture.png")]
+    )
 
 
 @pytest.mark.parametrize("name", ["summit_height", "x"])

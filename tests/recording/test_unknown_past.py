@@ -44,7 +44,9 @@ def test_no_past_is_outside_the_bounds(case):
     """1,000 random pasts in all cases together, which end where the contact, or its drive, is at first."""
     kind, several, options = CASES[case]
     ensemble = contact(several=several)
-    job = hs.Replay(ensemble, loads(kind), substeps=3, record="all", saturate=True, past="unknown", **options)
+    job = hs.Replay(
+        ensemble, loads(kind), substeps=3, record="all", saturate=True, past="unknown", **options
+    )
     bounded = job.dataset()
     names = [name.removesuffix("_lower") for name in bounded if name.endswith("_lower")]
     per_asperity = case.startswith("displacements")
@@ -57,7 +59,9 @@ def test_no_past_is_outside_the_bounds(case):
         state = ensemble.initial_state()
         for _ in range(random.integers(1, 8)):
             target = {"normal_displacement": random.uniform(-2e-3, 0.05)}
-            state = ensemble.advance(state, tangential_displacement=random.uniform(-0.03, 0.03), **target)
+            state = ensemble.advance(
+                state, tangential_displacement=random.uniform(-0.03, 0.03), **target
+            )
         there = random.uniform(-0.03, 0.03)
         state = ensemble.advance(state, normal_displacement=place, tangential_displacement=there)
         state = ensemble.advance(state, tangential_displacement=0.0, **drive)
@@ -72,7 +76,10 @@ def test_no_past_is_outside_the_bounds(case):
 
 def test_full_slip_forgets_the_past():
     turns = [0.0, 3e-3, -3e-3, 0.05, 0.01, 0.04]
-    events = [hs.NormalLoad(0.0, 0.01), *(hs.TangentialDisplacement(float(t), u) for t, u in enumerate(turns))]
+    events = [
+        hs.NormalLoad(0.0, 0.01),
+        *(hs.TangentialDisplacement(float(t), u) for t, u in enumerate(turns)),
+    ]
     history = hs.replay(contact(several=True), events, past="unknown", substeps=10)
     width = (history.total_tangential_load_upper - history.total_tangential_load_lower).values
     limit = float(history.friction_limit.max())
@@ -84,16 +91,30 @@ def test_full_slip_forgets_the_past():
     assert width[~after].min() > 1e-12 * limit
     # the history itself is that of an untouched contact, as without bounds
     plain = hs.replay(contact(several=True), events, substeps=10)
-    assert history.drop_vars([name for name in history if name.endswith(("_lower", "_upper"))]).equals(plain)
+    assert history.drop_vars(
+        [name for name in history if name.endswith(("_lower", "_upper"))]
+    ).equals(plain)
 
 
 def test_a_past_that_is_not_forgotten_has_no_time():
-    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 1e-4)]
-    assert np.isnan(hs.replay(contact(several=True), events, past="unknown", hold=True).attrs["past_forgotten_time"])
+    events = [
+        hs.NormalLoad(0.0, 0.01),
+        hs.TangentialDisplacement(0.0, 0.0),
+        hs.TangentialDisplacement(1.0, 1e-4),
+    ]
+    assert np.isnan(
+        hs.replay(contact(several=True), events, past="unknown", hold=True).attrs[
+            "past_forgotten_time"
+        ]
+    )
 
 
 def test_an_open_gap_has_no_past():
-    events = [hs.NormalDisplacement(0.0, -1e-3), hs.NormalDisplacement(1.0, 0.02), hs.TangentialDisplacement(2.0, 1e-3)]
+    events = [
+        hs.NormalDisplacement(0.0, -1e-3),
+        hs.NormalDisplacement(1.0, 0.02),
+        hs.TangentialDisplacement(2.0, 1e-3),
+    ]
     history = hs.replay(contact(several=True), events, past="unknown", hold=True)
     assert history.attrs["past_forgotten_time"] == 0.0
     assert history.total_tangential_load_lower.equals(history.total_tangential_load)
@@ -117,9 +138,17 @@ REFUSED = {
     ),
     "evolves": (WORN, UNIFORM, {}),
     "changes friction": (contact(several=False), [*UNIFORM, hs.FrictionChange(30.0, 0.2)], {}),
-    "20 different friction coefficients": (contact(several=True), loads(hs.TangentialLoad, reach=0.1), {}),
+    "20 different friction coefficients": (
+        contact(several=True),
+        loads(hs.TangentialLoad, reach=0.1),
+        {},
+    ),
     "different friction coefficients, which": (contact(several=True), UNIFORM, SPRING),
-    "by loads and by displacements": (contact(several=False), [*UNIFORM, hs.TangentialLoad(30.0, 0.0)], {}),
+    "by loads and by displacements": (
+        contact(several=False),
+        [*UNIFORM, hs.TangentialLoad(30.0, 0.0)],
+        {},
+    ),
 }
 
 

@@ -11,7 +11,14 @@ import pytest
 import historysim as hs
 from historysim.asperities.asperity import SlipState
 from historysim.recording import variables
-from historysim.recording.variables import COORDINATES, VARIABLES, Changes, Variable, recorded_variables, register
+from historysim.recording.variables import (
+    COORDINATES,
+    VARIABLES,
+    Changes,
+    Variable,
+    recorded_variables,
+    register,
+)
 
 STEP, ASPERITY, BOTH = ("step",), ("asperity",), ("step", "asperity")
 
@@ -51,7 +58,9 @@ EXTENSIONS = {
 ALL = (*COORDINATES, *VARIABLES)
 FLAGS = [variable for variable in ALL if "flag_values" in variable.attributes]
 
-each = pytest.mark.parametrize("variable", ALL, ids=lambda variable: f"{variable.name} {variable.dimensions}")
+each = pytest.mark.parametrize(
+    "variable", ALL, ids=lambda variable: f"{variable.name} {variable.dimensions}"
+)
 
 
 @pytest.mark.parametrize("part", CONTRACT)
@@ -64,7 +73,10 @@ def test_the_table_is_the_contract_and_its_known_extensions(part):
 
 def test_names_are_unique_in_every_history():
     for given in itertools.product((False, True), repeat=len(attrs.fields(Changes))):
-        names = [variable.name for variable in (*COORDINATES, *itertools.chain(*recorded_variables(Changes(*given))))]
+        names = [
+            variable.name
+            for variable in (*COORDINATES, *itertools.chain(*recorded_variables(Changes(*given))))
+        ]
         assert sorted(set(names)) == sorted(names)
 
 
@@ -77,7 +89,9 @@ def test_a_variable_is_named_and_typed_and_has_units_and_words(variable):
     assert variable.attributes["long_name"].strip()
     assert not {"standard_name", "_FillValue"} & set(variable.attributes)
     whole = dict.fromkeys(("asperity", "contact_count", "erased_memories", "jumps"), "int64")
-    assert variable.dtype == (whole | {"slip_state": "int8", "saturated": "int8"}).get(variable.name, "float64")
+    assert variable.dtype == (whole | {"slip_state": "int8", "saturated": "int8"}).get(
+        variable.name, "float64"
+    )
     if variable in FLAGS:
         assert variable.units == ""
         assert "units" not in variable.attributes
@@ -90,7 +104,10 @@ def test_a_variable_is_named_and_typed_and_has_units_and_words(variable):
 def test_flags_are_bytes_with_a_meaning_for_each_value():
     assert {variable.name for variable in FLAGS} == {"slip_state", "saturated"}
     for variable in FLAGS:
-        values, meanings = variable.attributes["flag_values"], variable.attributes["flag_meanings"].split(" ")
+        values, meanings = (
+            variable.attributes["flag_values"],
+            variable.attributes["flag_meanings"].split(" "),
+        )
         assert variable.dtype == values.dtype == np.int8
         assert len(set(values.tolist())) == len(values) == len(set(meanings)) == len(meanings)
         assert all(meaning.isidentifier() for meaning in meanings)
@@ -112,7 +129,9 @@ def test_another_quantity_is_one_declaration(tmp_path, monkeypatch):
         )
     )
     pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-    job = hs.Replay(hs.Ensemble(pair, 0.0, 1.0, 0.5), [hs.NormalLoad(0.0, 0.03), hs.NormalLoad(1.0, 0.02)])
+    job = hs.Replay(
+        hs.Ensemble(pair, 0.0, 1.0, 0.5), [hs.NormalLoad(0.0, 0.03), hs.NormalLoad(1.0, 0.02)]
+    )
     job.write(tmp_path / "out.nc")
     found = hs.open(tmp_path / "out.nc")
     assert found.mean_pressure.attrs["units"] == "Pa"

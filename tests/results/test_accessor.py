@@ -12,7 +12,10 @@ from historysim.results.accessor import Queries
 from historysim.results.queries import all_queries, earlier_names
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
-EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
+EVENTS = [
+    hs.NormalLoad(0.0, 0.1),
+    *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3)),
+]
 
 
 def test_every_query_is_a_method_and_a_function_with_one_docstring():
@@ -22,7 +25,10 @@ def test_every_query_is_a_method_and_a_function_with_one_docstring():
         method, function = getattr(Queries, name), getattr(hs.analysis, name)
         assert function is asked.function
         assert method.__doc__ == function.__doc__
-        assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(function).parameters)[1:]
+        assert (
+            list(inspect.signature(method).parameters)[1:]
+            == list(inspect.signature(function).parameters)[1:]
+        )
 
 
 def test_earlier_names_are_the_same_queries_and_are_not_listed():
@@ -39,15 +45,21 @@ def history():
     return hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
 
 
-@pytest.mark.parametrize("name", ["slip_shares", "stick_ratio", "mean_pressure", "branch_displacements"])
+@pytest.mark.parametrize(
+    "name", ["slip_shares", "stick_ratio", "mean_pressure", "branch_displacements"]
+)
 def test_one_step_answers_as_the_whole_history_does_there(history, name):
     one, whole = (getattr(each.contact, name)() for each in (history.isel(step=5), history))
     xr.testing.assert_equal(one, whole.isel(step=5))
 
 
-@pytest.mark.parametrize("name", ["slip_onset", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
+@pytest.mark.parametrize(
+    "name", ["slip_onset", "slides_first", "friction_loops", "summary", "tangential_stiffness"]
+)
 def test_one_step_is_not_enough_for_some_questions(history, name):
-    with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):
+    with pytest.raises(
+        hs.InputError, match=f"{name}: needs the steps before, and the history has one step"
+    ):
         getattr(history.isel(step=-1).contact, name)()
 
 
@@ -59,7 +71,9 @@ def test_type_checkers_know_every_query():
 
 def test_a_query_of_a_script_is_a_method(monkeypatch):
     monkeypatch.setattr(queries, "_declared", dict(queries._declared))
-    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), [hs.NormalLoad(0.0, 1e-3), hs.NormalLoad(1.0, 3e-3)])
+    history = hs.replay(
+        hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), [hs.NormalLoad(0.0, 1e-3), hs.NormalLoad(1.0, 3e-3)]
+    )
 
     @queries.query(unit="N")
     def largest_normal_load(history):

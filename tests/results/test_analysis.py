@@ -13,7 +13,11 @@ RATIO = 40 / (4 * 8)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
 RADII = np.array([10e-6, 20e-6, 15e-6, 10e-6])
 FRICTION = np.array([0.1, 0.3, 0.2, 0.4])
-EVENTS = [hs.NormalDisplacement(0.0, 60e-9), hs.TangentialDisplacement(1.0, 5e-9), hs.NormalDisplacement(2.0, 12e-9)]
+EVENTS = [
+    hs.NormalDisplacement(0.0, 60e-9),
+    hs.TangentialDisplacement(1.0, 5e-9),
+    hs.NormalDisplacement(2.0, 12e-9),
+]
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +31,9 @@ def by_hand(approach):
 
 def test_preliminary_displacement_is_the_greatest_of_all_asperities(history):
     found = analysis.preliminary_displacement(history)
-    assert found.values == pytest.approx([by_hand(approach).max() for approach in (60e-9, 36e-9, 12e-9)], rel=1e-12)
+    assert found.values == pytest.approx(
+        [by_hand(approach).max() for approach in (60e-9, 36e-9, 12e-9)], rel=1e-12
+    )
     assert found.attrs["units"] == "m"
 
 
@@ -36,7 +42,9 @@ def test_the_critical_asperity_need_not_be_the_highest(history):
 
 
 def test_nothing_is_critical_without_contact():
-    history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), [hs.NormalDisplacement(0.0, -1e-9)])
+    history = hs.replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), [hs.NormalDisplacement(0.0, -1e-9)]
+    )
     assert analysis.preliminary_displacement(history).values.tolist() == [0.0]
     assert analysis.critical_asperity(history).values.tolist() == [-1]
     assert dict(analysis.summary(history))["critical asperity"] == "none"
@@ -64,20 +72,26 @@ def test_after_a_change_of_friction_every_answer_uses_it():
     assert changing.present_friction.dims == ("step",)
     assert changing.present_friction.values.tolist() == [0.2, 0.3, 0.9]
     assert "present_friction" not in hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), events[:1])
-    last = hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), [events[0], attrs.evolve(events[2], time=0.0)])
+    last = hs.replay(
+        hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), [events[0], attrs.evolve(events[2], time=0.0)]
+    )
     assert dict(analysis.summary(last))["preliminary displacement"].startswith("190.9 nm")
 
 
 def test_friction_is_recorded_one_by_one_only_where_it_differs():
     later = tuple(FRICTION[::-1].tolist())
     events = [*EVENTS[:2], hs.FrictionChange(1.0, later), EVENTS[2], hs.FrictionChange(3.0, 0.5)]
-    found = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=2, record="all", hold=False)
+    found = hs.replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=2, record="all", hold=False
+    )
     assert found.present_friction.dims == ("step", "asperity")
     expected = [FRICTION] * 2 + [later] * 4 + [np.full(4, 0.5)]
     assert found.present_friction.values.tolist() == [list(row) for row in expected]
     approach = HEIGHTS.max() - found.separation.values
     capacity = RATIO * np.array(expected) * np.maximum(HEIGHTS + approach[:, np.newaxis], 0.0)
-    assert analysis.preliminary_displacement(found).values == pytest.approx(capacity.max(axis=1), rel=1e-12)
+    assert analysis.preliminary_displacement(found).values == pytest.approx(
+        capacity.max(axis=1), rel=1e-12
+    )
     assert analysis.critical_asperity(found).values.tolist() == capacity.argmax(axis=1).tolist()
     assert "present_friction" not in hs.replay(
         hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals", hold=False
@@ -93,7 +107,9 @@ def test_all_asperities_that_touch_have_to_be_recorded(history):
         assert dict(analysis.summary(part))["preliminary displacement"].startswith("not available")
     for record in ("touching", "all", [2, 0, 1]):
         other = hs.replay(ensemble, EVENTS, record=record, hold=False)
-        assert (analysis.preliminary_displacement(other) == analysis.preliminary_displacement(history)).all()
+        assert (
+            analysis.preliminary_displacement(other) == analysis.preliminary_displacement(history)
+        ).all()
 
 
 def test_the_summary_is_readable(history):

@@ -18,20 +18,33 @@ def forward_and_back(loads, friction=(0.5, 0.5)):
     """One contact: slides forward at the first load, which then changes, and comes back by small steps."""
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
     events = [hs.NormalLoad(float(time), load) for time, load in enumerate((loads[0], *loads))]
-    events += [hs.TangentialDisplacement(time, way) for time, way in ((1.0, 2e-6), (2.0, 2e-6), (3.0, -2e-6))]
-    return hs.replay(ensemble, sorted([*events, hs.FrictionChange(2.0, friction[1])], key=lambda event: event.time))
+    events += [
+        hs.TangentialDisplacement(time, way)
+        for time, way in ((1.0, 2e-6), (2.0, 2e-6), (3.0, -2e-6))
+    ]
+    return hs.replay(
+        ensemble,
+        sorted([*events, hs.FrictionChange(2.0, friction[1])], key=lambda event: event.time),
+    )
 
 
 @pytest.mark.parametrize(
     ("loads", "drifts"),
-    [((50e-3, 70e-3), 78.0), ((50e-3, 30e-3), 179.1), ((100e-3, 120e-3), 63.6), ((100e-3, 80e-3), 2 * 68.0)],
+    [
+        ((50e-3, 70e-3), 78.0),
+        ((50e-3, 30e-3), 179.1),
+        ((100e-3, 120e-3), 63.6),
+        ((100e-3, 80e-3), 2 * 68.0),
+    ],
 )
 def test_branch_drift_has_the_numbers_of_the_issue(loads, drifts):
     """Alumina on zirconia, R = .5 µm, μ = .5; a higher load to begin with drifts less."""
     found = one_contact.branch_drift(PAIR, normal_load=loads, friction=(0.5, 0.5), **ONE)
     # the source's numbers have been rounded before they were taken from one another
     assert found * 1e9 == pytest.approx(drifts, rel=1e-3)
-    assert history_drift.branch_drift(forward_and_back(loads), 1, 2) == pytest.approx(float(found), rel=1e-12)
+    assert history_drift.branch_drift(forward_and_back(loads), 1, 2) == pytest.approx(
+        float(found), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
@@ -39,11 +52,15 @@ def test_branch_drift_has_the_numbers_of_the_issue(loads, drifts):
 def test_the_backward_branch_agrees_with_stepping_back(loads, friction):
     """Slides at 1 - 1e-9 of the limit; near it the load varies with the power 3/2 of what is left."""
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
-    state = ensemble.advance(ensemble.initial_state(), normal_load=loads[0], tangential_displacement=2e-6)
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_load=loads[0], tangential_displacement=2e-6
+    )
     # the rise comes first
     if friction[1] > friction[0]:
         state = ensemble.advance(state, friction=friction[1])
-    state = ensemble.advance(state, normal_load=loads[1], tangential_displacement=2e-6, friction=friction[1])
+    state = ensemble.advance(
+        state, normal_load=loads[1], tangential_displacement=2e-6, friction=friction[1]
+    )
     first, second = (
         one_contact.preliminary_displacement(PAIR, normal_load=load, friction=each, **ONE)
         for load, each in zip(loads, friction, strict=True)
@@ -63,8 +80,12 @@ def test_branch_drift_of_many_asperities_follows_the_last_to_slide():
     generator = np.random.default_rng(3)
     heights, friction = generator.normal(0.0, 30e-9, 12), generator.uniform(0.1, 0.9, 12)
     ensemble = hs.Ensemble(PAIR, heights, RADIUS, friction)
-    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 20e-3), hs.NormalLoad(1.0, 45e-3)], record="all")
-    state = ensemble.advance(ensemble.initial_state(), normal_load=20e-3, tangential_displacement=2e-6)
+    history = hs.replay(
+        ensemble, [hs.NormalLoad(0.0, 20e-3), hs.NormalLoad(1.0, 45e-3)], record="all"
+    )
+    state = ensemble.advance(
+        ensemble.initial_state(), normal_load=20e-3, tangential_displacement=2e-6
+    )
     state = ensemble.advance(state, normal_load=45e-3, tangential_displacement=2e-6)
     first = history_drift._displacements(history, 0).max()
     for share, slides in ((1 - 1e-4, False), (1 + 1e-9, True)):
@@ -89,7 +110,9 @@ def test_drift_between_cycles_and_runs():
 
     both = run((20e-3, 40e-3))
     found = history_drift.cycle_drift(both)
-    expected = 2 * float(one_contact.drift(PAIR, normal_load=(20e-3, 40e-3), friction=(0.5, 0.5), **ONE))
+    expected = 2 * float(
+        one_contact.drift(PAIR, normal_load=(20e-3, 40e-3), friction=(0.5, 0.5), **ONE)
+    )
     # a branch is taken to end where this share of the way between the friction forces is covered
     expected *= 1 - (1 - DEFAULT.reached) ** (2 / 3)
     assert found.dims == ("direction",)
@@ -112,7 +135,9 @@ def test_there_and_back_leaves_a_quarter_of_the_preliminary_displacement():
     # Masing at T = 0 after a load T*: virgin displacement there, less twice that of half of it
     f = np.array([0.3, 0.15])
     virgin = float(whole) * (1 - (1 - f) ** (2 / 3))
-    assert history_drift.positioning_error(part) == pytest.approx(virgin[0] - 2 * virgin[1], rel=1e-9)
+    assert history_drift.positioning_error(part) == pytest.approx(
+        virgin[0] - 2 * virgin[1], rel=1e-9
+    )
     with pytest.raises(hs.InputError, match="there and back"):
         history_drift.positioning_error(history, 0, 1)
     with pytest.raises(hs.InputError, match="step 9"):
@@ -129,8 +154,16 @@ def test_a_controller_sees_a_falling_load_and_no_rising_one():
     assert abs(rising.tangential_displacement) < 1e-12 * state.tangential_displacement
     falling = disturbance_at_rest(ensemble, state, 30e-3)
     virgin = ensemble.advance(ensemble.initial_state(), normal_load=30e-3)
-    pushed = ensemble.advance(virgin, tangential_load=12e-3).tangential_displacement - state.tangential_displacement
-    held = ensemble.advance(virgin, tangential_displacement=state.tangential_displacement).tangential_load - 12e-3
+    pushed = (
+        ensemble.advance(virgin, tangential_load=12e-3).tangential_displacement
+        - state.tangential_displacement
+    )
+    held = (
+        ensemble.advance(
+            virgin, tangential_displacement=state.tangential_displacement
+        ).tangential_load
+        - 12e-3
+    )
     assert falling.tangential_displacement == pytest.approx(pushed, rel=1e-9)
     assert falling.tangential_load == pytest.approx(held, rel=1e-9)
     assert held < 0 < pushed
@@ -142,7 +175,10 @@ def test_a_controller_sees_a_falling_load_and_no_rising_one():
 
 def test_the_apparent_shift_is_read_off_a_history():
     loads = [(50e-3, 0.0), (50e-3, 12e-3), (30e-3, 12e-3)]
-    each = [(hs.NormalLoad(float(at), n), hs.TangentialLoad(float(at), t)) for at, (n, t) in enumerate(loads)]
+    each = [
+        (hs.NormalLoad(float(at), n), hs.TangentialLoad(float(at), t))
+        for at, (n, t) in enumerate(loads)
+    ]
     events = [*(event for both in each for event in both), hs.NormalLoad(3.0, 60e-3)]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.5), events)
     seen = history_drift.apparent_shift(history)
@@ -150,7 +186,9 @@ def test_the_apparent_shift_is_read_off_a_history():
     assert seen.normal_load.values == pytest.approx([-20e-3, 30e-3])
     assert seen.tangential_load.values.tolist() == [0.0, 0.0]
     displacement = history.tangential_displacement.values
-    assert seen.tangential_displacement.values == pytest.approx([displacement[2] - displacement[1], 0.0])
+    assert seen.tangential_displacement.values == pytest.approx(
+        [displacement[2] - displacement[1], 0.0]
+    )
 
 
 def test_drift_follows_other_summits():
@@ -162,5 +200,7 @@ def test_drift_follows_other_summits():
     found = hs.analysis.preliminary_displacement(history).values
     assert found == pytest.approx([ratio * 0.5 * 20e-9, ratio * 0.5 * 15e-9], rel=1e-9)
     assert hs.analysis.critical_asperity(history).values.tolist() == [0, 1]
-    assert history_drift.branch_drift(history, 0, 1) == pytest.approx(2 * ratio * 0.5 * 5e-9, rel=1e-9)
+    assert history_drift.branch_drift(history, 0, 1) == pytest.approx(
+        2 * ratio * 0.5 * 5e-9, rel=1e-9
+    )
     assert dict(hs.analysis.summary(history))["asperities touched"] == "2 of 2"

@@ -15,8 +15,13 @@ from historysim.results.queries import all_queries
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 HEIGHTS = [-3e-8, 0.0, -1e-8, -5e-9, -2.5e-8]
-EVENTS = [hs.NormalLoad(0.0, 2e-3), *(hs.TangentialDisplacement(float(t), -((-1.0) ** t) * 3e-8) for t in range(1, 6))]
-HISTORY = hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, friction=0.2, x=np.arange(5) * 1e-5, y=0.0), EVENTS, substeps=8)
+EVENTS = [
+    hs.NormalLoad(0.0, 2e-3),
+    *(hs.TangentialDisplacement(float(t), -((-1.0) ** t) * 3e-8) for t in range(1, 6)),
+]
+HISTORY = hs.replay(
+    hs.Ensemble(PAIR, HEIGHTS, 1e-5, friction=0.2, x=np.arange(5) * 1e-5, y=0.0), EVENTS, substeps=8
+)
 STEPS = HISTORY.sizes["step"]
 GIVEN = {"asperity": 2, "step": 20, "steps": [5, 20], "first": 10, "second": 30}
 
@@ -27,10 +32,26 @@ def concat(parts, along):
 
 
 # units with the number of them in the SI unit
-MILLI = {"time": ("ms", 1e3), "total_tangential_load": ("mN", 1e3), "tangential_displacement": ("nm", 1e9)}
-MILLI |= {"total_normal_load": ("kN", 1e-3), "summit_height": ("µm", 1e6), "dissipated_energy": ("pJ", 1e12)}
-MILLI |= {"stick_radius": ("nm", 1e9), "tangential_stiffness": ("mN/µm", 1e-3), "real_contact_area": ("µm2", 1e12)}
-PINT = {"time": ("minute", 1 / 60), "normal_load": ("millinewton", 1e3), "real_contact_area": ("millimeter ** 2", 1e6)}
+MILLI = {
+    "time": ("ms", 1e3),
+    "total_tangential_load": ("mN", 1e3),
+    "tangential_displacement": ("nm", 1e9),
+}
+MILLI |= {
+    "total_normal_load": ("kN", 1e-3),
+    "summit_height": ("µm", 1e6),
+    "dissipated_energy": ("pJ", 1e12),
+}
+MILLI |= {
+    "stick_radius": ("nm", 1e9),
+    "tangential_stiffness": ("mN/µm", 1e-3),
+    "real_contact_area": ("µm2", 1e12),
+}
+PINT = {
+    "time": ("minute", 1 / 60),
+    "normal_load": ("millinewton", 1e3),
+    "real_contact_area": ("millimeter ** 2", 1e6),
+}
 PINT |= {"friction": ("dimensionless", 1.0), "contact_radius": ("nanometer", 1e9)}
 
 
@@ -45,10 +66,18 @@ def in_units(history, units):
 
 EQUIVALENT = {
     "unchanged": lambda history: history,
-    "two halves joined": lambda h: concat([h.isel(step=slice(0, 20)), h.isel(step=slice(20, None))], "step"),
-    "asperities joined": lambda h: concat([h.isel(asperity=slice(0, 2)), h.isel(asperity=slice(2, None))], "asperity"),
+    "two halves joined": lambda h: concat(
+        [h.isel(step=slice(0, 20)), h.isel(step=slice(20, None))], "step"
+    ),
+    "asperities joined": lambda h: concat(
+        [h.isel(asperity=slice(0, 2)), h.isel(asperity=slice(2, None))], "asperity"
+    ),
     "all joined": lambda h: xr.concat(
-        [h.isel(step=slice(0, 9)), h.isel(step=slice(9, None))], "step", data_vars="all", coords="all", compat="equals"
+        [h.isel(step=slice(0, 9)), h.isel(step=slice(9, None))],
+        "step",
+        data_vars="all",
+        coords="all",
+        compat="equals",
     ),
     "time as dimension": lambda history: history.swap_dims(step="time"),
     "heights as dimension": lambda history: history.swap_dims(asperity="summit_height"),
@@ -64,8 +93,12 @@ EQUIVALENT = {
     "one more dimension": lambda history: history.expand_dims("run"),
     "other units": lambda history: in_units(history, MILLI),
     "units as pint writes them": lambda history: in_units(history, PINT),
-    "time as timedelta": lambda h: h.assign_coords(time=("step", (h.time.values * 1e9).astype("timedelta64[ns]"))),
-    "floating-point flags": lambda history: history.assign(slip_state=history.slip_state.astype(float)),
+    "time as timedelta": lambda h: h.assign_coords(
+        time=("step", (h.time.values * 1e9).astype("timedelta64[ns]"))
+    ),
+    "floating-point flags": lambda history: history.assign(
+        slip_state=history.slip_state.astype(float)
+    ),
 }
 OTHER = {
     "steps renamed": lambda history: history.rename(step="i"),
@@ -98,27 +131,44 @@ OTHER = {
     "padded": lambda history: history.pad(step=1),
     "rolled": lambda history: history.roll(step=3, roll_coords=True),
     "dates": lambda history: history.assign_coords(time=history.time.astype("timedelta64[s]")),
-    "labels as strings": lambda history: history.assign_coords(asperity=history.asperity.astype(str)),
+    "labels as strings": lambda history: history.assign_coords(
+        asperity=history.asperity.astype(str)
+    ),
     "table": lambda history: history.contact.time_series(),
     "table of rows": lambda history: history.contact.time_series(form="long"),
     "totals": lambda history: history.drop_dims("asperity"),
-    **{f"without {name}": lambda history, name=name: history.drop_vars(name) for name in HISTORY.variables},
+    **{
+        f"without {name}": lambda history, name=name: history.drop_vars(name)
+        for name in HISTORY.variables
+    },
 }
 
 
 def answer(history, name):
     """Return the answer to a query as arrays by name, along the labels of the asperities in ascending order."""
     parameters = all_queries()[name].parameters.values()
-    arguments = {one.name: GIVEN[one.name] for one in parameters if one.default is one.empty and one.name in GIVEN}
+    arguments = {
+        one.name: GIVEN[one.name]
+        for one in parameters
+        if one.default is one.empty and one.name in GIVEN
+    }
     if "second" in arguments and name == "run_drift":
         arguments["second"] = HISTORY
     found = getattr(history.contact, name)(**arguments)
     if name == "asperity":
         found = found.reversal_points.displacement
     if hasattr(found, "to_dataset"):
-        found = found.to_dataset(name="answer") if isinstance(found, xr.DataArray) else found.to_dataset()
+        found = (
+            found.to_dataset(name="answer")
+            if isinstance(found, xr.DataArray)
+            else found.to_dataset()
+        )
     if not isinstance(found, xr.Dataset):
-        return {"answer": np.asarray(found, dtype=None if inspect.isclass(found) else object).astype(str)}
+        return {
+            "answer": np.asarray(found, dtype=None if inspect.isclass(found) else object).astype(
+                str
+            )
+        }
     found = found.load()
     found = found.sortby("asperity") if "asperity" in found.dims else found
     return {str(key): values.values for key, values in found.data_vars.items()}
@@ -141,7 +191,8 @@ def test_most_queries_have_an_answer(expected):
 @pytest.mark.parametrize(
     ("transformation", "name"),
     [
-        # every transformation with a quarter of the queries and every query with a quarter of the transformations
+        # every transformation with a quarter of the queries and every query with a quarter of the
+        # transformations
         (transformation, name)
         for row, transformation in enumerate(EQUIVALENT)
         for column, name in enumerate(all_queries())
@@ -201,7 +252,10 @@ def test_a_query_names_the_missing_variables_that_it_needs():
 
 
 def test_an_unrelated_key_error_is_not_blamed_on_missing_variables():
-    with pytest.raises(KeyError, match="attribute"), report_missing_variables(HISTORY.drop_vars("separation")):
+    with (
+        pytest.raises(KeyError, match="attribute"),
+        report_missing_variables(HISTORY.drop_vars("separation")),
+    ):
         raise KeyError("attribute")
 
 
@@ -209,14 +263,21 @@ def test_an_unrelated_key_error_is_not_blamed_on_missing_variables():
 def test_pictures_and_pages_name_a_missing_variable():
     history = HISTORY.drop_vars("tangential_displacement")
     for name in ("history", "stiffness", "traction"):
-        with pytest.raises(hs.InputError, match="the history has no variable tangential_displacement"):
+        with pytest.raises(
+            hs.InputError, match="the history has no variable tangential_displacement"
+        ):
             hs.plot(history, picture=name)
-    assert "No picture history: the history has no variable tangential_displacement; expected" in hs.report(history)
+    assert (
+        "No picture history: the history has no variable tangential_displacement; expected"
+        in hs.report(history)
+    )
 
 
 def test_first_slips_before_the_first_step_are_not_made_up():
     # all asperities slide forward between 0 and 1 s
-    with pytest.raises(hs.InputError, match=r"asperities slid before the first step of the history, at 2\.5 s"):
+    with pytest.raises(
+        hs.InputError, match=r"asperities slid before the first step of the history, at 2\.5 s"
+    ):
         HISTORY.isel(step=slice(20, None)).contact.slip_onset()
 
 
@@ -248,7 +309,12 @@ def test_units_that_do_not_convert_are_refused_by_command_and_python(tmp_path, n
     history.to_netcdf(tmp_path / "x.nc")
     if "calendar" not in attributes:
         history.drop_vars("slip_state").to_zarr(tmp_path / "x.zarr", consolidated=False)
-    calls = [lambda: hs.show(history), lambda: hs.plot(history), lambda: hs.loops(history), lambda: hs.sliding(history)]
+    calls = [
+        lambda: hs.show(history),
+        lambda: hs.plot(history),
+        lambda: hs.loops(history),
+        lambda: hs.sliding(history),
+    ]
     for path in tmp_path.iterdir():
         calls += [partial(call, path) for call in (hs.open, hs.show, hs.report, hs.loops)]
     for call in calls:
@@ -259,14 +325,20 @@ def test_units_that_do_not_convert_are_refused_by_command_and_python(tmp_path, n
 def test_a_file_in_other_units_or_packed_is_read_in_si(tmp_path):
     in_units(HISTORY, MILLI).to_netcdf(tmp_path / "units.nc")
     step = float(HISTORY.total_tangential_load.max()) / 3e4
-    packing = {"total_tangential_load": {"dtype": "int16", "scale_factor": step, "_FillValue": -32768}}
+    packing = {
+        "total_tangential_load": {"dtype": "int16", "scale_factor": step, "_FillValue": -32768}
+    }
     HISTORY.to_netcdf(tmp_path / "packed.nc", encoding=packing)
     for name in ("units.nc", "packed.nc"):
         assert str(hs.show(tmp_path / name)) == str(hs.show(HISTORY))
         with hs.open(tmp_path / name) as history:
             for variable, values in HISTORY.variables.items():
-                error = step / 2 if name == "packed.nc" and variable == "total_tangential_load" else 0
-                np.testing.assert_allclose(history[variable].values, values.values, rtol=1e-15 * 4, atol=error)
+                error = (
+                    step / 2 if name == "packed.nc" and variable == "total_tangential_load" else 0
+                )
+                np.testing.assert_allclose(
+                    history[variable].values, values.values, rtol=1e-15 * 4, atol=error
+                )
                 assert history[variable].attrs.get("units") == values.attrs.get("units")
         np.testing.assert_allclose(
             hs.loops(tmp_path / name).to_dataset().dissipated_energy,

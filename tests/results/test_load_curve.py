@@ -15,7 +15,9 @@ LOADS = [hs.NormalLoad(0.0, 20e-3), hs.NormalLoad(1.0, 5e-3)]
 
 
 def test_one_ball_agrees_with_hertz():
-    curve = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, friction=0.2), LOADS).contact.load_curve(points=21)
+    curve = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, friction=0.2), LOADS).contact.load_curve(
+        points=21
+    )
     depth, modulus = curve["approach"].to_numpy(), PAIR.contact_modulus
     assert_allclose(curve["normal_load"], 4 / 3 * modulus * np.sqrt(1e-3) * depth**1.5, rtol=1e-12)
     assert_allclose(curve["contact_area"], np.pi * 1e-3 * depth, rtol=1e-12)
@@ -35,24 +37,35 @@ def test_many_summits_are_near_greenwood_and_williamson():
     assert curve["contact_area"].to_numpy()[-1] == pytest.approx(area, rel=1e-12)
     # the sum over n of n summits scatters by 1/√n
     for name in ("normal_load", "contact_area", "normal_stiffness"):
-        assert curve[f"theory_{name}"].to_numpy()[-1] == pytest.approx(curve[name].to_numpy()[-1], rel=0.05)
+        assert curve[f"theory_{name}"].to_numpy()[-1] == pytest.approx(
+            curve[name].to_numpy()[-1], rel=0.05
+        )
     axes = hs.plot(history, picture="load-curve").axes
     assert [len(each.lines) for each in axes] == [2, 2, 2]
     assert len(hs.plot(history, picture="load-curve", size=(90, 70)).axes) == 1
     with pytest.raises(InputError, match="no normal load"):
-        hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, friction=0.2), [hs.NormalLoad(0.0, 0.0)]).contact.load_curve()
+        hs.replay(
+            hs.Ensemble(PAIR, 0.0, 1e-3, friction=0.2), [hs.NormalLoad(0.0, 0.0)]
+        ).contact.load_curve()
 
 
 def test_tables_over_time_have_totals_or_long_rows(tmp_path):
     history = hs.run("scenarios/08_mixed_control.toml", tmp_path / "h.nc")
-    for options, rows in (((), history.sizes["step"]), (("--with", "form=long"), history["slip_state"].size)):
+    for options, rows in (
+        ((), history.sizes["step"]),
+        (("--with", "form=long"), history["slip_state"].size),
+    ):
         path = tmp_path / "time.csv"
-        done = CliRunner().invoke(main, ["table", str(tmp_path / "h.nc"), "time-series", "-o", str(path), *options])
+        done = CliRunner().invoke(
+            main, ["table", str(tmp_path / "h.nc"), "time-series", "-o", str(path), *options]
+        )
         assert done.exit_code == 0, done.output
         table = pd.read_csv(path)
         assert len(table) == rows
         assert ("asperity" in table) == bool(options)
-    for (time, label), row in table.set_index(["elapsed_time [s]", "asperity"]).iloc[::7].iterrows():
+    for (time, label), row in (
+        table.set_index(["elapsed_time [s]", "asperity"]).iloc[::7].iterrows()
+    ):
         at = history.isel(step=np.flatnonzero(history["time"].to_numpy() == time)[0])
         assert row["total_normal_load [N]"] == at["total_normal_load"]
         assert row["contact_radius [m]"] == at["contact_radius"].sel(asperity=label)

@@ -22,7 +22,9 @@ def test_the_last_step_at_a_time_is_the_state():
     assert named_states_attribute({}) == named_states(history()) == {}
 
 
-ENSEMBLE = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), [0.0, -1e-8], 1e-5, 0.2)
+ENSEMBLE = hs.Ensemble(
+    hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), [0.0, -1e-8], 1e-5, 0.2
+)
 EVENTS = [
     hs.NormalLoad(0.0, 1e-3),
     hs.TangentialDisplacement(1.0, 3e-9),
@@ -37,7 +39,9 @@ QUERIES = {
     "reversal_points": lambda contact, step: contact.reversal_points(1, step).displacement.values,
     "profiles": lambda contact, step: contact.profiles(1, step).traction.values,
     "profiles of several": lambda contact, step: contact.profiles(1, [step, 0]).traction.values,
-    "sliding_displacements": lambda contact, step: contact.sliding_displacements(step).displacement.values,
+    "sliding_displacements": lambda contact, step: (
+        contact.sliding_displacements(step).displacement.values
+    ),
     "drift": lambda contact, step: contact.drift(0, step),
     "branch_drift": lambda contact, step: contact.branch_drift(step, 0),
     "run_drift": lambda contact, step: contact.run_drift(HISTORY, step),
@@ -47,7 +51,9 @@ QUERIES = {
 @pytest.mark.parametrize("query", QUERIES)
 def test_a_name_is_a_step_in_every_query(query):
     for name, step in named_states(HISTORY).items():
-        np.testing.assert_array_equal(QUERIES[query](HISTORY.contact, name), QUERIES[query](HISTORY.contact, step))
+        np.testing.assert_array_equal(
+            QUERIES[query](HISTORY.contact, name), QUERIES[query](HISTORY.contact, step)
+        )
     with pytest.raises(InputError, match=UNKNOWN):
         QUERIES[query](HISTORY.contact, "hold")
 

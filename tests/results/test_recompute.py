@@ -15,7 +15,9 @@ E, G, MU = 40e9, 8e9, 0.2
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=E, shear_modulus=G)
 LOAD, RADIUS = 1e-3, 1e-5
 RNG = np.random.default_rng(3)
-MANY = hs.Ensemble(PAIR, RNG.normal(0, 1e-7, 40), RADIUS * RNG.uniform(0.5, 2, 40), MU * RNG.uniform(0.5, 2, 40))
+MANY = hs.Ensemble(
+    PAIR, RNG.normal(0, 1e-7, 40), RADIUS * RNG.uniform(0.5, 2, 40), MU * RNG.uniform(0.5, 2, 40)
+)
 EVENTS = [
     hs.NormalLoad(0.0, 5 * LOAD),
     hs.TangentialLoad(1.0, 0.6 * LOAD),
@@ -25,7 +27,11 @@ EVENTS = [
     hs.NormalLoad(4.0, 6 * LOAD),
 ]
 # What happens at one time is one step, which does not show that there was more.
-AT_ONCE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.19 * LOAD), hs.TangentialLoad(1.0, 0.0)]
+AT_ONCE = [
+    hs.NormalLoad(0.0, LOAD),
+    hs.TangentialLoad(1.0, 0.19 * LOAD),
+    hs.TangentialLoad(1.0, 0.0),
+]
 
 
 def test_the_tractions_agree_with_cattaneo_and_mindlin():
@@ -47,12 +53,16 @@ def test_the_tractions_agree_with_cattaneo_and_mindlin():
     np.testing.assert_allclose(found["friction_limit"].values, [MU * disc(a)] * 2, atol=rounding)
     # the square root is steep at a front
     for row, expected in enumerate([disc(a) - disc(c), -disc(a) + 2 * disc(b) - disc(c)]):
-        np.testing.assert_allclose(found["traction"].values[row], MU * expected, atol=1e-6 * disc(a).max())
+        np.testing.assert_allclose(
+            found["traction"].values[row], MU * expected, atol=1e-6 * disc(a).max()
+        )
     assert found["stick_radius"].values == pytest.approx([c, b], rel=1e-9)
     assert found["step"].values.tolist() == [1, 2]
     points = recompute.reversal_points(history, 0, -1)
     assert points["radius"].values == pytest.approx([c], rel=1e-9)
-    assert points["displacement"].values == pytest.approx(history.tangential_displacement.values[1:2], rel=1e-9)
+    assert points["displacement"].values == pytest.approx(
+        history.tangential_displacement.values[1:2], rel=1e-9
+    )
     assert recompute.reversal_points(history, 0, 1).sizes["reversal"] == 0
 
 
@@ -68,17 +78,23 @@ def test_recomputed_asperities_equal_those_of_the_engine(substeps):
             assert found.slip_state == expected.slip_state
             radius = np.linspace(0, expected.contact_radius, 20)
             np.testing.assert_allclose(
-                found.traction(radius), expected.traction(radius), atol=1e-3 * MU * expected.pressure(0.0)
+                found.traction(radius),
+                expected.traction(radius),
+                atol=1e-3 * MU * expected.pressure(0.0),
             )
             assert found.reversal_points.size == expected.reversal_points.size
-            assert found.tangential_load == pytest.approx(expected.tangential_load, abs=1e-6 * expected.normal_load)
+            assert found.tangential_load == pytest.approx(
+                expected.tangential_load, abs=1e-6 * expected.normal_load
+            )
 
 
 @pytest.fixture
 def result(tmp_path):
     """A result of which the steps do not hold all, with its log beside it."""
     path = tmp_path / "r.nc"
-    with EventLog.create(tmp_path / "r.history", hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE) as log:
+    with EventLog.create(
+        tmp_path / "r.history", hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE
+    ) as log:
         log.append([hs.TangentialLoad(2.0, 0.01 * LOAD)])
         write_result(log._file, path, RunOptions())
     return path
@@ -105,14 +121,20 @@ def test_without_its_events_it_is_refused(result):
         recompute.asperity(alone, 0, -1)
 
 
-CHANGE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.FrictionChange(2.0, 0.15)]
+CHANGE = [
+    hs.NormalLoad(0.0, LOAD),
+    hs.TangentialLoad(1.0, 0.1 * LOAD),
+    hs.FrictionChange(2.0, 0.15),
+]
 
 
 @pytest.mark.parametrize("events", [AT_ONCE, CHANGE], ids=["at once", "a change of friction"])
 def test_incomplete_steps_need_their_replay(events):
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
     found = recompute.asperity(history, 0, -1)
-    assert found.tangential_load == pytest.approx(history["tangential_load"].values[-1, 0], rel=1e-12)
+    assert found.tangential_load == pytest.approx(
+        history["tangential_load"].values[-1, 0], rel=1e-12
+    )
     history.encoding.clear()
     with pytest.raises(InputError, match="leave out part of its load history"):
         recompute.asperity(history, 0, -1)

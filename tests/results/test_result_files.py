@@ -43,7 +43,13 @@ def folder(tmp_path_factory):
 
 
 def test_file_types_are_recognised(folder):
-    names = {"s.toml": "scenario", "r.nc": "result", "l.nc": "loops", "r.history": "log", "map.txt": "height map"}
+    names = {
+        "s.toml": "scenario",
+        "r.nc": "result",
+        "l.nc": "loops",
+        "r.history": "log",
+        "map.txt": "height map",
+    }
     # maps are netCDF files, too
     names |= {"s.nc": "sliding", "t.nc": "table", "h.nc": "table", "stranger.nc": "height map"}
     assert {name: file_type(folder / name) for name in names} == names
@@ -73,7 +79,9 @@ def test_an_error_names_the_type_of_a_file_that_is_not_a_result(folder, name, me
 def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     path = tmp_path / "out.nc"
     # compressed chunks have checksums
-    with JOB.recorder(FileRecorder, path=path, attributes=JOB.attributes(), compression="zlib") as target:
+    with JOB.recorder(
+        FileRecorder, path=path, attributes=JOB.attributes(), compression="zlib"
+    ) as target:
         JOB.walk(target)
         target.finish()
     with h5py.File(path) as file:
@@ -81,7 +89,9 @@ def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     content = bytearray(path.read_bytes())
     content[content.index(chunk)] ^= 1
     path.write_bytes(content)
-    damaged = pytest.raises(hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again")
+    damaged = pytest.raises(
+        hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again"
+    )
     with damaged, open_result(path) as recorded:
         history_summary.summary(recorded)
 
@@ -89,7 +99,11 @@ def test_damage_that_is_met_while_reading_is_reported(tmp_path):
 SUMMITS = PAIR, [0.0, -5e-9, -9e-9], 1e-5, 0.2
 APPROACH = np.linspace(0.0, 4e-8, 9)
 CURVE = 1e4 * APPROACH[:, np.newaxis]
-MOVES = [hs.NormalDisplacement(0.0, 3e-8), hs.TangentialDisplacement(1.0, 3e-8), hs.TangentialDisplacement(2.0, -3e-8)]
+MOVES = [
+    hs.NormalDisplacement(0.0, 3e-8),
+    hs.TangentialDisplacement(1.0, 3e-8),
+    hs.TangentialDisplacement(2.0, -3e-8),
+]
 
 
 @pytest.mark.parametrize(
@@ -98,12 +112,30 @@ MOVES = [hs.NormalDisplacement(0.0, 3e-8), hs.TangentialDisplacement(1.0, 3e-8),
         (ROUGH, MOVES, {"record": "touching"}),
         (ROUGH, MOVES, {"record": "totals"}),
         (ROUGH, MOVES, {"record": [2]}),
-        (ROUGH, [*MOVES, hs.FrictionChange(2.5, 0.1), hs.TangentialLoad(3.0, 0.1)], {"saturate": True, "hold": False}),
+        (
+            ROUGH,
+            [*MOVES, hs.FrictionChange(2.5, 0.1), hs.TangentialLoad(3.0, 0.1)],
+            {"saturate": True, "hold": False},
+        ),
         (ROUGH, [MOVES[0], hs.TangentialDisplacement(1.0, (3e-8, 1e-8))], {}),
-        (hs.Ensemble(*SUMMITS, wear=hs.wear.ArchardWear(coefficient=1e-2, hardness=1e9)), MOVES, {}),
-        (hs.Ensemble(*SUMMITS, yielding=hs.yielding.KogutEtsion(hardness=1e8, poissons_ratio=0.25)), MOVES, {}),
+        (
+            hs.Ensemble(*SUMMITS, wear=hs.wear.ArchardWear(coefficient=1e-2, hardness=1e9)),
+            MOVES,
+            {},
+        ),
+        (
+            hs.Ensemble(
+                *SUMMITS, yielding=hs.yielding.KogutEtsion(hardness=1e8, poissons_ratio=0.25)
+            ),
+            MOVES,
+            {},
+        ),
         (hs.InclinedEnsemble(*SUMMITS, slope=[0.1, -0.2, 0.05]), MOVES, {}),
-        (hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, area=CURVE, friction=0.2), MOVES, {}),
+        (
+            hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, area=CURVE, friction=0.2),
+            MOVES,
+            {},
+        ),
         (hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, friction=0.2), MOVES, {}),
     ],
 )
@@ -121,11 +153,16 @@ def test_a_file_and_its_dataset_have_one_summary(tmp_path, ensemble, events, opt
 
 @pytest.mark.parametrize("name", ["r.nc", "r.history", "t.nc"])
 def test_an_open_file_is_held_by_no_suspended_generator(folder, name):
-    # the garbage collector would end the generator at any allocation, also while this thread holds a lock of xarray
+    # the garbage collector would end the generator at any allocation, also while this thread holds
+    # a lock of xarray
     content = hs.open(folder / name)
     generators = [each for each in gc.get_objects() if inspect.isgenerator(each)]
-    suspended = [each for each in generators if inspect.getgeneratorstate(each) == inspect.GEN_SUSPENDED]
-    assert [each.__qualname__ for each in suspended if "historysim/" in each.gi_code.co_filename] == []
+    suspended = [
+        each for each in generators if inspect.getgeneratorstate(each) == inspect.GEN_SUSPENDED
+    ]
+    assert [
+        each.__qualname__ for each in suspended if "historysim/" in each.gi_code.co_filename
+    ] == []
     if hasattr(content, "close"):
         content.close()
 

@@ -14,14 +14,19 @@ PRESSED = hs.NormalLoad(0.0, 0.1)
 def test_the_order_agrees_with_the_instants_of_sliding():
     """A displacement that grows evenly from rest, whose instants the core notes."""
     rng = np.random.default_rng(1)
-    ensemble = hs.Ensemble(PAIR, rng.normal(0, 50e-9, 30), rng.uniform(5e-6, 20e-6, 30), rng.uniform(0.1, 0.3, 30))
+    ensemble = hs.Ensemble(
+        PAIR, rng.normal(0, 50e-9, 30), rng.uniform(5e-6, 20e-6, 30), rng.uniform(0.1, 0.3, 30)
+    )
     events = [PRESSED, hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 1e-6)]
     history = hs.replay(ensemble, events, substeps=10)
     found = history.contact.sliding_displacements()
     slides = history["slide_time"].sel(asperity=found["asperity"]).to_numpy() * 1e-6
     assert found.sizes["rank"] > 5
     assert_allclose(found["displacement"], slides, rtol=1e-9)
-    assert found["displacement"].to_numpy()[-1] == history.contact.preliminary_displacement().to_numpy()[-1]
+    assert (
+        found["displacement"].to_numpy()[-1]
+        == history.contact.preliminary_displacement().to_numpy()[-1]
+    )
     assert int(found["asperity"][-1]) == int(history.contact.critical_asperity()[-1])
 
 
@@ -47,10 +52,15 @@ def test_surfaces_are_drawn_with_their_spread():
         return hs.replay(hs.Ensemble(PAIR, heights, 5e-6, 0.2), [PRESSED])
 
     axes = hs.plot(pressed(0), picture="sliding-order").axes[0]
-    assert [line.get_label() for line in axes.lines][1:] == ["Greenwood and Williamson", "equal asperities"]
+    assert [line.get_label() for line in axes.lines][1:] == [
+        "Greenwood and Williamson",
+        "equal asperities",
+    ]
     several = hs.plot([pressed(seed) for seed in range(3)], picture="sliding-order").axes[0]
     assert several.lines[0].get_label() == "median of 3 surfaces"
-    lifted = hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 5e-6, 0.2), [PRESSED, hs.NormalLoad(1.0, 0.0)])
+    lifted = hs.replay(
+        hs.Ensemble(PAIR, [0.0, -1e-8], 5e-6, 0.2), [PRESSED, hs.NormalLoad(1.0, 0.0)]
+    )
     assert not lifted.contact.sliding_displacements().sizes["rank"]
     with pytest.raises(InputError, match="nothing touches at that step"):
         hs.plot(lifted, picture="sliding-order", step=-1)
@@ -82,15 +92,21 @@ def test_area_laws_are_drawn_with_the_loads_at_which_they_hold(tmp_path, monkeyp
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     axes = hs.plot(path, picture="area-laws").axes[0]
-    labels = dict(line.get_label().partition(": ")[::2] for line in axes.lines if line.get_label()[0] != "_")
+    labels = dict(
+        line.get_label().partition(": ")[::2] for line in axes.lines if line.get_label()[0] != "_"
+    )
     scenario = hs.load(path)
     loads = np.geomspace(2e-4, 2e-2, 13)
     found = hs.area_laws(scenario.surface().surface, PAIR, loads, hardness=PAIR.second.hardness)
     for law in found["law"].to_numpy():
-        assert (labels[law] == "nowhere") == (law != "whole map" and not found["holds"].sel(law=law).any())
+        assert (labels[law] == "nowhere") == (
+            law != "whole map" and not found["holds"].sel(law=law).any()
+        )
     assert "whole map" in labels
     ball = (
-        SCENARIO[: SCENARIO.index("kind")] + 'kind = "sphere"\nradius = "1 mm"\n' + SCENARIO[SCENARIO.index("[fric") :]
+        SCENARIO[: SCENARIO.index("kind")]
+        + 'kind = "sphere"\nradius = "1 mm"\n'
+        + SCENARIO[SCENARIO.index("[fric") :]
     )
     path.write_text(ball, encoding="utf-8")
     with pytest.raises(InputError, match="not a height map"):

@@ -56,7 +56,9 @@ def write(table, path):
 
 
 @pytest.mark.parametrize("at_once", [1 << 20, 5])
-def test_a_row_for_each_member_of_the_first_dimension_and_others_in_the_header(tmp_path, monkeypatch, at_once):
+def test_a_row_for_each_member_of_the_first_dimension_and_others_in_the_header(
+    tmp_path, monkeypatch, at_once
+):
     monkeypatch.setattr(tables, "CELLS_AT_ONCE", at_once)
     hs.write_csv(TABLE, tmp_path / "t.csv")
     header, *rows = read(tmp_path / "t.csv")
@@ -65,7 +67,10 @@ def test_a_row_for_each_member_of_the_first_dimension_and_others_in_the_header(t
 
     hs.write_csv(SPREAD, tmp_path / "t.csv")
     header, *rows = read(tmp_path / "t.csv")
-    assert header == ["load [N]", *(f"drift {seed} {quantile} [m]" for seed in (0, 1) for quantile in (0.05, 0.95))]
+    assert header == [
+        "load [N]",
+        *(f"drift {seed} {quantile} [m]" for seed in (0, 1) for quantile in (0.05, 0.95)),
+    ]
     assert rows == [["0.1", "0.0", "1.0", "2.0", "3.0"], ["0.2", "4.0", "5.0", "6.0", "7.0"]]
 
     # an array is a table, too
@@ -75,7 +80,12 @@ def test_a_row_for_each_member_of_the_first_dimension_and_others_in_the_header(t
 
 def test_no_string_is_a_formula_to_a_spreadsheet(tmp_path):
     formulas, others = ["=1+1", "+1", "-1 nm", "@SUM(A1)", "\tx", "\rx"], ["plain", "1 nm", ""]
-    table = xr.Dataset({"text": ("row", np.array([*formulas, *others], dtype=object)), "number": ("row", [-1.5] * 9)})
+    table = xr.Dataset(
+        {
+            "text": ("row", np.array([*formulas, *others], dtype=object)),
+            "number": ("row", [-1.5] * 9),
+        }
+    )
     hs.write_csv(table, tmp_path / "t.csv")
     _, *rows = read(tmp_path / "t.csv")
     assert [text for text, _ in rows] == [*(f"'{text}" for text in formulas), *others]
@@ -189,7 +199,11 @@ def test_strings_of_a_sweep_are_characters_and_the_numbers_stay(sweep, tmp_path)
     write_sweep(sweep, tmp_path / "sweep.nc")
     assert sweep.identical(before)
     with h5py.File(tmp_path / "sweep.nc") as file:
-        for holder, name in ((file, "scenario"), (file, "date_created"), (file["drift"], "long_name")):
+        for holder, name in (
+            (file, "scenario"),
+            (file, "date_created"),
+            (file["drift"], "long_name"),
+        ):
             assert not holder.attrs.get_id(name).get_type().is_variable_str()
     with xr.open_dataset(tmp_path / "sweep.nc", decode_times=False) as found:
         xr.testing.assert_equal(found.load().astype(sweep.dtypes), sweep)
@@ -205,11 +219,24 @@ def test_a_sweep_has_a_row_for_each_step_and_asperity(sweep, tmp_path):
     load[0, 0] = [[1.0, 2.0], [3.0, 4.0]]
     load[0, 1, 0] = [5.0, 6.0]
     load[1] = 7.0
-    own = sweep.drop_vars("time").assign(normal_load=(("first", "load", "step", "asperity"), load, {"units": "N"}))
-    own = own.assign_coords(time=("step", [0.0, 0.5], {"units": "s"}), asperity=("asperity", [3, 8]))
+    own = sweep.drop_vars("time").assign(
+        normal_load=(("first", "load", "step", "asperity"), load, {"units": "N"})
+    )
+    own = own.assign_coords(
+        time=("step", [0.0, 0.5], {"units": "s"}), asperity=("asperity", [3, 8])
+    )
     write_sweep(own, tmp_path / "sweep.csv")
     heading, *lines = read(tmp_path / "sweep.csv")
-    names = ["first", "load [N]", "step", "asperity", "time [s]", "drift [m]", "failure", "normal_load [N]"]
+    names = [
+        "first",
+        "load [N]",
+        "step",
+        "asperity",
+        "time [s]",
+        "drift [m]",
+        "failure",
+        "normal_load [N]",
+    ]
     assert heading == names
     assert lines[:4] == [
         ["a", "0.01", "0", "3", "0.0", "1e-09", "", "1.0"],

@@ -21,7 +21,9 @@ NOTCHED = {"tangential_displacement": '{ column = "u", unit = "nm", notch = "50 
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     load = 0.01 * np.clip(CLEAN / 30, -1, 1)
-    write_columns(tmp_path / "m.csv", t=TIME, N=np.full(TIME.size, 0.05), u=CLEAN + HUM + NOISE, T=load)
+    write_columns(
+        tmp_path / "m.csv", t=TIME, N=np.full(TIME.size, 0.05), u=CLEAN + HUM + NOISE, T=load
+    )
     return tmp_path
 
 
@@ -46,7 +48,9 @@ def test_a_notch_takes_it_off_and_says_how_much(folder):
     moved = found["tangential_displacement"]
     # in the middle; at the ends it depends on the channel beyond them
     assert np.abs(moved - 1e-9 * (CLEAN + NOISE))[800:-800].max() < 0.1e-9
-    np.testing.assert_allclose(moved + found.removed["tangential_displacement"], 1e-9 * (CLEAN + HUM + NOISE))
+    np.testing.assert_allclose(
+        moved + found.removed["tangential_displacement"], 1e-9 * (CLEAN + HUM + NOISE)
+    )
     assert "hum" not in dict(found.remarks)
 
 
@@ -55,8 +59,12 @@ def test_a_run_says_that_noise_is_replayed(folder):
     path = written(folder, dead_band={"tangential_displacement": "20e-9"})
     told = []
     _ = hs.load(path).events(told.append)
-    assert any("by 2e-08 m or more 6 times" in text and "reduce = true leaves out" in text for text in told)
-    reduced = written(folder, dead_band={"tangential_displacement": "20e-9"}, loading="reduce = true")
+    assert any(
+        "by 2e-08 m or more 6 times" in text and "reduce = true leaves out" in text for text in told
+    )
+    reduced = written(
+        folder, dead_band={"tangential_displacement": "20e-9"}, loading="reduce = true"
+    )
     told.clear()
     events = hs.load(reduced).events(told.append)
     assert not any("reduce = true" in text for text in told)
@@ -67,7 +75,9 @@ def test_the_dead_bands_that_a_note_names_leave_noise_out(folder):
     """Noise of the normal load keeps all rows of a reduced record, until each channel has its dead band."""
     random = np.random.default_rng(0)
     time = np.arange(400.0)
-    load = np.interp(time, [0, 100, 200, 300, 400], [0, 8, -8, 8, 8]) + random.normal(0, 0.05, time.size)
+    load = np.interp(time, [0, 100, 200, 300, 400], [0, 8, -8, 8, 8]) + random.normal(
+        0, 0.05, time.size
+    )
     rows = np.column_stack([time, load, 50 + random.normal(0, 0.1, time.size)])
     np.savetxt(folder / "held.csv", rows, delimiter=",", header="t,T,N", comments="")
     entries = {
@@ -100,7 +110,14 @@ def test_the_record_is_drawn_as_read_and_as_used(folder):
     path = written(folder, NOTCHED, {"tangential_load": '"T"'})
     figure = hs.plot(path, picture="record")
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["Tangential displacement", "Detail", "Amplitude", "Tangential load", "Detail", "Amplitude"]
+    assert titles == [
+        "Tangential displacement",
+        "Detail",
+        "Amplitude",
+        "Tangential load",
+        "Detail",
+        "Amplitude",
+    ]
     read, used = figure.axes[1].get_lines()
     assert np.ptp(read.get_ydata()) > np.ptp(used.get_ydata()) + 4e-9
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["as read", "as used"]
@@ -111,12 +128,20 @@ def test_the_rounding_of_printed_digits_is_no_hum(tmp_path):
     time = np.arange(4000) / 100
     moved = np.round(0.0037 * np.arange(4000), 2)
     write_columns(tmp_path / "m.csv", t=time, N=np.ones(4000), u=moved, T=0.2 + 0 * time)
-    (tmp_path / "s.toml").write_text(scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8")
-    assert not [text for label, text in hs.load(tmp_path / "s.toml").measurement().remarks if label == "hum"]
+    (tmp_path / "s.toml").write_text(
+        scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8"
+    )
+    assert not [
+        text for label, text in hs.load(tmp_path / "s.toml").measurement().remarks if label == "hum"
+    ]
     hum = 0.05 * np.sin(2 * np.pi * 12.3 * time)
-    write_columns(tmp_path / "m.csv", t=time, N=np.ones(4000), u=np.round(moved + hum, 2), T=0.2 + 0 * time)
+    write_columns(
+        tmp_path / "m.csv", t=time, N=np.ones(4000), u=np.round(moved + hum, 2), T=0.2 + 0 * time
+    )
     assert any(
-        "12.3 Hz" in text for label, text in hs.load(tmp_path / "s.toml").measurement().remarks if label == "hum"
+        "12.3 Hz" in text
+        for label, text in hs.load(tmp_path / "s.toml").measurement().remarks
+        if label == "hum"
     )
 
 
@@ -128,7 +153,11 @@ def rounded(folder):
     """The clock of the record to 10 ms, which four samples share, and the scenario with and without it."""
     load = 0.01 * np.clip(CLEAN / 30, -1, 1)
     write_columns(
-        folder / "m.csv", t=np.floor(TIME * 100 + 1e-9) / 100, N=np.full(TIME.size, 0.05), u=CLEAN + HUM, T=load
+        folder / "m.csv",
+        t=np.floor(TIME * 100 + 1e-9) / 100,
+        N=np.full(TIME.size, 0.05),
+        u=CLEAN + HUM,
+        T=load,
     )
     text = scenario_text(NOTCHED)
     path = folder / "s.toml"
@@ -146,7 +175,9 @@ def without_clock(text):
 
 def test_a_filter_on_a_rounded_clock_names_the_rate(rounded):
     write, _ = rounded
-    with pytest.raises(InputError, match=r'samples are 0.01 s apart after .* as in rate = "400.3 Hz"'):
+    with pytest.raises(
+        InputError, match=r'samples are 0.01 s apart after .* as in rate = "400.3 Hz"'
+    ):
         hs.load(write()).measurement()
 
 
@@ -178,11 +209,17 @@ def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
     write, text = rounded
     plain = text.replace(', notch = "50 Hz"', "")
     remark = dict(hs.load(write(plain)).measurement().remarks)["file"]
-    assert remark.startswith("3,600 of 4,800 samples have the time of the sample before, the first one at line 3")
+    assert remark.startswith(
+        "3,600 of 4,800 samples have the time of the sample before, the first one at line 3"
+    )
     assert "rate =" in remark
-    with pytest.warns(UserWarning, match="3,600 of 4,800 samples have the time of the sample before"):
+    with pytest.warns(
+        UserWarning, match="3,600 of 4,800 samples have the time of the sample before"
+    ):
         assert hs.run(write(plain)).sizes["step"] == 1200
-    with pytest.raises(InputError, match="rise from sample to sample; if the clock was rounded, say the constant"):
+    with pytest.raises(
+        InputError, match="rise from sample to sample; if the clock was rounded, say the constant"
+    ):
         hs.load(write(plain, 'interval = "20 ms"')).measurement()
 
 

@@ -65,7 +65,9 @@ def loaded(folder, run, name="s.toml"):
 
 
 def test_a_clock_that_starts_again_is_reported(folder):
-    with pytest.raises(InputError, match=r"comes after .* if these are 3 runs, run = 1 to 3 in \[loading\]"):
+    with pytest.raises(
+        InputError, match=r"comes after .* if these are 3 runs, run = 1 to 3 in \[loading\]"
+    ):
         loaded(folder, "").measurement()
 
 
@@ -75,7 +77,10 @@ def test_a_clock_that_starts_again_is_reported(folder):
 def test_one_run_is_taken(folder, run, friction):
     loops = hs.loops(loaded(folder, run))
     assert loops.statistics("friction_coefficient").mean == pytest.approx(friction, rel=0.01)
-    assert any(label == "run" and text.endswith("one of 3 runs, 961 samples") for label, text in loops.remarks)
+    assert any(
+        label == "run" and text.endswith("one of 3 runs, 961 samples")
+        for label, text in loops.remarks
+    )
 
 
 @pytest.mark.parametrize("by", ["", '\nruns_by = "Step"'])
@@ -99,7 +104,12 @@ def test_commands_have_a_row_for_each_run(folder, monkeypatch):
     done = call("loops", "e.toml")
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
-    assert [line.split()[:2] for line in lines[:4]] == [["run", "loops"], ["1", "2"], ["2", "2"], ["3", "–"]]
+    assert [line.split()[:2] for line in lines[:4]] == [
+        ["run", "loops"],
+        ["1", "2"],
+        ["2", "2"],
+        ["3", "–"],
+    ]
     assert "the tangential displacement rests" in lines[4]
     done = call("loops", "e.toml", "-o", "l.nc")
     assert done.exit_code == 2
@@ -110,7 +120,8 @@ def test_commands_have_a_row_for_each_run(folder, monkeypatch):
     assert call("loops", "e.toml", "--set", "loading.run=2").exit_code == 0
 
 
-# -- one file for each run ---------------------------------------------------------------------------
+# -- one file for each run
+# ---------------------------------------------------------------------------
 
 CYCLES = {"c10.csv": 40.0, "c2.csv": 30.0, "c1.csv": 1.0}  # amplitudes [µm]; 3 µm is full slip
 
@@ -166,7 +177,11 @@ def test_each_file_is_a_run(files, names, cycles):
 
 
 def write_files_scenario(folder, files, name="s.toml"):
-    text = SCENARIO.replace('"m.csv"\nRUN', files).replace("0.26", "0.7").replace("334 mN/µm", "1 GN/m")
+    text = (
+        SCENARIO.replace('"m.csv"\nRUN', files)
+        .replace("0.26", "0.7")
+        .replace("334 mN/µm", "1 GN/m")
+    )
     (folder / name).write_text(text, encoding="utf-8")
     return folder / name
 
@@ -209,7 +224,11 @@ def test_a_set_of_files_is_checked(cycles, monkeypatch):
     with pytest.raises(InputError, match='"each"; expected one of the runs 1, 2, 3'):
         scenario.measurement()
     assert set(scenario.files) == {folder / "s.toml", *(folder / "c" / name for name in CYCLES)}
-    for arguments, written in ((["c/*.csv"], '"c/*.csv"'), (["c"], '"c"'), (["c/c1.csv", "c/c2.csv"], '["c/c1.csv", ')):
+    for arguments, written in (
+        (["c/*.csv"], '"c/*.csv"'),
+        (["c"], '"c"'),
+        (["c/c1.csv", "c/c2.csv"], '["c/c1.csv", '),
+    ):
         done = call("columns", *arguments)
         assert f"file = {written}" in done.output
         assert 'run = "each"' in done.output

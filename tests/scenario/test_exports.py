@@ -42,7 +42,10 @@ def scenario(folder, content, loading, columns):
     [
         ("{ sum = ['Fz', 'Fx'] }", np.add(exports.NORMAL, exports.FRICTION) * 1e-3),
         ("{ difference = ['Fz', 'Fx'] }", np.subtract(exports.NORMAL, exports.FRICTION) * 1e-3),
-        ("{ sum = ['Fz', 'Fz'], unit = 'gf', scale = 0.5 }", np.multiply(exports.NORMAL, 9.80665e-3)),
+        (
+            "{ sum = ['Fz', 'Fz'], unit = 'gf', scale = 0.5 }",
+            np.multiply(exports.NORMAL, 9.80665e-3),
+        ),
     ],
 )
 def test_a_load_of_several_columns(tmp_path, load_of, expected):
@@ -55,7 +58,9 @@ def test_without_a_clock_the_row_is_the_time(tmp_path):
     columns = "normal_load = 'Fz'\ntangential_displacement = 'X'"
     measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 2", columns).measurement()
     assert measured.time.tolist() == [0.0, 1, 2, 3]
-    np.testing.assert_allclose(measured["tangential_displacement"], np.multiply(exports.STROKE, 1e-6))
+    np.testing.assert_allclose(
+        measured["tangential_displacement"], np.multiply(exports.STROKE, 1e-6)
+    )
     assert ("clock", "no column for time: the row number, from 0 s") in measured.remarks
 
 
@@ -153,7 +158,9 @@ def test_the_proposed_scenario_runs(tmp_path, header, order, normal, stroke, fri
     names = header.split(",")
     rows = zip(*(CHANNELS[key].tolist() for key in order), strict=True)
     path = tmp_path / "m.csv"
-    path.write_text("\n".join([header, *(",".join(f"{value:.6g}" for value in row) for row in rows)]), "utf-8")
+    path.write_text(
+        "\n".join([header, *(",".join(f"{value:.6g}" for value in row) for row in rows)]), "utf-8"
+    )
     text = suggest_loading(path, describe(path), Format())
     loading = tomllib.loads(text)["loading"]
     found = {**loading["columns"], **loading.get("response", {})}
@@ -173,7 +180,11 @@ def test_the_proposed_scenario_runs(tmp_path, header, order, normal, stroke, fri
     assert hs.run(tmp_path / "s.toml").sizes["step"] >= 200
 
 
-X, F, T = 10 * np.sin(np.arange(400) / 10), 0.2 * np.sign(np.cos(np.arange(400) / 10)), np.arange(400) * 5e-4
+X, F, T = (
+    10 * np.sin(np.arange(400) / 10),
+    0.2 * np.sign(np.cos(np.arange(400) / 10)),
+    np.arange(400) * 5e-4,
+)
 SLOW, COF = np.arange(400.0), 0.11 + 0.002 * np.cos(np.arange(400))
 INSTRUMENT = "Force [N],Position [um]"
 
@@ -181,9 +192,24 @@ INSTRUMENT = "Force [N],Position [um]"
 @pytest.mark.parametrize(
     ("header", "columns", "time", "rate"),
     [
-        ("Time,Analog 1,Analog 2\nms," + INSTRUMENT, (1e3 * T, F, X), {"column": "ms", "unit": "ms"}, None),
-        ("Interval,0.0005\nChannel," + INSTRUMENT, (T, F, X), {"column": "Channel", "unit": "s"}, None),
-        ("Interval,0.5 ms\nsignal," + INSTRUMENT, (1e3 * T, F, X), {"column": "signal", "unit": "ms"}, None),
+        (
+            "Time,Analog 1,Analog 2\nms," + INSTRUMENT,
+            (1e3 * T, F, X),
+            {"column": "ms", "unit": "ms"},
+            None,
+        ),
+        (
+            "Interval,0.0005\nChannel," + INSTRUMENT,
+            (T, F, X),
+            {"column": "Channel", "unit": "s"},
+            None,
+        ),
+        (
+            "Interval,0.5 ms\nsignal," + INSTRUMENT,
+            (1e3 * T, F, X),
+            {"column": "signal", "unit": "ms"},
+            None,
+        ),
         ("Time (s),Elapsed time (s)," + INSTRUMENT, (0 * T, T, F, X), "Elapsed time (s)", None),
         ("Delta_X,0.0005\n" + INSTRUMENT, (F, X), None, 2000.0),
         ("Abtastrate [kHz]: 2\nNr,Kraft [N],Weg [µm]", (SLOW, F, X), None, 2000.0),
@@ -215,26 +241,40 @@ def test_the_time_is_found_by_values_and_header(tmp_path, header, columns, time,
             (SLOW, 50 + 0 * T, COF, 180 + F, COF, COF, 0.998 + 0.001 * np.round(np.sin(SLOW**2))),
             {"column": "COF", "times": "normal_load"},
         ),
-        ("Time [s],Fx (N),Fz (N),X Position (mm)", (SLOW, 1 + 0.01 * COF, 9 + COF, 0 * T), "Fx (N)"),
-        ("Zeit [s],Reibwert,Fn [N],Hub [mm],Frequenz [Hz]", (SLOW, COF, 9 + COF, X, 20 + 0 * T), None),
+        (
+            "Time [s],Fx (N),Fz (N),X Position (mm)",
+            (SLOW, 1 + 0.01 * COF, 9 + COF, 0 * T),
+            "Fx (N)",
+        ),
+        (
+            "Zeit [s],Reibwert,Fn [N],Hub [mm],Frequenz [Hz]",
+            (SLOW, COF, 9 + COF, X, 20 + 0 * T),
+            None,
+        ),
         ("时间(s),摩擦系数,载荷(N),行程(mm)", (SLOW, COF, 9 + COF, 2 + 0 * T), None),
     ],
 )
-def test_what_does_not_move_is_no_displacement_and_a_coefficient_no_load(tmp_path, header, columns, load):
+def test_what_does_not_move_is_no_displacement_and_a_coefficient_no_load(
+    tmp_path, header, columns, load
+):
     path, names = tmp_path / "m.csv", header.split(",")
     rows = [",".join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)]
     path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
     text = suggest_loading(path, describe(path), Format())
     found = tomllib.loads(text)["loading"]["columns"]
     assert "tangential_displacement" not in found
-    assert found["tangential_load"] == load or (load is None and found["tangential_load"]["column"] == names[1])
+    assert found["tangential_load"] == load or (
+        load is None and found["tangential_load"]["column"] == names[1]
+    )
     (tmp_path / "s.toml").write_text(HEAD.replace("[loading]", text), encoding="utf-8")
     assert len(hs.load(tmp_path / "s.toml").events()) >= 400
 
 
 def test_validate_states_that_nothing_moves_and_what_loops_need(tmp_path):
     rows = "".join(f"{at},{1 + 0.1 * (at % 3):g},{4 * (at % 9):g},5\n" for at in range(200))
-    columns = "tangential_displacement = {}\nnormal_load = 'N'\n[loading.response]\ntangential_load = 'T'"
+    columns = (
+        "tangential_displacement = {}\nnormal_load = 'N'\n[loading.response]\ntangential_load = 'T'"
+    )
     for stroke, expected in (("'rest'", "nothing moves: "), ("'x'", "")):
         made = scenario(
             tmp_path,
@@ -242,12 +282,18 @@ def test_validate_states_that_nothing_moves_and_what_loops_need(tmp_path):
             "file = 'a.txt'",
             columns.format(stroke).replace("'N'", "{ constant = '9 N' }"),
         )
-        notes = [text for label, text in hs.validate(made) if label == "note" and text.startswith("nothing moves")]
+        notes = [
+            text
+            for label, text in hs.validate(made)
+            if label == "note" and text.startswith("nothing moves")
+        ]
         assert bool(notes) == bool(expected)
     without = made.path.read_text("utf-8").replace("[friction]\ncoefficient = 0.2\n", "")
     made.path.write_text(without, "utf-8")
     assert "no [friction]: loops and sliding need none" in str(hs.validate(made.path))
-    made.path.write_text(without.replace("[loading.columns]", "run = 'each'\n[loading.columns]"), "utf-8")
+    made.path.write_text(
+        without.replace("[loading.columns]", "run = 'each'\n[loading.columns]"), "utf-8"
+    )
     assert "no [friction]" in str(hs.validate(made.path))
 
 
@@ -256,27 +302,50 @@ def test_validate_states_that_nothing_moves_and_what_loops_need(tmp_path):
     [
         ("{ column = 'F', scale = '100 N/V' }", [10.0, 20.0]),
         ("{ column = 'F', scale = '-50 mN/mV', unit = 'mV' }", [-0.005, -0.01]),
-        ("{ sum = [{ column = 'F', scale = '50 N/V' }, { column = 'G', scale = '5 mN/mV' }] }", [6.0, 12.0]),
+        (
+            "{ sum = [{ column = 'F', scale = '50 N/V' }, { column = 'G', scale = '5 mN/mV' }] }",
+            [6.0, 12.0],
+        ),
         ("{ column = 'F', scale = '2 MPa/V', area = '1 mm2' }", [0.2, 0.4]),
     ],
 )
 def test_a_scale_has_the_unit_of_its_channel_over_that_of_the_column(tmp_path, load_of, expected):
     content = "F [V],G [mV]\n0.1,200\n0.2,400\n"
-    measured = scenario(tmp_path, content, "file = 'a.txt'", f"tangential_load = {load_of}").measurement()
+    measured = scenario(
+        tmp_path, content, "file = 'a.txt'", f"tangential_load = {load_of}"
+    ).measurement()
     np.testing.assert_allclose(measured["tangential_load"], expected, rtol=1e-13)
     for wrong in ("100 N", "20 mm/V", "fast"):
-        with pytest.raises(InputError, match=r"tangential_load.scale: .*; expected a number, or one with the unit"):
-            scenario(tmp_path, content, "file = 'a.txt'", f"tangential_load = {{ column = 'F', scale = '{wrong}' }}")
+        with pytest.raises(
+            InputError, match=r"tangential_load.scale: .*; expected a number, or one with the unit"
+        ):
+            scenario(
+                tmp_path,
+                content,
+                "file = 'a.txt'",
+                f"tangential_load = {{ column = 'F', scale = '{wrong}' }}",
+            )
 
 
-@pytest.mark.parametrize(("keys", "named"), [("coefficient = 3.0", "friction"), ("radius = 2.5", "summit_radius")])
+@pytest.mark.parametrize(
+    ("keys", "named"), [("coefficient = 3.0", "friction"), ("radius = 2.5", "summit_radius")]
+)
 def test_python_and_toml_warn_alike_of_implausible_values(tmp_path, keys, named):
-    changed = HEAD.replace("coefficient = 0.2", keys) if "coeff" in keys else HEAD.replace('radius = "2.5 mm"', keys)
-    (tmp_path / "s.toml").write_text(changed + "waypoints = [{ time = 0, normal_load = 1 }]\n", encoding="utf-8")
+    changed = (
+        HEAD.replace("coefficient = 0.2", keys)
+        if "coeff" in keys
+        else HEAD.replace('radius = "2.5 mm"', keys)
+    )
+    (tmp_path / "s.toml").write_text(
+        changed + "waypoints = [{ time = 0, normal_load = 1 }]\n", encoding="utf-8"
+    )
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
     values = {"friction": 0.2, "summit_radius": 2.5e-3, named: float(keys.partition("= ")[2])}
     warned = []
-    for call in (lambda: load(tmp_path / "s.toml").ensemble(), lambda: hs.Ensemble(pair, 0.0, **values)):
+    for call in (
+        lambda: load(tmp_path / "s.toml").ensemble(),
+        lambda: hs.Ensemble(pair, 0.0, **values),
+    ):
         with pytest.warns(hs.UnlikelyValueWarning, match=f"^{named} is .* implausible") as caught:
             call()
         warned.append(str(caught[0].message))
@@ -288,7 +357,10 @@ def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypa
     (tmp_path / "data").mkdir()
     moved = 1e6 * record["tangential_displacement"]
     rows = zip(record.time, record["normal_load"], moved, record["tangential_load"], strict=True)
-    lines = ["t (s),Fn (N),x (µm),Ft (N)", *(",".join(f"{value:.9g}" for value in row) for row in rows)]
+    lines = [
+        "t (s),Fn (N),x (µm),Ft (N)",
+        *(",".join(f"{value:.9g}" for value in row) for row in rows),
+    ]
     (tmp_path / "data" / "m.csv").write_text("\n".join(lines), "utf-8")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "work").mkdir()
@@ -317,7 +389,8 @@ AFM = "x,trace,retrace\nµm,nN,nN\n0,-3,-5\n1,4,-5\n2,5,-5\n3,5,-4\n4,5,3\n"
 
 
 @pytest.mark.parametrize(
-    ("keys", "expected"), [("", [2.0, 5.0, 12.0]), (", scale = -2", [-4.0, -10.0, -24.0]), (", offset = 1", [3, 6, 13])]
+    ("keys", "expected"),
+    [("", [2.0, 5.0, 12.0]), (", scale = -2", [-4.0, -10.0, -24.0]), (", offset = 1", [3, 6, 13])],
 )
 def test_friction_coefficients_are_multiplied_by_the_normal_load(tmp_path, keys, expected):
     columns = (
@@ -340,8 +413,12 @@ def test_trace_and_retrace_are_one_loop(tmp_path):
     )
     made = scenario(tmp_path, AFM, "file = 'a.txt'", columns)
     measured = made.measurement()
-    np.testing.assert_allclose(measured["tangential_displacement"] * 1e6, [0, 1, 2, 3, 4, 4, 3, 2, 1, 0], atol=1e-12)
-    np.testing.assert_allclose(measured["tangential_load"] * 1e9, [-3, 4, 5, 5, 5, 3, -4, -5, -5, -5], atol=1e-12)
+    np.testing.assert_allclose(
+        measured["tangential_displacement"] * 1e6, [0, 1, 2, 3, 4, 4, 3, 2, 1, 0], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        measured["tangential_load"] * 1e9, [-3, 4, 5, 5, 5, 3, -4, -5, -5, -5], atol=1e-12
+    )
     assert (np.diff(measured.time) > 0).all()
     assert dict(measured.remarks)["retrace"] == "5 samples after the trace, in reverse order"
     loops = hs.loops(made)
@@ -360,14 +437,24 @@ def test_trace_and_retrace_are_one_loop(tmp_path):
         ),
         (
             "Time (s),Load (N),Friction coefficient (-)",
-            {"columns": {"tangential_load": {"column": "Friction coefficient (-)", "times": "normal_load"}}},
+            {
+                "columns": {
+                    "tangential_load": {
+                        "column": "Friction coefficient (-)",
+                        "times": "normal_load",
+                    }
+                }
+            },
         ),
         (
             "Distance (nm),Friction trace (nN),Friction retrace (nN)",
             {
                 "columns": {"tangential_displacement": "Distance (nm)"},
                 "response": {
-                    "tangential_load": {"column": "Friction trace (nN)", "retrace": "Friction retrace (nN)"},
+                    "tangential_load": {
+                        "column": "Friction trace (nN)",
+                        "retrace": "Friction retrace (nN)",
+                    },
                 },
             },
         ),
@@ -376,7 +463,8 @@ def test_trace_and_retrace_are_one_loop(tmp_path):
 def test_coefficients_and_retraces_are_suggested_as_such(tmp_path, heading, expected):
     path = tmp_path / "m.csv"
     rows = [
-        ",".join(f"{value:g}" for value in (0.1 * row, 5.0, 0.2, row % 4)[: heading.count(",") + 1]) for row in range(9)
+        ",".join(f"{value:g}" for value in (0.1 * row, 5.0, 0.2, row % 4)[: heading.count(",") + 1])
+        for row in range(9)
     ]
     path.write_text("\n".join([heading, *rows, ""]), encoding="utf-8")
     loading = tomllib.loads(suggest_loading(path, describe(path), Format()))["loading"]

@@ -99,7 +99,10 @@ def test_a_run_has_its_panels_side_by_side(write, tmp_path):
         assert x[0] == -x[-1]
         # a picture that is asked for is drawn in its place
         assert len(hs.plot(history, picture="stiffness").axes) >= 1
-        assert hs.plot(history, picture="traction", steps=["K"]).axes[0].get_lines()[-1].get_label() == "K"
+        assert (
+            hs.plot(history, picture="traction", steps=["K"]).axes[0].get_lines()[-1].get_label()
+            == "K"
+        )
     again = hs.plot(tmp_path / "s.nc", size=(150, 80))
     assert again.get_size_inches() * 25.4 == pytest.approx([150, 80])
     (loops,) = (picture for picture in drawable(hs.run(path)) if picture.title == "a")
@@ -115,7 +118,10 @@ def test_a_sweep_has_curves_bars_and_loops(write):
     assert [tick.get_text() for tick in bars.get_xticklabels()] == ["low", "high"]
     difference = float(found.preliminary_displacement[2] - found.preliminary_displacement[1]) * 1e9
     assert any(text.get_text() == f"high: drift {difference:.3g} nm" for text in bars.texts)
-    assert [str(line.get_label()) for line in loops.get_lines()][-2:] == [r"$\mu$ = 0.1", r"$\mu$ = 0.4"]
+    assert [str(line.get_label()) for line in loops.get_lines()][-2:] == [
+        r"$\mu$ = 0.1",
+        r"$\mu$ = 0.4",
+    ]
     # one run of it has none of these but its loop
     assert len(hs.plot(hs.run(hs.load(write(BALL + SWEPT.replace("[0.1, 0.4]", "0.1"))))).axes) == 1
 
@@ -125,10 +131,14 @@ def _written(history, folder):
     return folder / "written.nc"
 
 
-def test_a_result_names_the_command_where_the_files_of_its_scenario_are_elsewhere(write, tmp_path, monkeypatch):
+def test_a_result_names_the_command_where_the_files_of_its_scenario_are_elsewhere(
+    write, tmp_path, monkeypatch
+):
     np.savetxt(tmp_path / "map.txt", np.outer(np.hanning(9), np.hanning(9)))
     measured = 'kind = "measured"\nfile = "map.txt"\npixel_size = "1 µm"\nheight_unit = "nm"\nform = "mean"'
-    path = write(BALL.replace('kind = "sphere"\nradius = "1 mm"', measured) + '[picture]\nkind = "map"\n')
+    path = write(
+        BALL.replace('kind = "sphere"\nradius = "1 mm"', measured) + '[picture]\nkind = "map"\n'
+    )
     (tmp_path / "results").mkdir()
     monkeypatch.chdir(tmp_path)
     # the command knows the folder of the scenario, and so does a result next to it
@@ -136,7 +146,9 @@ def test_a_result_names_the_command_where_the_files_of_its_scenario_are_elsewher
         done = CliRunner().invoke(main, ["run", path.name, "-o", output, "-q", "--plot"])
         assert done.exit_code == 0, done.output
     assert len(hs.plot("s.nc").axes) >= 1
-    with pytest.raises(InputError, match=r"picture map: .*results.map.txt is not there; .* plot SCENARIO.toml"):
+    with pytest.raises(
+        InputError, match=r"picture map: .*results.map.txt is not there; .* plot SCENARIO.toml"
+    ):
         hs.plot("results/s.nc")
 
 
@@ -151,7 +163,12 @@ autocorrelation_length = "5 µm"
 seed = 1""",
     )
     figure = hs.plot(hs.load(write(text + ROUGH)))
-    names = [text.get_text() for part in figure.subfigs for legend in part.legends for text in legend.get_texts()]
+    names = [
+        text.get_text()
+        for part in figure.subfigs
+        for legend in part.legends
+        for text in legend.get_texts()
+    ]
     assert names[0].startswith("surface 1: ")
     assert names[1].startswith("surface 2: ")
     # a result draws them from the text of its scenario, next to pictures of its own

@@ -45,7 +45,12 @@ lateral_stiffness = "334 mN/µm"
 
 def write_record(folder, record):
     moved = 1e9 * record["tangential_displacement"]
-    columns = {"t": record.time, "N": record["normal_load"], "u": moved, "T": record["tangential_load"]}
+    columns = {
+        "t": record.time,
+        "N": record["normal_load"],
+        "u": moved,
+        "T": record["tangential_load"],
+    }
     write_columns(folder / "m.csv", **columns)
 
 
@@ -57,7 +62,9 @@ def folder(tmp_path):
 
 def loaded(folder, fit=ALL, base=ROUGH, more=INSTRUMENT, **options):
     path = folder / "s.toml"
-    path.write_text(scenario_text(base=base, more=f"{more}[fit]\n{fit}\n", **options), encoding="utf-8")
+    path.write_text(
+        scenario_text(base=base, more=f"{more}[fit]\n{fit}\n", **options), encoding="utf-8"
+    )
     return scenario.load(path)
 
 
@@ -76,14 +83,18 @@ def reloaded(folder, text, name="fitted.toml"):
 
 def test_the_model_is_made_of_its_parameters(folder):
     _, model, _ = build_model(loaded(folder))
-    ensemble, instrument = model({"friction": 0.3, "lateral_stiffness": 7.0, "shear_modulus": 5.0, "height_scale": 2.0})
+    ensemble, instrument = model(
+        {"friction": 0.3, "lateral_stiffness": 7.0, "shear_modulus": 5.0, "height_scale": 2.0}
+    )
     assert ensemble.pair.shear_modulus == 5
     assert ensemble.pair.contact_modulus == 1e11
     assert instrument.lateral_stiffness == 7
     assert np.unique(ensemble.friction).tolist() == [0.3]
     # the mean of the heights, -70/3 nm, stays
     mean = -70e-9 / 3
-    assert_allclose(ensemble.summit_height, mean + 2 * (np.array([0, -20e-9, -50e-9]) - mean), atol=1e-20)
+    assert_allclose(
+        ensemble.summit_height, mean + 2 * (np.array([0, -20e-9, -50e-9]) - mean), atol=1e-20
+    )
 
 
 def refusal(folder, fit=ALL, **options):
@@ -95,9 +106,13 @@ def refusal(folder, fit=ALL, **options):
 
 def test_parameters_that_the_scenario_does_not_have(folder):
     assert "fit.parameters: lateral_stiffness: expected [instrument]" in refusal(folder, more="")
-    assert "fit.parameters: height_scale: all summits are equally high" in refusal(folder, base=BALL)
+    assert "fit.parameters: height_scale: all summits are equally high" in refusal(
+        folder, base=BALL
+    )
     several = ROUGH.replace("coefficient = 0.2", "coefficient = [0.1, 0.2, 0.3]")
-    assert "fit.parameters: friction: expected one coefficient for all" in refusal(folder, base=several)
+    assert "fit.parameters: friction: expected one coefficient for all" in refusal(
+        folder, base=several
+    )
     columns = """
 [materials]
 contact_modulus = "100 GPa"
@@ -109,7 +124,9 @@ columns = { height = "h", radius = "r", friction = "f" }
 """
     (folder / "z.csv").write_text("h,r,f\n0,1e-3,0.2\n-1e-8,1e-3,0.2\n", encoding="utf-8")
     said = refusal(folder, base=columns)
-    assert said.startswith("s.toml: fit.parameters: friction: is a column of the surface; expected [friction]")
+    assert said.startswith(
+        "s.toml: fit.parameters: friction: is a column of the surface; expected [friction]"
+    )
 
 
 # -- the scenario that comes out -------------------------------------------------------------------
@@ -118,7 +135,9 @@ columns = { height = "h", radius = "r", friction = "f" }
 def test_the_fitted_scenario_holds_the_values_and_the_comments(folder):
     of = loaded(folder)
     text = fitted_text(
-        of, found(friction=0.25, lateral_stiffness=6e5, shear_modulus=3e10, height_scale=1.5), folder / "fitted.toml"
+        of,
+        found(friction=0.25, lateral_stiffness=6e5, shear_modulus=3e10, height_scale=1.5),
+        folder / "fitted.toml",
     )
     assert "coefficient = 0.25 # fitted, 95 %: 0.225 to 0.275; as in the last test\n" in text
     assert "lateral_stiffness = 600000.0 # fitted, 95 %: 540000 to 660000; of the maker\n" in text
@@ -129,7 +148,9 @@ def test_the_fitted_scenario_holds_the_values_and_the_comments(folder):
     again = reloaded(folder, text)
     assert again.instrument.lateral_stiffness == 6e5
     ensemble, model = again.ensemble(), build_model(of)[1]
-    expected, _ = model({"friction": 0.25, "lateral_stiffness": 6e5, "shear_modulus": 3e10, "height_scale": 1.5})
+    expected, _ = model(
+        {"friction": 0.25, "lateral_stiffness": 6e5, "shear_modulus": 3e10, "height_scale": 1.5}
+    )
     assert_allclose(ensemble.summit_height, expected.summit_height, rtol=1e-12, atol=1e-20)
     assert ensemble.pair.shear_modulus == 3e10
     assert np.unique(ensemble.friction).tolist() == [0.25]
@@ -162,7 +183,9 @@ def test_a_fitted_shear_modulus_takes_the_place_of_the_materials(folder, materia
 def test_sections_in_one_line(folder):
     """A comment would end an inline table in the middle."""
     base = ROUGH.replace("[friction]\ncoefficient = 0.2  # as in the last test\n", "")
-    base = base.replace('title = "rough"\n', "title = 'rough'\nfriction = { coefficient = 0.2 }  # old\n")
+    base = base.replace(
+        'title = "rough"\n', "title = 'rough'\nfriction = { coefficient = 0.2 }  # old\n"
+    )
     of = loaded(folder, base=base)
     again = reloaded(folder, fitted_text(of, found(friction=0.25), folder / "fitted.toml"))
     assert np.unique(again.ensemble().friction).tolist() == [0.25]
@@ -188,7 +211,9 @@ def test_files_are_found_from_another_folder(folder):
 def test_a_file_that_marks_utf8_and_has_other_line_ends(folder):
     text = scenario_text(base=ROUGH, more=f"{INSTRUMENT}[fit]\n{ALL}\n").replace("\n", "\r\n")
     (folder / "s.toml").write_bytes(b"\xef\xbb\xbf" + text.encode())
-    fitted = fitted_text(scenario.load(folder / "s.toml"), found(friction=0.25), folder / "fitted.toml")
+    fitted = fitted_text(
+        scenario.load(folder / "s.toml"), found(friction=0.25), folder / "fitted.toml"
+    )
     (folder / "fitted.toml").write_bytes(fitted.encode())
     assert np.unique(scenario.load(folder / "fitted.toml").ensemble().friction).tolist() == [0.25]
 
@@ -199,7 +224,9 @@ def test_a_file_that_marks_utf8_and_has_other_line_ends(folder):
 def test_a_fit_in_one_call(tmp_path):
     write_record(tmp_path, synthetic.measured("ball", 7, loads=(0.05,), loops=1))
     base = BALL_IN_SERIES.replace("coefficient = 0.2", "coefficient = 0.3")
-    text = scenario_text(response={"tangential_load": '"T"'}, base=base, more='[fit]\nparameters = ["friction"]\n')
+    text = scenario_text(
+        response={"tangential_load": '"T"'}, base=base, more='[fit]\nparameters = ["friction"]\n'
+    )
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     found = hs.fit(tmp_path / "s.toml")
     assert found.values == {"friction": pytest.approx(0.2, rel=1e-2)}
@@ -208,7 +235,9 @@ def test_a_fit_in_one_call(tmp_path):
     assert "rms difference" in labels
     # no arrays
     for shown in (repr(found), repr(found.estimates)):
-        assert shown.startswith((f"<Fit: friction {found.summary()[0][1]}", "<ParameterFit: friction "))
+        assert shown.startswith(
+            (f"<Fit: friction {found.summary()[0][1]}", "<ParameterFit: friction ")
+        )
         assert "array" not in shown
     (tmp_path / "out").mkdir()
     found.write(tmp_path / "out" / "fitted.toml")
@@ -218,14 +247,20 @@ def test_a_fit_in_one_call(tmp_path):
     assert np.unique(again.ensemble().friction).tolist() == list(found.values.values())
     # what was fitted is what is compared
     difference = hs.compare(again).difference
-    assert np.sqrt(np.mean(difference**2)) == pytest.approx(np.sqrt(np.mean(found.comparison.difference**2)), rel=0.2)
+    assert np.sqrt(np.mean(difference**2)) == pytest.approx(
+        np.sqrt(np.mean(found.comparison.difference**2)), rel=0.2
+    )
 
 
-# -- the model against the record --------------------------------------------------------------------
+# -- the model against the record
+# --------------------------------------------------------------------
 
 
 def test_adhesion_outlives_its_materials(folder):
-    base = '[materials]\nfirst = "silicon"\nsecond = "float glass"\n' + ROUGH[ROUGH.index("[surface]") :]
+    base = (
+        '[materials]\nfirst = "silicon"\nsecond = "float glass"\n'
+        + ROUGH[ROUGH.index("[surface]") :]
+    )
     energies = "[adhesion]\nequilibrium_separation = '0.3 nm'\n"
     of = loaded(folder, base=base, more=energies)
     work = of.sections.adhesion.work(of.ensemble().pair)

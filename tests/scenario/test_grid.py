@@ -41,9 +41,16 @@ def test_keys_go_together():
 
 def test_tables_are_keys_with_dots():
     nested = build_grid(
-        {"surface": {"seed": {"from": 1, "count": 2}, "count": [[4, 4], [8, 8]]}, "friction.coefficient": [1]}
+        {
+            "surface": {"seed": {"from": 1, "count": 2}, "count": [[4, 4], [8, 8]]},
+            "friction.coefficient": [1],
+        }
     )
-    assert next(nested.points()) == {"surface.seed": 1, "surface.count": [4, 4], "friction.coefficient": 1}
+    assert next(nested.points()) == {
+        "surface.seed": 1,
+        "surface.count": [4, 4],
+        "friction.coefficient": 1,
+    }
 
 
 @pytest.mark.parametrize(
@@ -104,7 +111,10 @@ radius = "2.5 mm"
         ("loading.waypoints[12].after", ("loading", "waypoints", 12, "after")),
         ("a[0][1]", ("a", 0, 1)),
         ('sweep.over."surface.seed"', ("sweep", "over", "surface.seed")),
-        ("sweep.over.'loading.waypoints[1].time'[3]", ("sweep", "over", "loading.waypoints[1].time", 3)),
+        (
+            "sweep.over.'loading.waypoints[1].time'[3]",
+            ("sweep", "over", "loading.waypoints[1].time", 3),
+        ),
         (r'"a\"b" . "\u00e4".c', ('a"b', "ä", "c")),
     ],
 )
@@ -134,14 +144,24 @@ def test_a_document_gets_other_values_and_stays_as_it_is():
 
 def test_a_key_with_a_dot_of_its_own_is_quoted():
     """As TOML has it: the values of ``[sweep.over]`` stand under such keys."""
-    text = BALL + '[sweep.over]\n"surface.radius" = [1e-3]  # one\n"loading.waypoints[1].time" = [1, 2]\n'
+    text = (
+        BALL
+        + '[sweep.over]\n"surface.radius" = [1e-3]  # one\n"loading.waypoints[1].time" = [1, 2]\n'
+    )
     values = {'sweep.over."surface.radius"': [2e-3], "sweep.over.'loading.waypoints[1].time'[0]": 3}
     changed = text_with_values(text, values)
-    assert tomllib.loads(changed)["sweep"]["over"] == {"surface.radius": [2e-3], "loading.waypoints[1].time": [3, 2]}
+    assert tomllib.loads(changed)["sweep"]["over"] == {
+        "surface.radius": [2e-3],
+        "loading.waypoints[1].time": [3, 2],
+    }
     assert "# one" in changed
-    with pytest.raises(hs.InputError, match=r"sweep\.over\.surface\.radius: a table; .*\[0\] itself needs quotes"):
+    with pytest.raises(
+        hs.InputError, match=r"sweep\.over\.surface\.radius: a table; .*\[0\] itself needs quotes"
+    ):
         text_with_values(text, {"sweep.over.surface.radius[0]": [1e-3]})
-    with pytest.raises(hs.InputError, match=r"sweep\.over\.'surface\.radius': an array; expected a table"):
+    with pytest.raises(
+        hs.InputError, match=r"sweep\.over\.'surface\.radius': an array; expected a table"
+    ):
         text_with_values(text, {"sweep.over.'surface.radius'.x": 1})
 
 
@@ -167,7 +187,9 @@ AWKWARD = (
 
 
 @pytest.mark.parametrize("source", AWKWARD)
-@pytest.mark.parametrize("values", [{"b.z": 4}, {"b.c.x": 9}, {"a": 5}, {"a[1]": 5}, {"d.e": {"f": 1}}, {"new.one": 1}])
+@pytest.mark.parametrize(
+    "values", [{"b.z": 4}, {"b.c.x": 9}, {"a": 5}, {"a[1]": 5}, {"d.e": {"f": 1}}, {"new.one": 1}]
+)
 def test_any_text_means_what_is_asked_for(source, values):
     try:
         expected = with_values(tomllib.loads(source), values)
@@ -188,5 +210,7 @@ def test_a_scenario_with_other_values(tmp_path):
     assert history.attrs["scenario"] == changed.text
     assert history.identical(hs.run(written))
     assert not history.identical(hs.run(path))
-    with pytest.raises(hs.InputError, match=r"friction\.coefficent: unknown key; did you mean 'coefficient'"):
+    with pytest.raises(
+        hs.InputError, match=r"friction\.coefficent: unknown key; did you mean 'coefficient'"
+    ):
         hs.load(path, {"friction.coefficent": 0.3})

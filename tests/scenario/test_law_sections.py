@@ -31,7 +31,11 @@ def loaded(folder, friction=COULOMB, more='normal_load = "90 mN"'):
 @pytest.mark.parametrize(
     ("sections", "name", "law"),
     [
-        ('[friction]\nlaw = "shear strength"\nshear_strength = "11 MPa"', "law", laws.ShearStrength(11e6)),
+        (
+            '[friction]\nlaw = "shear strength"\nshear_strength = "11 MPa"',
+            "law",
+            laws.ShearStrength(11e6),
+        ),
         (
             f'{COULOMB}\n[wear]\nlaw = "energy"\nvolume_per_energy = "2 mm3/J"\nshape = "blunted"',
             "wear",
@@ -54,10 +58,16 @@ def test_a_law_is_read(tmp_path, sections, name, law):
 
 
 def test_friction_of_a_law_is_in_the_history(tmp_path):
-    history = loaded(tmp_path, '[friction]\nlaw = "shear strength"\nshear_strength = "11.37 MPa"').replay().dataset()
+    history = (
+        loaded(tmp_path, '[friction]\nlaw = "shear strength"\nshear_strength = "11.37 MPa"')
+        .replay()
+        .dataset()
+    )
     displacement = hs.analysis.preliminary_displacement(history).values
     assert displacement * 1e9 == pytest.approx([5.50, 11.44], abs=0.005)
-    assert history.friction_law.startswith("Bowden-Tabor: shear strength 11.37 MPa on the Hertz area")
+    assert history.friction_law.startswith(
+        "Bowden-Tabor: shear strength 11.37 MPa on the Hertz area"
+    )
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,9 @@ def remarks(found):
     ],
 )
 def test_a_load_channel_in_si(folder, channel, expected):
-    assert_allclose(record(folder, {"normal_load": channel})["normal_load"], expected, rtol=1e-14, atol=1e-14)
+    assert_allclose(
+        record(folder, {"normal_load": channel})["normal_load"], expected, rtol=1e-14, atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("shift", [-0.4, 2.5])
@@ -65,11 +67,16 @@ def test_a_load_channel_in_si(folder, channel, expected):
 def test_a_channels_own_clock_and_shift(folder, own, shift):
     clock = TIME + 0.25 if own else TIME
     time = 'time = "t2", ' if own else ""
-    found = record(folder, {"tangential_displacement": f'{{ column = "u", {time}shift = {shift} }}'})
+    found = record(
+        folder, {"tangential_displacement": f'{{ column = "u", {time}shift = {shift} }}'}
+    )
     inside = (clock[0] + shift <= TIME) & (clock[-1] + shift >= TIME)
     assert_array_equal(found.time, TIME[inside])
     assert_allclose(
-        found["tangential_displacement"], np.interp(TIME[inside], clock + shift, MOVED), rtol=1e-13, atol=1e-15
+        found["tangential_displacement"],
+        np.interp(TIME[inside], clock + shift, MOVED),
+        rtol=1e-13,
+        atol=1e-15,
     )
     assert_array_equal(found["normal_load"], LOAD[inside])
     left = 15 - int(inside.sum())
@@ -80,7 +87,10 @@ def test_a_channels_own_clock_and_shift(folder, own, shift):
 
 def test_clocks_may_have_samples_of_their_own_number(folder):
     slow = np.arange(0, 14.1, 2.5)
-    content = {"a": {"t": TIME.tolist(), "u": MOVED.tolist()}, "b": {"t": slow.tolist(), "N": (slow**2).tolist()}}
+    content = {
+        "a": {"t": TIME.tolist(), "u": MOVED.tolist()},
+        "b": {"t": slow.tolist(), "N": (slow**2).tolist()},
+    }
     (folder / "m.json").write_text(json.dumps(content), encoding="utf-8")
     columns = {
         "time": '"a.t"',
@@ -113,7 +123,9 @@ def test_corrections_see_the_window_alone(folder):
     moved = np.concatenate([[30, -30, 30, -30], MOVED])
     write_columns(folder / "m.csv", t=np.arange(19), N=np.ones(19), u=moved)
     found = record(
-        folder, {"tangential_displacement": '{ column = "u", offset = 5, centred = true }'}, loading="start=4"
+        folder,
+        {"tangential_displacement": '{ column = "u", offset = 5, centred = true }'},
+        loading="start=4",
     )
     assert_allclose(found["tangential_displacement"], MOVED, atol=1e-14)
 
@@ -129,11 +141,18 @@ def test_an_interval_is_straight_between_samples(folder):
 
 def test_missing_values_are_refused_with_line_and_column(folder):
     write_columns(folder / "m.csv", t=[0, 1, 2], N=[1, 1, 1], u=[0, np.nan, 1])
-    assert refusal(folder).startswith("s.toml: loading.file: m.csv: line 3, column 'u': ''; expected a finite number")
+    assert refusal(folder).startswith(
+        "s.toml: loading.file: m.csv: line 3, column 'u': ''; expected a finite number"
+    )
 
 
 def test_missing_values_are_dropped_and_counted(folder):
-    write_columns(folder / "m.csv", t=[0, 1, np.nan, 3, 4, 5], N=[1, 2, 3, np.nan, 5, 6], u=[0, np.nan, 2, 3, 4, 5])
+    write_columns(
+        folder / "m.csv",
+        t=[0, 1, np.nan, 3, 4, 5],
+        N=[1, 2, 3, np.nan, 5, 6],
+        u=[0, np.nan, 2, 3, 4, 5],
+    )
     found = record(folder, loading='missing = "drop"')
     assert_array_equal(found.time, [0, 4, 5])
     assert_array_equal(found["normal_load"], [1, 5, 6])
@@ -144,7 +163,11 @@ def test_missing_values_are_dropped_and_counted(folder):
 def test_what_lies_outside_a_clock_is_not_called_missing_nor_the_other_way(folder):
     load = np.array([np.nan, *LOAD[1:]])
     write_columns(folder / "m.csv", t=TIME, N=load, u=MOVED, t2=TIME - 0.5)
-    found = record(folder, {"tangential_displacement": '{ column = "u", time = "t2" }'}, loading='missing = "drop"')
+    found = record(
+        folder,
+        {"tangential_displacement": '{ column = "u", time = "t2" }'},
+        loading='missing = "drop"',
+    )
     assert remarks(found) == {
         "outside the clocks of all channels": "1 sample, left out",  # the last
         "missing": "1 sample, left out",  # the first
@@ -154,7 +177,9 @@ def test_what_lies_outside_a_clock_is_not_called_missing_nor_the_other_way(folde
 
 def test_gaps_are_refused(folder):
     write_columns(folder / "m.csv", t=[0, 1, 2, 5, 6, 9.5], N=np.ones(6), u=np.arange(6))
-    assert "2 gaps longer than max_gap, the first one of 3 s before line 5" in refusal(folder, loading="max_gap = 2")
+    assert "2 gaps longer than max_gap, the first one of 3 s before line 5" in refusal(
+        folder, loading="max_gap = 2"
+    )
     assert record(folder, loading="max_gap = 3.5").time.size == 6
     assert "one of 3 s before line 5" in refusal(folder, loading="max_gap = 2\ninterval = 0.5")
 
@@ -167,7 +192,8 @@ def test_gaps_of_an_own_clock(folder):
     # from 5 s to 9 s nothing is known
     assert "3 samples within gaps of a channel's separate clock, the first one at line 8" in said
     assert_allclose(
-        record(folder, columns, loading="max_gap = 4")["tangential_displacement"], np.interp(TIME, own, MOVED)
+        record(folder, columns, loading="max_gap = 4")["tangential_displacement"],
+        np.interp(TIME, own, MOVED),
     )
     said = refusal(folder, columns, loading='max_gap = 2\nmissing = "drop"')
     assert "1 gap longer than max_gap, the first one of 4 s before line 11" in said
@@ -180,7 +206,9 @@ def test_centred_and_free_of_drift(folder):
     write_columns(folder / "m.csv", t=time, N=np.ones(time.size), u=3 + 0.02 * time + swing)
     found = record(
         folder,
-        {"tangential_displacement": '{ column = "u", unit = "µm", drift_free = true, centred = true }'},
+        {
+            "tangential_displacement": '{ column = "u", unit = "µm", drift_free = true, centred = true }'
+        },
         dead_band={"tangential_displacement": '"500 nm"'},
     )
     assert_allclose(found["tangential_displacement"], swing * 1e-6, atol=1e-18)
@@ -207,7 +235,10 @@ def test_a_backlash_is_taken_up(folder):
 @pytest.mark.parametrize("closing", ["", ', closing_load = "10 mN"'])
 @pytest.mark.parametrize("replayed", ["tangential_displacement", "tangential_load"])
 def test_free_play_is_taken_off_by_the_load(folder, closing, replayed):
-    channels = {"tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}', "tangential_load": '"T"'}
+    channels = {
+        "tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}',
+        "tangential_load": '"T"',
+    }
     other_channel = next(key for key in channels if key != replayed)
     found = record(
         folder,
@@ -237,7 +268,9 @@ def test_reduced_to_turning_points(folder):
     columns = {"normal_load": '{ constant = "2 N" }'}
     whole, reduced = loaded(folder, columns), loaded(folder, columns, loading="reduce = true")
     kept = [0, 2, 6, 10, 14]
-    assert remarks(reduced.measurement()) == {"replayed": "5 of 15 samples, which the contact remembers"}
+    assert remarks(reduced.measurement()) == {
+        "replayed": "5 of 15 samples, which the contact remembers"
+    }
     long, short = replayed(whole), replayed(reduced)
     assert_array_equal(short.time, TIME[kept])
     # nothing is lost without a dead band
@@ -254,7 +287,8 @@ def test_times_that_go_back_are_refused(folder):
     assert refusal(folder).startswith(said)
 
 
-# -- channels that a waypoint does not name ----------------------------------------------------------
+# -- channels that a waypoint does not name
+# ----------------------------------------------------------
 
 
 def events_of(written, folder):
@@ -262,7 +296,9 @@ def events_of(written, folder):
     head = '[materials]\nfirst = "silicon"\nsecond = "silica"\n[surface]\nkind = "sphere"\nradius = "1 mm"\n'
     path.write_text(f"{head}[friction]\ncoefficient = 0.2\n[loading]\n{written}", encoding="utf-8")
     told = []
-    return [(event.name, event.time, event.value) for event in hs.load(path).events(told.append)], told
+    return [
+        (event.name, event.time, event.value) for event in hs.load(path).events(told.append)
+    ], told
 
 
 # a normal load that falls from 50 to 45 mN unnoticed while the tangential load rises
@@ -337,12 +373,19 @@ waypoints = [
     for time, displacement in ((-5.1, 300e-9), (-3.1, 0.0), (-2.1, 300e-9), (-0.1, 0.0)):
         events += [hs.NormalLoad(time, 80e-3), hs.TangentialDisplacement(time, displacement)]
     for row in range(50):
-        events += [hs.NormalLoad(0.1 * row, 0.05), hs.TangentialDisplacement(0.1 * row, 1e-9 * float(moved[row]))]
+        events += [
+            hs.NormalLoad(0.1 * row, 0.05),
+            hs.TangentialDisplacement(0.1 * row, 1e-9 * float(moved[row])),
+        ]
     expected = hs.replay(scenario.ensemble(), events)
     np.testing.assert_allclose(found["time"], expected["time"], atol=1e-12)
-    np.testing.assert_allclose(found["total_tangential_load"], expected["total_tangential_load"], rtol=1e-12)
+    np.testing.assert_allclose(
+        found["total_tangential_load"], expected["total_tangential_load"], rtol=1e-12
+    )
     assert scenario.measurement().time.size == 50
-    with pytest.raises(InputError, match=r"loading\.blocks: only run replays blocks before a record: .*skip = 1"):
+    with pytest.raises(
+        InputError, match=r"loading\.blocks: only run replays blocks before a record: .*skip = 1"
+    ):
         hs.compare(folder / "s.toml")
 
 

@@ -1,7 +1,8 @@
 """Messages about scenarios whose keys contradict one another or their files, compared with messages.txt.
 
-Wrong types, units and names of single keys are in test_schema_errors.py. The file is reviewed in diffs; after an
-intended change ``PYTHONPATH=tests/support python tests/scenario/test_messages.py`` writes it again.
+Wrong types, units and names of single keys are in test_schema_errors.py. The file is reviewed in
+diffs; after an intended change ``PYTHONPATH=tests/support python tests/scenario/test_messages.py``
+writes it again.
 """
 
 import tempfile
@@ -16,7 +17,10 @@ import historysim as hs
 
 GOLDEN = Path(__file__).with_name("messages.txt")
 SPHERE = 'surface = { kind = "sphere", radius = "2.5 mm" }\nmaterials = { first = "silicon", second = "silica" }\n'
-WAYPOINTS = SPHERE + "friction = { coefficient = 0.2 }\nloading = { waypoints = [{ time = 0, normal_load = 0.01 }] }\n"
+WAYPOINTS = (
+    SPHERE
+    + "friction = { coefficient = 0.2 }\nloading = { waypoints = [{ time = 0, normal_load = 0.01 }] }\n"
+)
 BLOCKS = (
     SPHERE
     + """friction = { coefficient = 0.2 }
@@ -25,7 +29,9 @@ each = { after = 1, normal_load = [0.01, 0.02] }
 waypoints = [{ after = 1, tangential_load = 0.001 }]
 """
 )
-MEASURED = scenario_text(response={"tangential_load": '"T"'}, more='[fit]\nparameters = ["friction"]\n')
+MEASURED = scenario_text(
+    response={"tangential_load": '"T"'}, more='[fit]\nparameters = ["friction"]\n'
+)
 BASES = {
     "waypoints": WAYPOINTS,
     "blocks": BLOCKS,
@@ -72,7 +78,11 @@ CASES = [
     ("measured", {"loading.file": "back.csv"}),
     *(
         ("measured", {"loading.file": "repeated.csv", key: value})
-        for key, value in (("loading.interval", 1), (f"{MOVED}.drift_free", True), (f"{MOVED}.shift", 1))
+        for key, value in (
+            ("loading.interval", 1),
+            (f"{MOVED}.drift_free", True),
+            (f"{MOVED}.shift", 1),
+        )
     ),
     ("measured", {"loading.start": 100}),
     ("measured", {"loading.start": 5, "loading.end": 1}),
@@ -98,7 +108,10 @@ CASES = [
     ("measured", {f"{MOVED}.median": 4}),
     ("measured", {"loading.columns.tangential_load": "T"}),
     ("measured", {"loading.response.tangential_displacement": "T"}),
-    ("measured", {"loading.response.normal_displacement": {"column": "u", "unit": "nm", "free_play": 1}}),
+    (
+        "measured",
+        {"loading.response.normal_displacement": {"column": "u", "unit": "nm", "free_play": 1}},
+    ),
     ("measured", {"fit.parameters": ["lateral_stiffness"]}),
     ("measured", {"fit.parameters": ["height_scale"]}),
     ("measured", {"fit.parameters": ["displacement_offset"], f"{MOVED}.centred": True}),
@@ -113,7 +126,14 @@ CASES = [
     ("table", {"surface.columns.friction": "z"}),
     ("textured", {"surface.count": [3, 0]}),
     ("textured", {"surface.height_scatter": 1e-9}),
-    ("sum", {"surface.shift": [1, 1], "surface.first": SHORT["measured"], "surface.second": SHORT["measured"]}),
+    (
+        "sum",
+        {
+            "surface.shift": [1, 1],
+            "surface.first": SHORT["measured"],
+            "surface.second": SHORT["measured"],
+        },
+    ),
     ("sum", {"surface.second.ball_radius": 1}),
     ("inclined summits", {"surface.slope": [1.0, -9.0]}),
     ("inclined summits", {"surface.yielding": "thornton"}),
@@ -123,14 +143,22 @@ CASES = [
 def write_records(folder):
     """Write the files that the cases name."""
     write_files(folder)
-    write_columns(folder / "m.csv", t=np.arange(15), N=np.ones(15), u=np.sin(np.arange(15)), T=np.zeros(15))
-    write_columns(folder / "back.csv", t=[0, 1, 0.5, 3], N=np.ones(4), u=[0, 1, 2, 4], T=np.zeros(4))
-    write_columns(folder / "repeated.csv", t=[0, 1, 1, 3], N=np.ones(4), u=[0, 1, 2, 4], T=np.zeros(4))
+    write_columns(
+        folder / "m.csv", t=np.arange(15), N=np.ones(15), u=np.sin(np.arange(15)), T=np.zeros(15)
+    )
+    write_columns(
+        folder / "back.csv", t=[0, 1, 0.5, 3], N=np.ones(4), u=[0, 1, 2, 4], T=np.zeros(4)
+    )
+    write_columns(
+        folder / "repeated.csv", t=[0, 1, 1, 3], N=np.ones(4), u=[0, 1, 2, 4], T=np.zeros(4)
+    )
     write_columns(folder / "pulled.csv", t=[0, 1], N=[1, -1], u=[0, 1], T=[0, 0])
     (folder / "uneven.csv").write_text("t,N,u,T\n0,1,0,0\n1,1\n", encoding="utf-8")
     (folder / "comma.txt").write_text("t;N;u;T\n0;1,5;0;0\n", encoding="utf-8")
     (folder / "radius.csv").write_text("z,R\n0,1e-5\n\n1,-1e-5\n", encoding="utf-8")
-    np.savetxt(folder / "bowl.txt", np.add.outer(np.linspace(-1, 1, 7) ** 2, np.linspace(-1, 1, 9) ** 2))
+    np.savetxt(
+        folder / "bowl.txt", np.add.outer(np.linspace(-1, 1, 7) ** 2, np.linspace(-1, 1, 9) ** 2)
+    )
 
 
 def use(path, values):

@@ -60,7 +60,10 @@ ADHESION = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
         (lambda _: surface_group.dataset(SURFACE.summits(), SURFACE), "Surface and summits"),
         (hs.loops, "Friction loops"),
         (lambda history: hs.loops(history).to_dataset(), "friction force (mN)"),
-        (lambda _: ROUGH.asperity(0, ROUGH.advance(PRESSED, tangential_displacement=1e-8)), "asperity 0, partial slip"),
+        (
+            lambda _: ROUGH.asperity(0, ROUGH.advance(PRESSED, tangential_displacement=1e-8)),
+            "asperity 0, partial slip",
+        ),
         (lambda _: adhering_asperities(ROUGH, 1e-7, **ADHESION), "Adhesion map"),
     ],
 )
@@ -84,7 +87,11 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
         ("r.nc", {"step": "peak"}, "Asperity distribution"),
         ("s.toml", {"picture": "distribution"}, "Asperity distribution"),
         ("s.toml", {"adhesion": True}, "Adhesion map"),
-        ("map.txt", {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"}, "Surface and summits"),
+        (
+            "map.txt",
+            {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"},
+            "Surface and summits",
+        ),
     ],
 )
 def test_files_are_drawn_by_their_type(files, name, options, title):
@@ -99,7 +106,11 @@ def test_files_are_drawn_by_their_type(files, name, options, title):
             {"form": "plane", "channel": 0},
             "form, channel: .*r.nc is a result of historysim run; expected a hei",
         ),
-        ("s.toml", {"adhesion": True, "asperity": 1}, "asperity does not apply to the picture adhesion-map"),
+        (
+            "s.toml",
+            {"adhesion": True, "asperity": 1},
+            "asperity does not apply to the picture adhesion-map",
+        ),
         ("r.history", {}, "r.history has no picture"),
     ],
 )

@@ -10,7 +10,13 @@ from historysim.scenario.scenario import summary
 from historysim.surfaces.filters import outliers, spikes
 from historysim.surfaces.random import random_surface
 
-RANDOM = {"kind": "random", **ROUGH, "shape": [64, 64], "pixel_size": 1e-6, "autocorrelation_length": 8e-6}
+RANDOM = {
+    "kind": "random",
+    **ROUGH,
+    "shape": [64, 64],
+    "pixel_size": 1e-6,
+    "autocorrelation_length": 8e-6,
+}
 PRESSED = LINES.replace("= 1e9", "= 50e9").replace("normal_load = 0", "normal_load = 0.02")
 MAP = {"kind": "measured", "file": "map.npy", "pixel_size": 1e-6, "height_unit": "m"}
 
@@ -51,8 +57,21 @@ def same(found, surface, **options):
         ({"outliers": 6}, lambda s: s.detrended().without(outliers(s.detrended().heights, 6))),
         ({"s_filter": "4 µm"}, lambda s: s.detrended().smoothed(4e-6)),
         (
-            {"s_filter": 4e-6, "l_filter": 20e-6, "resolution": 2e-6, "rms_height": 1e-7, "mirrored": True},
-            lambda s: s.detrended().smoothed(4e-6).at_resolution(2e-6).roughness(20e-6).scaled(1e-7).mirrored(),
+            {
+                "s_filter": 4e-6,
+                "l_filter": 20e-6,
+                "resolution": 2e-6,
+                "rms_height": 1e-7,
+                "mirrored": True,
+            },
+            lambda s: (
+                s.detrended()
+                .smoothed(4e-6)
+                .at_resolution(2e-6)
+                .roughness(20e-6)
+                .scaled(1e-7)
+                .mirrored()
+            ),
         ),
     ],
     ids=lambda value: "" if callable(value) else ",".join(value),
@@ -72,12 +91,19 @@ def test_summits_are_pruned_by_a_share_of_the_height_range(folder, prune, share)
 def test_random_maps_and_sums_are_filtered_too(folder):
     surface = random_surface(**{key: value for key, value in RANDOM.items() if key != "kind"})
     same(loaded(folder, {**RANDOM, "s_filter": "3 µm"}).surface(), surface.smoothed(3e-6))
-    entry = {"kind": "sum", "first": RANDOM, "second": {**RANDOM, "s_filter": "3 µm"}, "l_filter": "30 µm"}
+    entry = {
+        "kind": "sum",
+        "first": RANDOM,
+        "second": {**RANDOM, "s_filter": "3 µm"},
+        "l_filter": "30 µm",
+    }
     same(loaded(folder, entry).surface(), (surface + surface.smoothed(3e-6)).roughness(30e-6))
 
 
 def test_steps_too_coarse_for_radii_are_reported_and_a_filter_mends_it(folder):
-    heights = random_surface((64, 64), 1e-6, 1e-8, 20e-6, seed=2, autocorrelation="gaussian").heights
+    heights = random_surface(
+        (64, 64), 1e-6, 1e-8, 20e-6, seed=2, autocorrelation="gaussian"
+    ).heights
     step = 2e-9
     np.save(folder / "map.npy", np.rint(heights / step) * step)
     (notice,) = loaded(folder, MAP).surface().notices
@@ -92,7 +118,9 @@ def test_a_scratch_whose_edge_carries_all_is_reported_and_spikes_mend_it(folder)
     heights = surface.heights.copy()
     heights[[40, 90], [40, 90]] += 2e-6
     np.save(folder / "map.npy", heights)
-    names = [finding.name for finding in analysis.validity(hs.run(loaded(folder, MAP, PRESSED).path))]
+    names = [
+        finding.name for finding in analysis.validity(hs.run(loaded(folder, MAP, PRESSED).path))
+    ]
     assert "outliers" in names
     told = [text for label, text in summary(loaded(folder, MAP, PRESSED)) if label == "warning"]
     assert any(text.startswith("2 summits of ") for text in told)
@@ -110,7 +138,9 @@ def test_a_result_its_log_and_the_scenario_have_the_same_findings(folder, tmp_pa
     with hs.run(tmp_path / "out.history", tmp_path / "again.nc") as again:
         assert analysis.validity(again) == found
     warnings = [text for label, text in lines if label == "warning"]
-    assert warnings == [text for label, text in summary(loaded(folder, entry, PRESSED)) if label == "warning"]
+    assert warnings == [
+        text for label, text in summary(loaded(folder, entry, PRESSED)) if label == "warning"
+    ]
     assert warnings == [finding.text for finding in found]
     assert "steep" in [finding.name for finding in found]
 

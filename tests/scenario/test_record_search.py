@@ -19,7 +19,9 @@ def folder(tmp_path):
     turns = [0, 100, -20, -17, -100, 100, -20, -17, -100, 100, -20, -17, -100, 100]
     moved = np.concatenate([[0.0], *(np.linspace(a, b, 21)[1:] for a, b in pairwise(turns))])
     load = 0.2 * np.sign(np.gradient(moved))
-    write_columns(tmp_path / "m.csv", t=np.arange(moved.size), N=np.ones(moved.size), u=moved, T=load)
+    write_columns(
+        tmp_path / "m.csv", t=np.arange(moved.size), N=np.ones(moved.size), u=moved, T=load
+    )
     write(tmp_path)
     return tmp_path
 
@@ -46,7 +48,9 @@ def test_the_scenario_sets_the_dead_band(folder):
 
 def test_a_log_is_refused_as_a_log(folder):
     hs.run(folder / "s.toml", folder / "s.nc").close()
-    with pytest.raises(hs.InputError, match=r"s\.history: is neither a scenario .* recomputes the result of a log"):
+    with pytest.raises(
+        hs.InputError, match=r"s\.history: is neither a scenario .* recomputes the result of a log"
+    ):
         hs.loops(folder / "s.history")
 
 
@@ -59,7 +63,9 @@ def slider(tmp_path, monkeypatch):
     u = np.linspace(0, 10_000, 201)
     friction = np.where(u < 100, 0.3 * u / 100, 0.2 + 0.1 * np.exp(-(u - 100) / 2000))
     write_columns(tmp_path / "m.csv", t=np.arange(u.size), N=np.ones(u.size), u=u, T=friction)
-    (tmp_path / "s.toml").write_text(scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8")
+    (tmp_path / "s.toml").write_text(
+        scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8"
+    )
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -57,7 +57,9 @@ def measured(folder):
     (folder / "measured.csv").write_text("\n".join(lines), encoding="utf-8")
     text = BALL[: BALL.index("[loading]")] + MEASURED
     (folder / "measured.toml").write_text(text, encoding="utf-8")
-    (folder / "fit.toml").write_text(text + '\n[fit]\nparameters = ["friction"]\n', encoding="utf-8")
+    (folder / "fit.toml").write_text(
+        text + '\n[fit]\nparameters = ["friction"]\n', encoding="utf-8"
+    )
     return folder
 
 
@@ -67,7 +69,10 @@ def call(*arguments):
 
 @pytest.mark.usefixtures("folder")
 def test_loops_by_their_loads_have_a_report_with_a_column_for_each_load():
-    again = "".join(f'    {{ after = 1, tangential_displacement = "{way} nm" }},\n' for way in (-40, 40, -40, 40, -40))
+    again = "".join(
+        f'    {{ after = 1, tangential_displacement = "{way} nm" }},\n'
+        for way in (-40, 40, -40, 40, -40)
+    )
     end = BALL.rindex("]")
     step = '    { after = 1, normal_load = "70 mN" },\n'
     Path("two.toml").write_text(BALL[:end] + again + step + again + BALL[end:], encoding="utf-8")
@@ -115,7 +120,9 @@ def test_a_fit_has_a_report():
 
 @pytest.mark.usefixtures("folder")
 def test_objects_without_a_report_are_refused():
-    for file, told in (("ball.toml", "ball.toml: loading: has no measured record; expected loading.file"),):
+    for file, told in (
+        ("ball.toml", "ball.toml: loading: has no measured record; expected loading.file"),
+    ):
         done = call("report", file)
         assert done.exit_code == 2
         assert told in done.output

@@ -22,7 +22,10 @@ def fretting_log(path, name="Cycle", cycles=CYCLES, samples=200, spring=5.0):
         for i in range(1, load.size):
             limit = friction * 50
             load[i] = np.clip(load[i - 1] + spring * (moved[i] - moved[i - 1]), -limit, limit)
-        rows += [f"{cycle},{u:.4f},{t:.4f},50\n" for u, t in zip(moved[samples:], load[samples:], strict=True)]
+        rows += [
+            f"{cycle},{u:.4f},{t:.4f},50\n"
+            for u, t in zip(moved[samples:], load[samples:], strict=True)
+        ]
     header = f"{name},Displacement (µm),Tangential force (N),Normal force (N)\n"
     path.write_text(header + "".join(rows), encoding="utf-8")
     return path
@@ -50,7 +53,9 @@ def test_the_runs_of_a_fretting_log_are_proposed_and_each_closed_period_is_a_loo
     assert measured == pytest.approx(FRICTION, abs=2e-4)
     # a rectangle less the two corners that the spring cuts off: 4 F (A - F/k)
     energy = [4 * 50 * mu * (50e-6 - 50 * mu / 5e6) for mu in FRICTION]
-    assert [float(run.result.dissipated_energy[0]) for run in runs] == pytest.approx(energy, rel=5e-3)
+    assert [float(run.result.dissipated_energy[0]) for run in runs] == pytest.approx(
+        energy, rel=5e-3
+    )
 
 
 def test_joined_runs_are_noted_and_the_note_names_the_key(proposed):

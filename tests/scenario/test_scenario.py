@@ -68,14 +68,21 @@ def test_inline_summits_and_a_custom_material(folder):
     assert ensemble.summit_radius.tolist() == [2e-5] * 3
     assert ensemble.friction.tolist() == [0.1, 0.2, 0.3]
     assert ensemble.x.tolist() == [0.0, 1e-5, 2e-5]
-    assert ensemble.pair.contact_modulus == pytest.approx(1 / ((1 - 0.28**2) / 112e9 + (1 - 0.2**2) / 64e9))
+    assert ensemble.pair.contact_modulus == pytest.approx(
+        1 / ((1 - 0.28**2) / 112e9 + (1 - 0.2**2) / 64e9)
+    )
 
 
 def test_metadata_are_free_names_that_do_not_replace_computed_attributes(folder):
-    found = loaded(folder, f'{WAYPOINTS}\n[metadata]\noperator = "A. B."\nkeywords = ["a", "b"]\nrun = 7\n')
+    found = loaded(
+        folder, f'{WAYPOINTS}\n[metadata]\noperator = "A. B."\nkeywords = ["a", "b"]\nrun = 7\n'
+    )
     assert found.metadata == {"operator": "A. B.", "keywords": "a, b", "run": "7"}
     for entry, message in (
-        ("source = 'mine'", "metadata.source: describes how a result was computed; choose another name, such as my_"),
+        (
+            "source = 'mine'",
+            "metadata.source: describes how a result was computed; choose another name, such as my_",
+        ),
         ("'two words' = 'x'", "is not the name of an attribute"),
         ("flag = true", "metadata.flag: true; expected a string"),
     ):
@@ -123,8 +130,14 @@ def test_tables_give_summits_friction_and_loads(folder):
     events = found.events()
     assert [type(event) for event in events] == [NormalLoad, TangentialDisplacement] * 3
     assert [event.time for event in events] == [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]
-    assert [event.value for event in events] == pytest.approx([0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7])
-    assert (found.sections.loading.substeps, found.sections.loading.saturate, found.sections.record.asperities) == (
+    assert [event.value for event in events] == pytest.approx(
+        [0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7]
+    )
+    assert (
+        found.sections.loading.substeps,
+        found.sections.loading.saturate,
+        found.sections.record.asperities,
+    ) == (
         2,
         True,
         "totals",
@@ -144,7 +157,11 @@ WRONG = {
             "normal_load = 1, normal_displacement = 1",
             "loading.waypoints[0]: normal_load and normal_displacement together",
         ),
-        ("[loading]", "[loading]\nsubsteps = 90_000_000", "loading.substeps: 180,000,000 steps; expected"),
+        (
+            "[loading]",
+            "[loading]\nsubsteps = 90_000_000",
+            "loading.substeps: 180,000,000 steps; expected",
+        ),
         (
             "[loading]",
             "[record]\nasperities = [1]\n[loading]",
@@ -155,7 +172,11 @@ WRONG = {
             "friction = [1, 2, 3]",
             "loading: friction at t = 0 s: friction has shape (3,); expected one",
         ),
-        ("contact_modulus = 1.0", "", "materials: shear_modulus given; expected either first and second"),
+        (
+            "contact_modulus = 1.0",
+            "",
+            "materials: shear_modulus given; expected either first and second",
+        ),
         (
             "[surface]",
             "[surface",
@@ -163,22 +184,35 @@ WRONG = {
         ),
     ],
     BLOCKS: [
-        ("repeat = 4", "repeat = 1_000_000_000", "loading.blocks: 9000000003 events; expected 10,000,000 at most"),
+        (
+            "repeat = 4",
+            "repeat = 1_000_000_000",
+            "loading.blocks: 9000000003 events; expected 10,000,000 at most",
+        ),
         (
             '"90 mN"]',
             '"90 mN"], friction = [0.1]',
             "loading.blocks[0].each: 3 of normal_load, 1 of friction values; expected",
         ),
-        ('after = "250 ms"', "time = 1", "loading.blocks[0].waypoints[0].time: the time of a block"),
+        (
+            'after = "250 ms"',
+            "time = 1",
+            "loading.blocks[0].waypoints[0].time: the time of a block",
+        ),
     ],
     MEASURED: [
-        ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "friction: given both here and"),
+        (
+            'friction = "mu"',
+            'friction = "mu"\n[friction]\ncoefficient = 0.2',
+            "friction: given both here and",
+        ),
     ],
 }
 
 
 @pytest.mark.parametrize(
-    ("document", "old", "new", "said"), [(text, *row) for text, rows in WRONG.items() for row in rows]
+    ("document", "old", "new", "said"),
+    [(text, *row) for text, rows in WRONG.items() for row in rows],
 )
 def test_messages_name_the_field(folder, document, old, new, said):
     assert old in document

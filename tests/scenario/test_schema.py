@@ -37,7 +37,10 @@ def refusal(folder, column, **keys):
 def test_an_error_in_the_file_names_the_file(file):
     place, problem = refusal(file.parent, Column("F"))
     assert place == ("file",)
-    assert problem == f"f.txt: there is no such file in {file.parent}; expected a path relative to the scenario"
+    assert (
+        problem
+        == f"f.txt: there is no such file in {file.parent}; expected a path relative to the scenario"
+    )
     file.write_text("t,F\n0,x\n", encoding="utf-8")
     place, problem = refusal(file.parent, Column("F"))
     assert place == ("file",)

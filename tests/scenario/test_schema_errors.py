@@ -23,10 +23,13 @@ surface = { kind = "sphere", radius = "2.5 mm" }
 friction = { coefficient = 0.2 }
 loading = { waypoints = [{ time = 0, normal_load = "50 mN", tangential_displacement = 0 }] }
 """
-# with the examples of keys.md, which have every section; and with every key of every kind of surface
+# with the examples of keys.md, which have every section; and with every key of every kind of
+# surface
 DOCUMENTED = [
     tomllib.loads(BASE)
-    | tomllib.loads(text.replace("[256, 256]", "[16, 16]").replace('length = "20 µm"', 'length = "4 µm"'))
+    | tomllib.loads(
+        text.replace("[256, 256]", "[16, 16]").replace('length = "20 µm"', 'length = "4 µm"')
+    )
     for _, _, text in EXAMPLES
     if text.startswith("[") and "[fit]" not in text
 ]
@@ -39,8 +42,22 @@ KEYS = [
     # the tables in which users choose the keys
     if place and isinstance(place[-1], str) and not {"over", "groups", "metadata"} & set(place)
 ]
-WRONG_VALUES = (True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg", "1e999 m")
-every = settings(deadline=None, max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
+WRONG_VALUES = (
+    True,
+    "nonsense",
+    {"a": 1},
+    [[1]],
+    [],
+    math.nan,
+    -1,
+    2**70,
+    10**400,
+    "5 kg",
+    "1e999 m",
+)
+every = settings(
+    deadline=None, max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 
 
 @pytest.fixture
@@ -56,7 +73,10 @@ def message_of(folder, document, change):
     document = copy.deepcopy(document)
     change(document)
     path, before = folder / "s.toml", set(folder.iterdir())
-    path.write_text("\n".join(f"{toml(key)} = {toml(value)}" for key, value in document.items()), encoding="utf-8")
+    path.write_text(
+        "\n".join(f"{toml(key)} = {toml(value)}" for key, value in document.items()),
+        encoding="utf-8",
+    )
     try:
         scenario.load(path).build()
     except InputError as error:
@@ -77,7 +97,9 @@ def table_of(document, place):
 
 
 def test_the_documents_are_good(folder):
-    assert [message for document in WHOLE if (message := message_of(folder, document, lambda _: None))] == []
+    assert [
+        message for document in WHOLE if (message := message_of(folder, document, lambda _: None))
+    ] == []
 
 
 @every
@@ -108,5 +130,7 @@ def test_a_missing_key_is_named_or_not_needed(folder, key):
 @given(key=st.sampled_from(KEYS), value=st.sampled_from(WRONG_VALUES))
 def test_a_value_of_a_wrong_type_unit_or_size_is_named_with_its_path(folder, key, value):
     document, place = key
-    message = message_of(folder, document, lambda changed: table_of(changed, place).update({place[-1]: value}))
+    message = message_of(
+        folder, document, lambda changed: table_of(changed, place).update({place[-1]: value})
+    )
     assert not message or place[-1] in message or place[0] in message

@@ -22,7 +22,13 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import document, scenario, surface_kinds
 from historysim.studies.sweep_table import find_unit
-from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits, textured_summits
+from historysim.surfaces.distribution import (
+    Gaussian,
+    Tabulated,
+    drawn_summits,
+    quantile_summits,
+    textured_summits,
+)
 from historysim.surfaces.preparation import list_keys, registered_steps
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.reading import read_surface
@@ -50,10 +56,13 @@ def refusal(folder, entry):
 
 def bits(summits):
     columns = (summits.height, summits.radius, summits.x, summits.y, summits.slope)
-    return [None if column is None else column.tobytes() for column in columns] + [summits.nominal_area]
+    return [None if column is None else column.tobytes() for column in columns] + [
+        summits.nominal_area
+    ]
 
 
-# -- each gives what the function behind it gives ---------------------------------------------------
+# -- each gives what the function behind it gives
+# ---------------------------------------------------
 
 
 def found_on(surface, rule=9):
@@ -63,7 +72,9 @@ def found_on(surface, rule=9):
 def met(first, second, shift):
     """Summits of both, the second centre over centre and then moved."""
     sides = [
-        (size - 1) / 2 * pixel for one in (first, second) for size, pixel in zip(one.shape, one.pixel_size, strict=True)
+        (size - 1) / 2 * pixel
+        for one in (first, second)
+        for size, pixel in zip(one.shape, one.pixel_size, strict=True)
     ]
     over = sides[0] - sides[2] + shift[0], sides[1] - sides[3] + shift[1]
     return first.summits().meeting(second.summits(), shift=over)
@@ -76,20 +87,36 @@ def rough_map(folder, pixel_size):
 # the summits and the map of each section, by the functions of the package
 BY_FUNCTIONS = {
     "sphere": lambda _: (Summits(0.0, RADIUS), None),
-    "inline summits": lambda _: (Summits([0.0, -1e-8], [1e-6, 2e-6], [0.0, 1e-5], [0.0, 0.0]), None),
-    "summit table": lambda _: (Summits([0.0, 12.5 * 1e-9], [1e-5, 2e-5], [0.0, 3e-6], [1e-6, 0.0]), None),
-    "textured": lambda _: (
-        textured_summits((3, 4), (1e-5, 2e-5), RADIUS * 12**-0.5, height_scatter=1e-9, radius_scatter=0.2, seed=5),
+    "inline summits": lambda _: (
+        Summits([0.0, -1e-8], [1e-6, 2e-6], [0.0, 1e-5], [0.0, 0.0]),
         None,
     ),
-    "gaussian statistics": lambda _: (drawn_summits(Gaussian(1e-8), RADIUS, **AMOUNT, seed=2), None),
-    "inline statistics": lambda _: (drawn_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT, seed=2), None),
+    "summit table": lambda _: (
+        Summits([0.0, 12.5 * 1e-9], [1e-5, 2e-5], [0.0, 3e-6], [1e-6, 0.0]),
+        None,
+    ),
+    "textured": lambda _: (
+        textured_summits(
+            (3, 4), (1e-5, 2e-5), RADIUS * 12**-0.5, height_scatter=1e-9, radius_scatter=0.2, seed=5
+        ),
+        None,
+    ),
+    "gaussian statistics": lambda _: (
+        drawn_summits(Gaussian(1e-8), RADIUS, **AMOUNT, seed=2),
+        None,
+    ),
+    "inline statistics": lambda _: (
+        drawn_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT, seed=2),
+        None,
+    ),
     "statistics of gaps": lambda _: (
         quantile_summits(Tabulated.from_gaps([0.0, 1e-8], [1.0, 0.0]), RADIUS, **AMOUNT),
         None,
     ),
     "statistics table": lambda _: (
-        drawn_summits(Tabulated([0 * 1e-9, 10 * 1e-9, 40 * 1e-9], [1, 4, 0.5]), RADIUS, **AMOUNT, seed=2),
+        drawn_summits(
+            Tabulated([0 * 1e-9, 10 * 1e-9, 40 * 1e-9], [1, 4, 0.5]), RADIUS, **AMOUNT, seed=2
+        ),
         None,
     ),
     "random": lambda _: found_on(random_surface(**ROUGH, autocorrelation="gaussian"), 5),
@@ -97,10 +124,14 @@ BY_FUNCTIONS = {
         rough_map(folder, (1e-6, 2e-6)).detrended("quadratic").scaled(2e-8).mirrored(), 5
     ),
     "sum": lambda _: found_on(
-        random_surface(**ROUGH).combined(random_surface(**OTHER), shift=(1e-6, 3e-6), rotation=0.3), 5
+        random_surface(**ROUGH).combined(random_surface(**OTHER), shift=(1e-6, 3e-6), rotation=0.3),
+        5,
     ),
     "inclined summits": lambda _: (Summits([0.0, -1e-8], 1e-6, slope=[0.1, -0.2]), None),
-    "meeting": lambda _: (met(random_surface(**ROUGH), random_surface(**OTHER), (1e-6, 3e-6)), None),
+    "meeting": lambda _: (
+        met(random_surface(**ROUGH), random_surface(**OTHER), (1e-6, 3e-6)),
+        None,
+    ),
 }
 # and of each short one, which has the defaults
 BY_FUNCTIONS_IN_SHORT = {
@@ -108,7 +139,10 @@ BY_FUNCTIONS_IN_SHORT = {
     "summit table": lambda _: (Summits([-1e-8, 0.0], [1e-5, 2e-5]), None),
     "textured": lambda _: (textured_summits((3, 4), 1e-5, RADIUS), None),
     "gaussian statistics": lambda _: (quantile_summits(Gaussian(1e-8), RADIUS, **AMOUNT), None),
-    "inline statistics": lambda _: (quantile_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT), None),
+    "inline statistics": lambda _: (
+        quantile_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT),
+        None,
+    ),
     "statistics table": lambda _: (
         quantile_summits(Tabulated.from_gaps([0, 10, 40], [1, 4, 0.5]), RADIUS, **AMOUNT),
         None,
@@ -133,7 +167,13 @@ def test_a_kind_equals_its_function_bit_for_bit(folder, entry, by_functions):
     assert len(summits) > 0
     assert bits(found.summits) == bits(summits)
     history = hs.run(folder / "s.toml")
-    coordinates = {"summit_height": "height", "summit_radius": "radius", "x": "x", "y": "y", "slope": "slope"}
+    coordinates = {
+        "summit_height": "height",
+        "summit_radius": "radius",
+        "x": "x",
+        "y": "y",
+        "slope": "slope",
+    }
     for name, column in coordinates.items():
         values = getattr(summits, column)
         assert (name in history.coords) == (values is not None)
@@ -149,7 +189,10 @@ def test_a_kind_equals_its_function_bit_for_bit(folder, entry, by_functions):
 
 def test_the_sections_are_of_every_kind_and_have_every_key():
     # a normal curve and a cylinder have no summits, and separate tests
-    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.SURFACES) - {"normal_curve", "cylinder"}
+    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.SURFACES) - {
+        "normal_curve",
+        "cylinder",
+    }
     kinds = {surface_kinds.SURFACES[entry["kind"]].chosen(entry) for entry in SECTIONS.values()}
     for kind in kinds:
         keys = {
@@ -158,8 +201,8 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
             if surface_kinds.SURFACES[entry["kind"]].chosen(entry) is kind
             for key in entry
         }
-        # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
-        # map is tested by itself
+        # two belong to files that know their distances or channels, the others to all files of
+        # numbers; what prepares a map is tested by itself
         preparing = {key.name for key in list_keys(registered_steps())} | {"prune", "ball_radius"}
         assert {field.name for field in attrs.fields(kind)} - keys <= {
             "lateral_unit",
@@ -169,7 +212,8 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
 
 
 FORMAT = {field.name for field in attrs.fields(Format)}
-# -- what the keys do -------------------------------------------------------------------------------
+# -- what the keys do
+# -------------------------------------------------------------------------------
 
 
 def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factory):
@@ -197,13 +241,18 @@ def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolat
 
 @pytest.mark.parametrize("name", ["random", "measured", "sum"])
 def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
-    plain, stretched = built(folder, SECTIONS[name]), built(folder, {**SECTIONS[name], "height_scale": 2.5})
+    plain, stretched = (
+        built(folder, SECTIONS[name]),
+        built(folder, {**SECTIONS[name], "height_scale": 2.5}),
+    )
     mean = plain.summits.height.mean()
     for before, after in (
         (plain.summits.height, stretched.summits.height),
         (plain.surface.heights, stretched.surface.heights),
     ):
-        assert after - mean == pytest.approx(2.5 * (before - mean), rel=1e-12, abs=1e-20, nan_ok=True)
+        assert after - mean == pytest.approx(
+            2.5 * (before - mean), rel=1e-12, abs=1e-20, nan_ok=True
+        )
     # each summit is still on the map
     top = stretched.summits.height.max()
     assert np.abs(stretched.surface.heights - top).min() <= 1e-12 * abs(top)
@@ -211,12 +260,16 @@ def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
     assert stretched.surface.periodic == plain.surface.periodic
 
 
-@pytest.mark.parametrize("change", [{"yielding": "kogut-etsion"}, {"interaction": "none", "height_scale": 2.0}])
+@pytest.mark.parametrize(
+    "change", [{"yielding": "kogut-etsion"}, {"interaction": "none", "height_scale": 2.0}]
+)
 def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
     plain = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6})
     changed = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6, **change})
     assert find_unit(changed.sections, "surface.rms_height") == "m"
-    assert np.array_equal(changed.raw_surface().surface.heights, plain.raw_surface().surface.heights)
+    assert np.array_equal(
+        changed.raw_surface().surface.heights, plain.raw_surface().surface.heights
+    )
 
 
 @pytest.mark.parametrize(
@@ -237,7 +290,8 @@ def test_all_seeds_are_in_the_result_and_its_log(folder, entry, seeds):
     assert hs.verify(folder / "s.nc")
 
 
-# -- summits of awkward maps ------------------------------------------------------------------------
+# -- summits of awkward maps
+# ------------------------------------------------------------------------
 
 
 NO_SUMMIT = {
@@ -249,17 +303,25 @@ NO_SUMMIT = {
 def test_a_map_without_summits_is_refused(folder, name):
     np.savetxt(folder / "map.txt", NO_SUMMIT[name])
     lines, columns = NO_SUMMIT[name].shape
-    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm", "form": "mean"}
+    entry = {
+        "kind": "measured",
+        "file": "map.txt",
+        "pixel_size": 1e-6,
+        "height_unit": "nm",
+        "form": "mean",
+    }
     assert refusal(folder, entry) == (
         f"s.toml: surface: the 9-point rule finds no summit among {columns} × {lines} points; expected a point with "
         "only lower neighbours, none of them missing or beyond the border"
     )
 
 
-# -- what is said about those that cannot be used ---------------------------------------------------
+# -- what is said about those that cannot be used
+# ---------------------------------------------------
 
 
-# -- sums -------------------------------------------------------------------------------------------
+# -- sums
+# -------------------------------------------------------------------------------------------
 
 BAD_PARTS = [
     ({"kind": "randon"}, ".kind: 'randon'; did you mean 'random'?"),
@@ -296,7 +358,9 @@ def test_sums_within_sums_have_a_deepest_one(folder):
     assert refusal(folder, nested(document.DEEPEST + 1)) == said
     path = folder / "s.toml"
     levels = [".first" * level for level in range(60)]
-    path.write_text("".join(f'[surface{level}]\nkind = "sum"\n' for level in levels) + LINES, encoding="utf-8")
+    path.write_text(
+        "".join(f'[surface{level}]\nkind = "sum"\n' for level in levels) + LINES, encoding="utf-8"
+    )
     with pytest.raises(InputError) as refused:
         scenario.load(path)
     assert str(refused.value) == said
@@ -363,7 +427,9 @@ def test_the_nominal_area_of_a_rough_ball_agrees_with_the_ball(tmp_path):
     with hs.run(tmp_path / "ball.toml", tmp_path / "ball.nc") as history:
         assert history.contact.nominal_pressure().values == pytest.approx([94.7e6], abs=0.05e6)
     by_approach = {"loading.waypoints[0].normal_load": "0 N"}
-    assert hs.load(tmp_path / "ball.toml", by_approach).surface().summits.nominal_area == pytest.approx(64**2 * 1e-12)
+    assert hs.load(
+        tmp_path / "ball.toml", by_approach
+    ).surface().summits.nominal_area == pytest.approx(64**2 * 1e-12)
 
 
 def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tmp_path):
@@ -377,7 +443,11 @@ def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tm
 
 def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
     (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
-    values = {"surface.ball_radius": "0.4 m", "surface.crop_x": ["0 µm", "31 µm"], "surface.rms_height": "1 µm"}
+    values = {
+        "surface.ball_radius": "0.4 m",
+        "surface.crop_x": ["0 µm", "31 µm"],
+        "surface.rms_height": "1 µm",
+    }
     cut = hs.load(tmp_path / "ball.toml", values).surface().surface
     whole = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=1)
     assert cut.shape == (32, 64)
@@ -385,6 +455,12 @@ def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
     assert cut.heights.mean() == pytest.approx(whole.heights[:32].mean(), abs=1e-9)
     assert abs(cut.heights.mean()) > 1e-8
     message = "surface.first.ball_radius: belongs to the surface as a whole"
-    twice = {"surface": {"kind": "sum", "first": {"kind": "random", "ball_radius": 1}, "second": {"kind": "random"}}}
+    twice = {
+        "surface": {
+            "kind": "sum",
+            "first": {"kind": "random", "ball_radius": 1},
+            "second": {"kind": "random"},
+        }
+    }
     with pytest.raises(InputError, match=message):
         hs.load(tmp_path / "ball.toml", twice)

@@ -44,7 +44,8 @@ def attempt(library, place, made, at, mode, sticky):
         answer = stream.read().decode()
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGSEGV:
-        # HDF5 cannot always close a file that it could not write: no message then, but the promise holds
+        # HDF5 cannot always close a file that it could not write: no message then, but the promise
+        # holds
         return 0, "crashed: HDF5"
     assert status == 0, status
     seen, _, outcome = answer.partition(" ")
@@ -63,7 +64,9 @@ def main():
     for (name, mode), sticky in ((each, sticky) for each in MODES.items() for sticky in (0, 1)):
         for at in range(0, total, stride):
             _, outcome = attempt(library, place, made, at, mode, sticky)
-            where = f"call {at} of {total}, {name}, {'from then on' if sticky else 'once'}: {outcome}"
+            where = (
+                f"call {at} of {total}, {name}, {'from then on' if sticky else 'once'}: {outcome}"
+            )
             kind = outcome.partition(":")[0]
             assert kind in ends, where
             ends[kind] += 1

@@ -1,7 +1,8 @@
 """Count how often intervals of 95 % hold the truth, of fits and of loops, and how often those of halves overlap.
 
-Run as ``PYTHONPATH=tests/support python tests/scripts/fit_intervals.py [COUNT [PART …]]`` with the parts of
-``synthetic.RECORDS`` and halves; all of them, 100 times each, take some ten minutes on one core.
+Run as ``PYTHONPATH=tests/support python tests/scripts/fit_intervals.py [COUNT [PART …]]`` with the
+parts of ``synthetic.RECORDS`` and halves; all of them, 100 times each, take some ten minutes on one
+core.
 """
 
 import sys
@@ -28,15 +29,23 @@ def halves(count, loops=48, rows=9_600):
     """Count overlapping pairs of intervals of one record that runs in: random halves of its loops, and cut ones."""
     shape = {"scatter": 0.01, "correlation": 0.5, "run_in": 0.05, "hum": 5e-5}
     record = synthetic.reciprocating(0, loops, rows, **shape)
-    print(f"random halves: {_overlapping(synthetic.random_half(record, seed) for seed in range(count))}", flush=True)
+    print(
+        f"random halves: {_overlapping(synthetic.random_half(record, seed) for seed in range(count))}",
+        flush=True,
+    )
     records = (synthetic.reciprocating(1000 + seed, loops, rows, **shape) for seed in range(count))
-    cut = ([synthetic.part(each, half) for half in np.array_split(np.arange(each.time.size), 2)] for each in records)
+    cut = (
+        [synthetic.part(each, half) for half in np.array_split(np.arange(each.time.size), 2)]
+        for each in records
+    )
     print(f"first and second halves: {_overlapping(cut)}", flush=True)
 
 
 def _overlapping(pairs):
     found = [[synthetic.fitted_friction(half).parameters[0] for half in pair] for pair in pairs]
-    agree = np.mean([first.low <= second.high and second.low <= first.high for first, second in found])
+    agree = np.mean(
+        [first.low <= second.high and second.low <= first.high for first, second in found]
+    )
     drifts = np.mean([first.drifts or second.drifts for first, second in found])
     return f"{agree:.0%} overlap, a drift is told in {drifts:.0%}"
 

@@ -3,8 +3,9 @@
     pip install atheris
     python tests/scripts/fuzz_inputs.py scenario -max_total_time=600
 
-The first argument is ``scenario``, ``log``, ``state`` or ``result``; further arguments are passed to libFuzzer.
-Findings are written to the folder it runs in, as ``crash-…`` or ``timeout-…``. Files of numbers have `fuzz_tables`.
+The first argument is ``scenario``, ``log``, ``state`` or ``result``; further arguments are passed
+to libFuzzer. Findings are written to the folder it runs in, as ``crash-…`` or ``timeout-…``. Files
+of numbers have `fuzz_tables`.
 """
 
 import contextlib
@@ -19,7 +20,9 @@ import atheris
 
 # what is compiled cannot be watched as well
 for room in ("memory", "recording", "interaction"):
-    for module in pkgutil.iter_modules(import_module(f"historysim.{room}").__path__, f"historysim.{room}."):
+    for module in pkgutil.iter_modules(
+        import_module(f"historysim.{room}").__path__, f"historysim.{room}."
+    ):
         import_module(module.name)
 
 with atheris.instrument_imports(include=["historysim"]):

@@ -1,8 +1,9 @@
 """Hostile and careless inputs, by class, with the message and the time that each is to have.
 
-``python tests/scripts/hostile.py [CLASS …]`` carries each out in a separate process, with 2 GB of memory and the
-processor time that its class allows, and fails where one ends with a traceback, by a signal, with another message or
-exit code than it is to have, too late, or with any file changed that was there before. POSIX only.
+``python tests/scripts/hostile.py [CLASS …]`` carries each out in a separate process, with 2 GB of
+memory and the processor time that its class allows, and fails where one ends with a traceback, by a
+signal, with another message or exit code than it is to have, too late, or with any file changed
+that was there before. POSIX only.
 """
 
 import json
@@ -72,7 +73,9 @@ def nothing(_: Path) -> None:
 
 def text(name: str, content: str | bytes) -> Callable[[Path], None]:
     def make(folder: Path) -> None:
-        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass"))
+        (folder / name).write_bytes(
+            content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
+        )
 
     return make
 
@@ -101,10 +104,28 @@ def scenarios() -> Iterator[Case]:
         ("one word", "x" * 5_000_000, "TOML"),
     ):
         for command in ("validate", "run"):
-            yield Case(f"{command} {name}", text("s.toml", content), [command, "s.toml"], (2,), (said,), 30.0)
-    for name in ("/dev/zero", "/dev/null", "/dev/urandom", "fifo", "folder", "none.toml", "socket", "loop"):
+            yield Case(
+                f"{command} {name}",
+                text("s.toml", content),
+                [command, "s.toml"],
+                (2,),
+                (said,),
+                30.0,
+            )
+    for name in (
+        "/dev/zero",
+        "/dev/null",
+        "/dev/urandom",
+        "fifo",
+        "folder",
+        "none.toml",
+        "socket",
+        "loop",
+    ):
         for command in ("validate", "run", "show", "compare", "fit", "sweep", "design", "loops"):
-            yield Case(f"{command} {name}", _strange, [command, name], (2,), (name.rpartition("/")[2],))
+            yield Case(
+                f"{command} {name}", _strange, [command, name], (2,), (name.rpartition("/")[2],)
+            )
 
 
 def _strange(folder: Path) -> None:
@@ -131,14 +152,24 @@ def tables() -> Iterator[Case]:
     for name, content, said, seconds in (
         ("blocks", blocks, "blocks", 40.0),
         ("line of 200 MB", line, "LINE_BYTES", 10.0),
-        ("10,000 columns", "t,F" + ",c" * 10_000 + "\n" + ("0,1" + ",2" * 10_000 + "\n") * 20, "", 20.0),
+        (
+            "10,000 columns",
+            "t,F" + ",c" * 10_000 + "\n" + ("0,1" + ",2" * 10_000 + "\n") * 20,
+            "",
+            20.0,
+        ),
         ("binary", os.urandom(100_000), "", 10.0),
         ("NULs", "t,F\n" + "\0" * 100_000, "", 10.0),
         ("quotes", 't,F\n"' + "0,1\n" * 100_000, "", 30.0),
         ("delimiters", "," * 1_000_000, "", 30.0),
         ("empty", "", "", 10.0),
         ("kinds of lines", "".join(f"K{i},1,2,{i}\n" for i in range(20_000)), "", 30.0),
-        ("widths", "".join(",".join(["1"] * (i % 500 + 1)) + "\n" for i in range(20_000)), "", 30.0),
+        (
+            "widths",
+            "".join(",".join(["1"] * (i % 500 + 1)) + "\n" for i in range(20_000)),
+            "",
+            30.0,
+        ),
         ("infinite", "t,F\n0,inf\n1,nan\n", "", 10.0),
         ("huge", "t,F\n0,1e400\n1,1e308\n", "", 10.0),
         ("falling time", "t,F\n1,1\n0,1\n", "", 10.0),
@@ -158,7 +189,9 @@ def tables() -> Iterator[Case]:
         ("half", '{"t": [1,'),
     ):
         for command in (["columns", "m.json"], ["run", "s.toml"]):
-            yield Case(f"{command[0]} JSON {name}", _replayed("m.json", content), command, (0, 2), (), 30.0)
+            yield Case(
+                f"{command[0]} JSON {name}", _replayed("m.json", content), command, (0, 2), (), 30.0
+            )
 
 
 # -- HDF5 ------------------------------------------------------------------------------------------
@@ -229,10 +262,22 @@ def hdf5() -> Iterator[Case]:
     ):
         # h5py reads .h5; netCDF4 cannot tell what is stored in other files
         for name, named in (("m.h5", said), ("m.nc", ())):
-            for command in (["columns", name], ["run", "s.toml"], ["show", name], ["plot", name], ["report", name]):
+            for command in (
+                ["columns", name],
+                ["run", "s.toml"],
+                ["show", name],
+                ["plot", name],
+                ["report", name],
+            ):
                 told = named if command[0] == "columns" else ()
                 codes = (2,) if told or command[0] not in {"columns", "run"} else (0, 2)
-                yield Case(f"{command[0]} {fill.__name__[1:]} {name}", _hdf5(name, fill), command, codes, told)
+                yield Case(
+                    f"{command[0]} {fill.__name__[1:]} {name}",
+                    _hdf5(name, fill),
+                    command,
+                    codes,
+                    told,
+                )
 
 
 # -- logs and results ------------------------------------------------------------------------------
@@ -288,7 +333,10 @@ def forged_head(path: Path, settings: dict[str, object]) -> None:
     connection = sqlite3.connect(path)
     told = json.loads(connection.execute("SELECT settings FROM head").fetchone()[0]) | settings
     rows = connection.execute("SELECT name, shape, content FROM array").fetchall()
-    arrays = {name: np.frombuffer(content, "<f8").reshape(json.loads(shape)) for name, shape, content in rows}
+    arrays = {
+        name: np.frombuffer(content, "<f8").reshape(json.loads(shape))
+        for name, shape, content in rows
+    }
     head = LogHeader(told, arrays)
     for trigger in ("no_update_of_head", "no_update_of_chain"):
         connection.execute(f"DROP TRIGGER {trigger}")
@@ -303,25 +351,49 @@ def forged_head(path: Path, settings: dict[str, object]) -> None:
 
 
 def logs() -> Iterator[Case]:
-    commands = (["verify", "a.history"], ["show", "a.history"], ["log", "a.history"], ["state", "a.history"])
+    commands = (
+        ["verify", "a.history"],
+        ["show", "a.history"],
+        ["log", "a.history"],
+        ["state", "a.history"],
+    )
     others = (["run", "a.history", "-o", "out.nc"],)
     for name, statements in FORGERIES.items():
         for command in (*commands, *others):
             yield Case(
-                f"{command[0]} log with {name}", lambda at, s=statements: forged_log(at / "a.history", s), command, (2,)
+                f"{command[0]} log with {name}",
+                lambda at, s=statements: forged_log(at / "a.history", s),
+                command,
+                (2,),
             )
     for name, value in FORGED_HEADS.items():
         for command in (*commands, *others):
             make = lambda at, n=name, v=value: forged_head(at / "a.history", {n: v})  # noqa: E731
             yield Case(f"{command[0]} log with {name} forged", make, command, (2,), ("a.history",))
-    for name, content in (("empty", b""), ("half", b"SQLite format 3\x00"), ("noise", b"SQLite format 3\x00" * 500)):
+    for name, content in (
+        ("empty", b""),
+        ("half", b"SQLite format 3\x00"),
+        ("noise", b"SQLite format 3\x00" * 500),
+    ):
         for command in commands:
             yield Case(f"{command[0]} log {name}", text("a.history", content), command)
 
 
 def results() -> Iterator[Case]:
-    commands = (["show", "a.nc"], ["plot", "a.nc", "-o", "x.svg"], ["report", "a.nc"], ["table", "a.nc", "slip-onset"])
-    for name in ("title", "validity", "contact_modulus", "source", "scenario", "historysim_version"):
+    commands = (
+        ["show", "a.nc"],
+        ["plot", "a.nc", "-o", "x.svg"],
+        ["report", "a.nc"],
+        ["table", "a.nc", "slip-onset"],
+    )
+    for name in (
+        "title",
+        "validity",
+        "contact_modulus",
+        "source",
+        "scenario",
+        "historysim_version",
+    ):
         for value in (3.5, [1, 2], "\x1b[31m", ""):
             for command in commands:
 
@@ -343,7 +415,9 @@ def results() -> Iterator[Case]:
         for mark, beyond in ((b"GCOL", 16), (b"TREE\x01", 7)):
             said = ("a.nc",) if mark == b"GCOL" else ()
             make = lambda at, m=mark, b=beyond: zeroed(at / "a.nc", m, b)  # noqa: E731
-            yield Case(f"{command[0]} result with zeros after {mark!r}", make, command, (0, 2), said)
+            yield Case(
+                f"{command[0]} result with zeros after {mark!r}", make, command, (0, 2), said
+            )
 
 
 def zeroed(path: Path, mark: bytes, beyond: int) -> None:
@@ -377,7 +451,9 @@ def carried_out(case: Case, folder: Path, answer: "multiprocessing.connection.Co
     done = CliRunner().invoke(main, case.arguments)
     spent = time.process_time() - begin
     unexpected = done.exception is not None and not isinstance(done.exception, SystemExit)
-    answer.send((done.exit_code, repr(done.exception) if unexpected else "", done.stderr[-2000:], spent))
+    answer.send(
+        (done.exit_code, repr(done.exception) if unexpected else "", done.stderr[-2000:], spent)
+    )
 
 
 def wrong(case: Case, made: Path) -> str:
@@ -406,9 +482,12 @@ def wrong(case: Case, made: Path) -> str:
         checks = {
             f"ends with {raised[:300]}": bool(raised),
             f"ends with code {code}: {said[-200:]!r}": code not in case.codes,
-            f"says {said[-200:]!r}": bool(code) and not said.startswith(("Error: ", "Usage: ", "Note: ")),
+            f"says {said[-200:]!r}": bool(code)
+            and not said.startswith(("Error: ", "Usage: ", "Note: ")),
             "steers the terminal": "\x1b" in said,
-            f"does not say {case.said}: {said[-300:]!r}": any(each not in said for each in case.said),
+            f"does not say {case.said}: {said[-300:]!r}": any(
+                each not in said for each in case.said
+            ),
             f"took {spent:.1f} s; {case.seconds:g} s allowed": spent > case.seconds,
             f"changed {changed}": bool(changed),
         }
@@ -424,7 +503,9 @@ def _received(ours: "multiprocessing.connection.Connection") -> tuple[int, str, 
 
 def _content(folder: Path) -> dict[str, object]:
     return {
-        path.name: path.read_bytes() if path.is_file() and path.stat().st_size < 1 << 24 else path.lstat().st_size
+        path.name: path.read_bytes()
+        if path.is_file() and path.stat().st_size < 1 << 24
+        else path.lstat().st_size
         for path in folder.iterdir()
     }
 

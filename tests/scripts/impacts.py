@@ -2,11 +2,12 @@
 
     python tests/scripts/impacts.py
 
-Y. C. Chung and J. Y. Ooi, Granular Matter 13 (2011) 643, give tests for codes of discrete elements. Impacts along the
-normal have closed forms (Hertz): greatest load and duration. An oblique impact slides throughout where the tangential
-velocity is at least (7 - θ) μ of the normal one, with θ = E*/(4 G*) (N. Maw, J. R. Barber and J. N. Fawcett, Wear 38
-(1976) 101); the impulse is then μ times the normal one. Below that springs stick, and nothing but the whole
-history tells the rebound. The oblique impacts are elastic here; in the paper the restitution is 0.98.
+Y. C. Chung and J. Y. Ooi, Granular Matter 13 (2011) 643, give tests for codes of discrete elements.
+Impacts along the normal have closed forms (Hertz): greatest load and duration. An oblique impact
+slides throughout where the tangential velocity is at least (7 - θ) μ of the normal one, with θ =
+E*/(4 G*) (N. Maw, J. R. Barber and J. N. Fawcett, Wear 38 (1976) 101); the impulse is then μ times
+the normal one. Below that springs stick, and nothing but the whole history tells the rebound. The
+oblique impacts are elastic here; in the paper the restitution is 0.98.
 """
 
 import math
@@ -32,12 +33,24 @@ class Impact(NamedTuple):
     @property
     def deepest(self):
         """Greatest approach [m]: all kinetic energy is that of the Hertz contact."""
-        return (15 * self.mass * self.speed**2 / (16 * self.pair.contact_modulus * math.sqrt(self.radius))) ** 0.4
+        return (
+            15
+            * self.mass
+            * self.speed**2
+            / (16 * self.pair.contact_modulus * math.sqrt(self.radius))
+        ) ** 0.4
 
     @property
     def duration(self):
         """Time of contact [s]: 2 ∫ dδ/v up to the greatest approach."""
-        return 2 * self.deepest / self.speed * math.sqrt(math.pi) * math.gamma(0.4) / (2.5 * math.gamma(0.9))
+        return (
+            2
+            * self.deepest
+            / self.speed
+            * math.sqrt(math.pi)
+            * math.gamma(0.4)
+            / (2.5 * math.gamma(0.9))
+        )
 
     @property
     def greatest_load(self):
@@ -72,7 +85,10 @@ def sphere_on_plane(young, poisson, density, radius, speed):
     return Impact(pair, radius, 4 / 3 * math.pi * radius**3 * density, speed)
 
 
-TEST_1 = {"glass": spheres(48e9, 0.20, 2800, 0.010, 10.0), "limestone": spheres(20e9, 0.25, 2500, 0.010, 10.0)}
+TEST_1 = {
+    "glass": spheres(48e9, 0.20, 2800, 0.010, 10.0),
+    "limestone": spheres(20e9, 0.25, 2500, 0.010, 10.0),
+}
 TEST_2 = {
     "aluminium alloy": sphere_on_plane(70e9, 0.30, 2699, 0.100, 0.2),
     "magnesium alloy": sphere_on_plane(40e9, 0.35, 1800, 0.100, 0.2),
@@ -115,11 +131,15 @@ def main():
         for material, impact in tests.items():
             found = rebound(impact)
             print(f"test {name}, {material}: greatest load {found.greatest_load:.6g} N", end="")
-            print(f" (Hertz {impact.greatest_load:.6g}), {found.duration * 1e6:.4f} µs ({impact.duration * 1e6:.4f})")
+            print(
+                f" (Hertz {impact.greatest_load:.6g}), {found.duration * 1e6:.4f} µs ({impact.duration * 1e6:.4f})"
+            )
     angle = np.arange(5, 90, 5)
     found = rebound(TEST_4, FRICTION, np.radians(angle))
     sliding = (7 - TEST_4.pair.displacement_ratio) * FRICTION
-    print(f"test 4, aluminium oxide; slides throughout from {math.degrees(math.atan(sliding)):.1f}° on")
+    print(
+        f"test 4, aluminium oxide; slides throughout from {math.degrees(math.atan(sliding)):.1f}° on"
+    )
     print("angle [°]  tangential restitution  spin [rad/s]  angle of the surface's rebound [°]")
     for k in range(angle.size):
         restitution = found.tangential[k] / (TEST_4.speed * math.sin(math.radians(angle[k])))

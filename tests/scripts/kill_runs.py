@@ -15,7 +15,8 @@ import numpy as np
 from promises import LONG, WORKLOADS, in_a_process, nothing, sample
 
 EVERY = 40  # rows between snapshots
-SHARES = {"run": 0.3, "resume": 0.3, "append": 0.2, "fork": 0.1, "run of a log": 0.1}  # of the workloads
+# of the workloads
+SHARES = {"run": 0.3, "resume": 0.3, "append": 0.2, "fork": 0.1, "run of a log": 0.1}
 
 
 def killed_act(act, duration, generator):
@@ -51,9 +52,15 @@ def kill_runs(kills, folder, seed=0):
         place, marks = emptied(folder / "here"), []
         workload.prepare(place, made)
         # a run is killed, and so are resumes of it, as chance has it
-        resumes = [WORKLOADS["resume"].act] * int(generator.integers(4)) if name in {"run", "resume"} else []
+        resumes = (
+            [WORKLOADS["resume"].act] * int(generator.integers(4))
+            if name in {"run", "resume"}
+            else []
+        )
         for act in [workload.act, *resumes]:
-            ended, more = killed_act(lambda mark, act=act: act(folder / "here", made, mark), durations[name], generator)
+            ended, more = killed_act(
+                lambda mark, act=act: act(folder / "here", made, mark), durations[name], generator
+            )
             marks += more
             killed[name] += ended
             if not ended:
@@ -70,7 +77,9 @@ def emptied(folder):
 
 def main():
     """Read the arguments, and say what came out."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--kills", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
@@ -78,7 +87,9 @@ def main():
     with tempfile.TemporaryDirectory(prefix="kill_runs.") as folder:
         killed = kill_runs(arguments.kills, Path(folder), arguments.seed)
     print(", ".join(f"{count} times {name}" for name, count in killed.items()), "killed")
-    print(f"{time.perf_counter() - start:.0f} s; nothing was lost, and every result is that of a run that nobody ended")
+    print(
+        f"{time.perf_counter() - start:.0f} s; nothing was lost, and every result is that of a run that nobody ended"
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Counts of wording that readers have to decode, in docstrings, names and prose, compared with limits.
 
-``python tests/scripts/language.py [--list]`` prints one line per measure and exits with 1 if a measure exceeds its
-limit; ``--list`` also prints each occurrence. It needs the standard library only.
+``python tests/scripts/language.py [--list]`` prints one line per measure and exits with 1 if a
+measure exceeds its limit; ``--list`` also prints each occurrence. It needs the standard library
+only.
 """
 
 import argparse
@@ -25,11 +26,17 @@ QUESTION_WORDS = frozenset({"Whether", "How", "Where", "When"})
 PARTICIPLE = re.compile(
     r"[a-z]+ed|taken|given|driven|drawn|known|shown|broken|kept|told|another|beside|under|called|at|of"
 )
-PREPOSITION = re.compile(r".*_(of|to|in|at|on|by|for|from|than|beside)|(of|in|on|one|its|what|who)_.*")
+PREPOSITION = re.compile(
+    r".*_(of|to|in|at|on|by|for|from|than|beside)|(of|in|on|one|its|what|who)_.*"
+)
 ACCEPTED_PREFIX = re.compile(r"(from|to|as|is|has|with|at_least|at_most|n)_")
 HINGE = re.compile(r"\b(what|whatever|whether|how|that of|those of)\b", re.IGNORECASE)
-C_TOKEN = re.compile(r'/\*(?P<comment>.*?)\*/|"(?:\\.|[^"\\\n])*"|(?P<name>\b[A-Za-z_]\w*\b)', re.DOTALL)
-IDIOM = re.compile(r"\b(beside|stands|lies|goes|at once|of its own|is there|what is left)\b", re.IGNORECASE)
+C_TOKEN = re.compile(
+    r'/\*(?P<comment>.*?)\*/|"(?:\\.|[^"\\\n])*"|(?P<name>\b[A-Za-z_]\w*\b)', re.DOTALL
+)
+IDIOM = re.compile(
+    r"\b(beside|stands|lies|goes|at once|of its own|is there|what is left)\b", re.IGNORECASE
+)
 PROSE = ("*.py", "*.md")
 PROSE_EXCLUDED = ("tests/scripts/language.py",)
 
@@ -56,7 +63,9 @@ def syntax_trees() -> Iterator[tuple[Path, ast.Module]]:
 
 def is_vague(first_line: str) -> bool:
     """Return True if the first line of a docstring hinges on a pronoun or a question word in place of a noun."""
-    return bool(VAGUE_SUBJECT.search(first_line)) or first_line.split(maxsplit=1)[0] in QUESTION_WORDS
+    return (
+        bool(VAGUE_SUBJECT.search(first_line)) or first_line.split(maxsplit=1)[0] in QUESTION_WORDS
+    )
 
 
 def is_noun_function(name: str) -> bool:
@@ -102,10 +111,22 @@ def measure_names() -> list[Measure]:
                     everyday.append(f"{path}:{getattr(node, 'lineno', 1)}: {name}")
     return [
         Measure(
-            "docstrings whose first line has a pronoun for its noun", percentage(len(vague), docstrings), 4, "%", vague
+            "docstrings whose first line has a pronoun for its noun",
+            percentage(len(vague), docstrings),
+            4,
+            "%",
+            vague,
         ),
-        Measure("bound names that are everyday words", percentage(len(everyday), names), 2, "%", everyday),
-        Measure("functions named by a participle or a preposition", len(functions), 40, "", functions),
+        Measure(
+            "bound names that are everyday words",
+            percentage(len(everyday), names),
+            2,
+            "%",
+            everyday,
+        ),
+        Measure(
+            "functions named by a participle or a preposition", len(functions), 40, "", functions
+        ),
     ]
 
 
@@ -131,8 +152,20 @@ def measure_c() -> list[Measure]:
                 if EVERYDAY_WORD.fullmatch(name):
                     everyday.append(f"{occurrence}: {name}")
     return [
-        Measure("C identifiers that are everyday words", percentage(len(everyday), names), 2.8, "%", everyday),
-        Measure("C comments that hinge on a question word", percentage(len(hinging), comments), 8.2, "%", hinging),
+        Measure(
+            "C identifiers that are everyday words",
+            percentage(len(everyday), names),
+            2.8,
+            "%",
+            everyday,
+        ),
+        Measure(
+            "C comments that hinge on a question word",
+            percentage(len(hinging), comments),
+            8.2,
+            "%",
+            hinging,
+        ),
     ]
 
 
@@ -152,7 +185,9 @@ def measure_idiom() -> Measure:
         for number, line in enumerate((ROOT / name).read_text(encoding="utf-8").splitlines(), 1)
         for match in IDIOM.finditer(line)
     ]
-    return Measure("phrases of the idiom in Python and Markdown", len(occurrences), 150, "", occurrences)
+    return Measure(
+        "phrases of the idiom in Python and Markdown", len(occurrences), 150, "", occurrences
+    )
 
 
 def main() -> int:
@@ -163,7 +198,9 @@ def main() -> int:
     measures = [*measure_names(), *measure_c(), measure_idiom()]
     for measure in measures:
         verdict = "above the limit" if measure.exceeds() else "ok"
-        print(f"{measure.text:56s} {measure.value:7.1f} {measure.unit:1s} (limit {measure.limit:g}) {verdict}")
+        print(
+            f"{measure.text:56s} {measure.value:7.1f} {measure.unit:1s} (limit {measure.limit:g}) {verdict}"
+        )
         if arguments.list:
             print(*(f"    {occurrence}" for occurrence in measure.occurrences), sep="\n")
     return any(measure.exceeds() for measure in measures)

@@ -2,12 +2,14 @@
 
     PYTHONPATH=tests/support python tests/scripts/positioning_stage.py
 
-The controller moves the stage by 15 nm and back, as far as the contact slips but does not slide. Between its samples
-the motion is integrated by the leap-frog method, whose one force per step is that of the contact after it has been
-carried to the new place: each place is one that the stage was at. A method that tries places, such as an implicit one
-or one with stages, has to `save` before it tries and to `restore`: a trial must not be remembered.
+The controller moves the stage by 15 nm and back, as far as the contact slips but does not slide.
+Between its samples the motion is integrated by the leap-frog method, whose one force per step is
+that of the contact after it has been carried to the new place: each place is one that the stage was
+at. A method that tries places, such as an implicit one or one with stages, has to `save` before it
+tries and to `restore`: a trial must not be remembered.
 
-`positioning_stage.c` has the same loop in C, which takes the library's step by its address: the same bits in less time.
+`positioning_stage.c` has the same loop in C, which takes the library's step by its address: the
+same bits in less time.
 """
 
 import subprocess
@@ -46,7 +48,9 @@ def rough_contact(count=1000):
     """Return a ceramic contact of a rough and a flat face."""
     rng = np.random.default_rng(7)
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    return hs.Ensemble(pair, rng.normal(0.0, 50e-9, count), rng.uniform(20e-6, 60e-6, count), friction=0.2)
+    return hs.Ensemble(
+        pair, rng.normal(0.0, 50e-9, count), rng.uniform(20e-6, 60e-6, count), friction=0.2
+    )
 
 
 def wanted(seconds):
@@ -65,7 +69,11 @@ class Pid:
         """Return the force of the motor [N]."""
         error = wanted(time) - place
         self.integral += error * SAMPLE
-        force = PROPORTIONAL * error + INTEGRAL * self.integral + DERIVATIVE * (error - self.before) / SAMPLE
+        force = (
+            PROPORTIONAL * error
+            + INTEGRAL * self.integral
+            + DERIVATIVE * (error - self.before) / SAMPLE
+        )
         self.before = error
         return force
 
@@ -93,7 +101,9 @@ def controlled(ensemble, duration=1.0):
     # the velocity lags by half a step
     velocity += 0.5 * time_step / MASS * (motor - stepper.tangential_load)
     state = stepper.save()
-    return Motion(*record, work, 0.5 * MASS * velocity**2, state.stored_energy, state.dissipated_energy)
+    return Motion(
+        *record, work, 0.5 * MASS * velocity**2, state.stored_energy, state.dissipated_energy
+    )
 
 
 def controlled_in_c(ensemble, duration=1.0):
@@ -103,7 +113,14 @@ def controlled_in_c(ensemble, duration=1.0):
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder, "stage.so")
         options = ["-O2", "-shared", "-fPIC", *SAME_BITS, f"-I{hs.get_include()}"]
-        command = [*hatch_build.compiler(), *options, str(SUPPORT / "positioning_stage.c"), "-lm", "-o", str(library)]
+        command = [
+            *hatch_build.compiler(),
+            *options,
+            str(SUPPORT / "positioning_stage.c"),
+            "-lm",
+            "-o",
+            str(library),
+        ]
         subprocess.run(command, check=True)
         loop = own.dlopen(str(library)).controlled
     stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=NORMAL_LOAD))
@@ -125,16 +142,22 @@ def main():
     motion = controlled(ensemble)
     seconds = time.perf_counter() - start
     steps = motion.place.size * SUBSTEPS
-    print(f"{steps} steps of {len(ensemble)} asperities in {seconds:.2f} s: {seconds / steps * 1e6:.1f} µs each")
+    print(
+        f"{steps} steps of {len(ensemble)} asperities in {seconds:.2f} s: {seconds / steps * 1e6:.1f} µs each"
+    )
     if hatch_build.compiler():
         same, seconds = controlled_in_c(ensemble)
         alike = all(np.array_equal(*pair) for pair in zip(motion, same, strict=True))
-        print(f"in C {seconds / steps * 1e6:.1f} µs each: {'the same bits' if alike else 'other bits'}")
+        print(
+            f"in C {seconds / steps * 1e6:.1f} µs each: {'the same bits' if alike else 'other bits'}"
+        )
     at = np.arange(motion.place.size) * SAMPLE
     error = np.abs(motion.place - wanted(at))
     kept = motion.kinetic + motion.stored + motion.dissipated
     print(f"largest error {error.max() * 1e9:.2f} nm, at the end {error[-1] * 1e9:.3f} nm")
-    print(f"largest force of the contact {np.abs(motion.contact_force).max():.3f} N, of {0.2 * NORMAL_LOAD:.1f} N")
+    print(
+        f"largest force of the contact {np.abs(motion.contact_force).max():.3f} N, of {0.2 * NORMAL_LOAD:.1f} N"
+    )
     print(f"work of the motor {motion.work:.6e} J, kinetic, stored and dissipated {kept:.6e} J")
 
 

@@ -2,10 +2,10 @@
 
     PYTHONPATH=tests/support python tests/scripts/same_bits.py --histories 1000
 
-gcc without and with all optimisation for this processor, clang, zig (``pip install ziglang``), and gcc for AArch64,
-whose program qemu runs (Debian: gcc-aarch64-linux-gnu and qemu-user-static), as far as they are there. Digests of
-states' bytes and of all that is read from them have to be alike; those of histories whose friction calls pow are told,
-but may differ.
+gcc without and with all optimisation for this processor, clang, zig (``pip install ziglang``), and
+gcc for AArch64, whose program qemu runs (Debian: gcc-aarch64-linux-gnu and qemu-user-static), as
+far as they are there. Digests of states' bytes and of all that is read from them have to be alike;
+those of histories whose friction calls pow are told, but may differ.
 """
 
 import argparse
@@ -28,7 +28,11 @@ def builds():
         "gcc -O0": (["gcc"], ["-O0"], []),
         f"gcc -O3 {NATIVE}": (["gcc"], ["-O3", NATIVE], []),
         "clang -O2": (["clang"], ["-O2"], []),
-        "zig cc -O3": ([sys.executable, "-m", "ziglang", "cc"], ["-O3", "-fno-sanitize=undefined"], []),
+        "zig cc -O3": (
+            [sys.executable, "-m", "ziglang", "cc"],
+            ["-O3", "-fno-sanitize=undefined"],
+            [],
+        ),
         "aarch64 gcc -O3": (["aarch64-linux-gnu-gcc"], ["-O3", "-static"], ["qemu-aarch64-static"]),
     }
 
@@ -50,11 +54,15 @@ def digests(name, histories, folder, *, steps=STEPS):
 def differing(one, other):
     """Return the seeds of histories that differ, without and with pow."""
     apart = [mine[:2] for mine, others in zip(one, other, strict=True) if mine != others]
-    return tuple([int(seed) for seed, kind in apart if kind == wanted] for wanted in ("exact", "pow"))
+    return tuple(
+        [int(seed) for seed, kind in apart if kind == wanted] for wanted in ("exact", "pow")
+    )
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--histories", type=int, default=200, help=f"of {STEPS} steps each")
     wanted = parser.parse_args()
     first, failed = None, False

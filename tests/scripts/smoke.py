@@ -66,7 +66,9 @@ def check_tdms(folder: Path) -> None:
     from nptdms import ChannelObject, TdmsWriter
 
     with TdmsWriter(folder / "record.tdms") as writer:
-        writer.write_segment([ChannelObject("g", name, np.arange(3.0)) for name in ("time", "force")])
+        writer.write_segment(
+            [ChannelObject("g", name, np.arange(3.0)) for name in ("time", "force")]
+        )
     check_command(["columns", str(folder / "record.tdms")])
 
 
@@ -77,7 +79,10 @@ def check_excel(folder: Path) -> None:
     office = "http://schemas.openxmlformats.org"
     main_name, package = f"{office}/spreadsheetml/2006/main", f"{office}/package/2006"
     link = f"{office}/officeDocument/2006/relationships"
-    rows = "".join(f'<row><c t="n"><v>{value}</v></c><c t="n"><v>{2 * value}</v></c></row>' for value in range(3))
+    rows = "".join(
+        f'<row><c t="n"><v>{value}</v></c><c t="n"><v>{2 * value}</v></c></row>'
+        for value in range(3)
+    )
     header = '<row><c t="inlineStr"><is><t>t [s]</t></is></c><c t="inlineStr"><is><t>F [N]</t></is></c></row>'
     parts = {
         "[Content_Types].xml": f'<Types xmlns="{package}/content-types">'
@@ -147,7 +152,9 @@ def find_failures(folder: Path, names: list[str]) -> list[str]:
     for number, (name, (arguments, suffix)) in enumerate(COMMANDS.items()):
         target = folder / f"out{number}{suffix}"
         checks[name] = check_command, (with_target(arguments, target), target)
-    checks |= {name: (check, (folder,)) for name, check in EXTRAS.items() if importlib.util.find_spec(name)}
+    checks |= {
+        name: (check, (folder,)) for name, check in EXTRAS.items() if importlib.util.find_spec(name)
+    }
     failures = []
     write_inputs(folder)
     with contextlib.chdir(folder):
@@ -157,14 +164,20 @@ def find_failures(folder: Path, names: list[str]) -> list[str]:
                 check(*arguments)
             except Exception as error:  # noqa: BLE001 - every failure is reported
                 where = traceback.extract_tb(error.__traceback__)[-1]
-                failures.append(f"{name}: {type(error).__name__}: {error} ({where.filename}:{where.lineno})")
+                failures.append(
+                    f"{name}: {type(error).__name__}: {error} ({where.filename}:{where.lineno})"
+                )
     return failures
 
 
 def run_smoke_test(names: list[str]) -> int:
     """Print the versions, the extras that are missing and the failures; return the exit code."""
     missing = [name for name in EXTRAS if not importlib.util.find_spec(name)]
-    print(f"Python {sys.version.split()[0]}", *(f"{name} is not installed: skipped" for name in missing), sep="\n")
+    print(
+        f"Python {sys.version.split()[0]}",
+        *(f"{name} is not installed: skipped" for name in missing),
+        sep="\n",
+    )
     with tempfile.TemporaryDirectory() as folder:
         failures = find_failures(Path(folder), names)
     print(*failures, f"{len(failures)} failures", sep="\n")

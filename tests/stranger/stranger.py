@@ -94,7 +94,9 @@ class Filled(Preparation):
         if self.floor is None:
             return surface
         notify(f"filled up to {self.floor:g} m")
-        return Surface(np.maximum(surface.heights, self.floor), surface.pixel_size, surface.periodic)
+        return Surface(
+            np.maximum(surface.heights, self.floor), surface.pixel_size, surface.periodic
+        )
 
 
 @attrs.frozen
@@ -177,7 +179,10 @@ class Strokes(Loading):
     def events(self, folder, notify=None):
         del folder, notify
         ends = [(-1) ** number * self.stroke for number in range(2 * self.count)]
-        return [NormalLoad(0.0, self.load), *(TangentialDisplacement(1.0 + k, end) for k, end in enumerate(ends))]
+        return [
+            NormalLoad(0.0, self.load),
+            *(TangentialDisplacement(1.0 + k, end) for k, end in enumerate(ends)),
+        ]
 
 
 class StairMap(MapReader):
@@ -204,7 +209,9 @@ class Doubles(TableReader):
         yield Contents(
             [
                 Array(name, values.shape, values.__getitem__, unit)
-                for name, unit, values in zip(("load", "stroke"), ("mN", "nm"), columns, strict=True)
+                for name, unit, values in zip(
+                    ("load", "stroke"), ("mN", "nm"), columns, strict=True
+                )
             ]
         )
 

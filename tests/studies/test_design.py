@@ -23,7 +23,9 @@ def test_a_radius_for_a_drift_follows_hertz_and_mindlin(ball):
     np.testing.assert_allclose(found.surface_radius, expected, rtol=1e-7)
     np.testing.assert_allclose(found.drift, 2e-9, rtol=1e-7)
     middle = np.median(expected)
-    at_median = [displacement(70e-3, mu, middle) - displacement(50e-3, mu, middle) for mu in (0.1, 0.2)]
+    at_median = [
+        displacement(70e-3, mu, middle) - displacement(50e-3, mu, middle) for mu in (0.1, 0.2)
+    ]
     np.testing.assert_allclose(found.drift_at_median, at_median, rtol=1e-6)
     assert found.surface_radius.attrs["units"] == "m"
     assert found.attrs["target"] == 2e-9
@@ -40,7 +42,10 @@ def test_a_scenario_defines_its_design(ball):
 
 
 def test_workers_find_the_same(ball):
-    arguments, over = (ball, "surface.radius", [1e-3, 10.0], 2e-9), {"friction.coefficient": [0.1, 0.2]}
+    arguments, over = (
+        (ball, "surface.radius", [1e-3, 10.0], 2e-9),
+        {"friction.coefficient": [0.1, 0.2]},
+    )
     with ThreadPoolExecutor(2) as threads:
         others = hs.design(*arguments, over=over, executor=threads)
     assert others.identical(hs.design(*arguments, over=over))
@@ -50,13 +55,18 @@ def test_a_missing_solution_is_explained(ball):
     notices = []
     over = {"friction.coefficient": [0.1, 0.2]}
     most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
-    found = hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, notify=notices.append)
+    found = hs.design(
+        ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, notify=notices.append
+    )
     assert found.surface_radius.isnull().values.tolist() == [True, False]
-    reached = f"drift is from {1e11 * most:.4g} pm to {1e9 * most:.4g} nm in the range of surface.radius"
+    reached = (
+        f"drift is from {1e11 * most:.4g} pm to {1e9 * most:.4g} nm in the range of surface.radius"
+    )
     assert notices == [f"friction.coefficient = 0.1: {reached}; widen between"]
     assert str(found.failure[0].values).endswith("widen between")
     with pytest.raises(
-        hs.InputError, match=r"ball\.toml: design: no value of surface\.radius was found; drift is from"
+        hs.InputError,
+        match=r"ball\.toml: design: no value of surface\.radius was found; drift is from",
     ):
         hs.design(ball, "surface.radius", ["1 mm", "1 m"], "1 µm")
 
@@ -86,7 +96,9 @@ def test_a_range_in_which_the_target_is_met_twice_is_reported(ball):
 def test_a_limit_holds_in_a_fraction_of_the_points(ball, quantile, friction):
     """The drift of a ball falls with its radius and rises with friction: the radius is that of so many coefficients."""
     over = {"friction.coefficient": [0.1, 0.125, 0.15, 0.175, 0.2]}
-    found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], below="2 nm", quantile=quantile, over=over)
+    found = hs.design(
+        ball, "surface.radius", ["10 µm", "10 m"], below="2 nm", quantile=quantile, over=over
+    )
     # of five points .5 are three or more, and .95 all of them
     np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, friction), rtol=1e-7)
     share = float((found.drift_at_quantile <= 2e-9 * (1 + 1e-6)).mean())
@@ -107,9 +119,13 @@ def test_a_limit_that_cannot_be_kept(ball):
     """In the range the drift at the greatest coefficient is above the limit throughout."""
     least = radius_for(2e-9, 0.2)
     over = {"friction.coefficient": [0.1, 0.2]}
-    with pytest.raises(hs.InputError, match=r"drift is below 2 nm in 50% of the points at best; expected 95%"):
+    with pytest.raises(
+        hs.InputError, match=r"drift is below 2 nm in 50% of the points at best; expected 95%"
+    ):
         hs.design(ball, "surface.radius", [1e-5, least * 0.9], below="2 nm", over=over)
-    found = hs.design(ball, "surface.radius", [1e-5, least * 0.9], below="2 nm", quantile=0.5, over=over)
+    found = hs.design(
+        ball, "surface.radius", [1e-5, least * 0.9], below="2 nm", quantile=0.5, over=over
+    )
     np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
 
 
@@ -121,6 +137,11 @@ def test_an_output_that_does_not_change_is_reported_once(ball):
         match=r"drift is 0 m whatever surface\.radius is; expected a key",
     ):
         hs.design(
-            ball, "surface.radius", [1e-3, 1], "2 nm", over={"friction.coefficient": [0.1, 0.2]}, notify=notices.append
+            ball,
+            "surface.radius",
+            [1e-3, 1],
+            "2 nm",
+            over={"friction.coefficient": [0.1, 0.2]},
+            notify=notices.append,
         )
     assert notices == []

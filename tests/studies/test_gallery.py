@@ -67,7 +67,11 @@ def calculated():
 def folder(tmp_path):
     made = tmp_path / "made"
     (made / "below").mkdir(parents=True)
-    for name, text in (("01_ball.toml", BALL), ("02_sweep.toml", SWEPT), ("below/03_script.py", SCRIPT)):
+    for name, text in (
+        ("01_ball.toml", BALL),
+        ("02_sweep.toml", SWEPT),
+        ("below/03_script.py", SCRIPT),
+    ):
         (made / name).write_text(text, encoding="utf-8")
     return made
 
@@ -77,7 +81,9 @@ def sections(text):
 
 
 def test_the_site_shows_a_thumbnail_of_each_scenario(folder, tmp_path):
-    spec = importlib.util.spec_from_file_location("gallery", Path(hs.__file__).parents[1] / ".site" / "gallery.py")
+    spec = importlib.util.spec_from_file_location(
+        "gallery", Path(hs.__file__).parents[1] / ".site" / "gallery.py"
+    )
     site = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(site)
     folder = folder.rename(tmp_path / "scenarios")
@@ -107,7 +113,14 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     notices = []
     text = hs.gallery(folder, scripts=True, notify=notices.append)
     found = sections(text)
-    assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "none.py", "wrong.py", "below/03_script.py"]
+    assert list(found) == [
+        "01_ball.toml",
+        "02_sweep.toml",
+        "bad.toml",
+        "none.py",
+        "wrong.py",
+        "below/03_script.py",
+    ]
     # loop, loads and states; traction
     assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 0, 0, 0, 1]
     # each with a picture has a small one among the links, and folders are groups
@@ -117,7 +130,11 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     assert "<h2>A ball &amp; a flat</h2>" in found["01_ball.toml"]
     assert "<p>Second paragraph, of two lines.</p>" in found["01_ball.toml"]
     assert "<h2>A script.</h2>" in found["below/03_script.py"]
-    for name, reason in (("bad.toml", "sphere"), ("none.py", "calculated"), ("wrong.py", "division by zero")):
+    for name, reason in (
+        ("bad.toml", "sphere"),
+        ("none.py", "calculated"),
+        ("wrong.py", "division by zero"),
+    ):
         assert "No picture" in found[name]
         assert reason in found[name]
         assert any(name in note and reason in note for note in notices)
@@ -169,7 +186,9 @@ quantity = "preliminary_displacement"
 def test_pictures_and_tables_of_their_own(tmp_path):
     (tmp_path / "1_script.py").write_text(DRAWN, encoding="utf-8")
     (tmp_path / "2_sweep.toml").write_text(SWEPT + PICTURE, encoding="utf-8")
-    (tmp_path / "3_run.toml").write_text(BALL + '[picture]\nkind = "loops"\nloads = true\n', encoding="utf-8")
+    (tmp_path / "3_run.toml").write_text(
+        BALL + '[picture]\nkind = "loops"\nloads = true\n', encoding="utf-8"
+    )
     # whatever has a picture
     (tmp_path / "4_map.py").write_text(MAP, encoding="utf-8")
     notices = []

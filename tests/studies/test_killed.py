@@ -37,18 +37,33 @@ surface.seed = { from = 1, count = 24 }
 
 def finished_cells(store):
     """When each cell was written, and its file: both change where a cell is computed again."""
-    return {path.name: (path.stat().st_mtime_ns, path.stat().st_ino) for path in store.glob("*.cell")}
+    return {
+        path.name: (path.stat().st_mtime_ns, path.stat().st_ino) for path in store.glob("*.cell")
+    }
 
 
 @pytest.mark.slow
 def test_a_killed_sweep_recomputes_no_finished_cell(tmp_path):
     scenario, store = tmp_path / "sweep.toml", tmp_path / "cells"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    words = ["sweep", str(scenario), "-o", str(tmp_path / "killed.nc"), "--store", str(store), "--workers", "1"]
+    words = [
+        "sweep",
+        str(scenario),
+        "-o",
+        str(tmp_path / "killed.nc"),
+        "--store",
+        str(store),
+        "--workers",
+        "1",
+    ]
     aim = random.Random(1).randint(1, 12)  # noqa: S311
-    with subprocess.Popen([sys.executable, "-m", "historysim", *words], stderr=subprocess.DEVNULL) as running:
+    with subprocess.Popen(
+        [sys.executable, "-m", "historysim", *words], stderr=subprocess.DEVNULL
+    ) as running:
         end = time.monotonic() + 300.0
-        while running.poll() is None and len(finished_cells(store)) < aim and time.monotonic() < end:
+        while (
+            running.poll() is None and len(finished_cells(store)) < aim and time.monotonic() < end
+        ):
             time.sleep(0.002)
         assert running.poll() is None
         running.kill()

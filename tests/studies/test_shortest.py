@@ -12,7 +12,11 @@ from historysim.studies.shortest import write_waypoints
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 FRICTIONS = {"one coefficient": 0.5, "several": [0.5, 0.3, 0.5, 0.2]}
 KINDS = [
-    *itertools.product((hs.NormalLoad, hs.NormalDisplacement), (hs.TangentialLoad, hs.TangentialDisplacement), ({},)),
+    *itertools.product(
+        (hs.NormalLoad, hs.NormalDisplacement),
+        (hs.TangentialLoad, hs.TangentialDisplacement),
+        ({},),
+    ),
     (hs.NormalLoad, hs.TangentialDisplacement, {"instrument": hs.Instrument(0.3)}),
 ]
 ROUNDING = 1e-13  # of loads, relative to the largest ones
@@ -86,7 +90,9 @@ def test_without_one_of_its_waypoints_a_state_is_another(seed):
 def test_untouched_contacts_have_histories_without_contact():
     ensemble = contact()
     assert ensemble.initial_state().shortest_history() == []
-    apart = ensemble.advance(ensemble.initial_state(), normal_displacement=-3e-3, tangential_displacement=2e-3)
+    apart = ensemble.advance(
+        ensemble.initial_state(), normal_displacement=-3e-3, tangential_displacement=2e-3
+    )
     assert_same_future(apart, hs.Replay(ensemble, apart.shortest_history()).state(), ensemble)
 
 
@@ -98,7 +104,9 @@ def test_remembered_waypoints_lead_to_the_same_state(seed, kinds, friction):
     events = hs.shortest(job)
     assert len(events) < len(job.events)
     assert [event.time for event in events] == sorted(event.time for event in events)
-    assert_same_future(job.state(), attrs.evolve(job, events=events, hold=False).state(), job.ensemble)
+    assert_same_future(
+        job.state(), attrs.evolve(job, events=events, hold=False).state(), job.ensemble
+    )
 
 
 @pytest.mark.parametrize("friction", FRICTIONS.values(), ids=FRICTIONS)
@@ -116,8 +124,15 @@ def test_none_of_the_remembered_waypoints_can_be_dropped(friction):
 
 def test_reversals_that_are_wiped_out_are_left_out():
     turns = [8e-3, -4e-3, 6e-3, 0.0, 3e-3, -1e-3]
-    events = [hs.NormalLoad(0.0, 10e-3), *(hs.TangentialDisplacement(1.0 + k, u) for k, u in enumerate(turns))]
-    kept = [event.value for event in hs.shortest(contact(), events) if isinstance(event, hs.TangentialDisplacement)]
+    events = [
+        hs.NormalLoad(0.0, 10e-3),
+        *(hs.TangentialDisplacement(1.0 + k, u) for k, u in enumerate(turns)),
+    ]
+    kept = [
+        event.value
+        for event in hs.shortest(contact(), events)
+        if isinstance(event, hs.TangentialDisplacement)
+    ]
     # 0 and 3 mm are inside the loop that ends at -1 mm
     assert [value for value in kept if value] == [8e-3, -4e-3, 6e-3, -1e-3]
 
@@ -161,8 +176,13 @@ def test_waypoints_are_written_as_table_scenario_and_amplitudes(run):
     events = hs.shortest(run / "s.history")
     write_waypoints(events, run / "w.toml")
     head = scenario[: scenario.index("[loading]")]
-    (run / "again.toml").write_text(head + (run / "w.toml").read_text(encoding="utf-8"), encoding="utf-8")
-    again, first = hs.load(run / "again.toml").replay().state(), hs.load(run / "s.toml").replay().state()
+    (run / "again.toml").write_text(
+        head + (run / "w.toml").read_text(encoding="utf-8"), encoding="utf-8"
+    )
+    again, first = (
+        hs.load(run / "again.toml").replay().state(),
+        hs.load(run / "s.toml").replay().state(),
+    )
     assert again.tangential_displacement == pytest.approx(first.tangential_displacement, rel=1e-12)
     write_waypoints(events, run / "w.csv")
     header, *rows = (run / "w.csv").read_text(encoding="utf-8").splitlines()
@@ -180,12 +200,18 @@ def test_waypoints_are_written_as_table_scenario_and_amplitudes(run):
     for column, table in enumerate(tables, start=1):
         lines = table.strip().split("\n")[1:]
         assert all(len(line.split(",")) <= 8 for line in lines)
-        values = np.array([float(value) for line in lines for value in line.split(",")]).reshape(-1, 2)
+        values = np.array([float(value) for line in lines for value in line.split(",")]).reshape(
+            -1, 2
+        )
         assert values.tolist() == [[row[0], row[column]] for row in expected]
 
 
 def test_waypoints_that_a_file_cannot_have_are_refused(tmp_path):
-    mixed = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(0.0, 0.0), hs.NormalDisplacement(1.0, 1e-3)]
+    mixed = [
+        hs.NormalLoad(0.0, 1e-3),
+        hs.TangentialLoad(0.0, 0.0),
+        hs.NormalDisplacement(1.0, 1e-3),
+    ]
     with pytest.raises(hs.InputError, match="controlled by load and by displacement"):
         write_waypoints([*mixed, hs.TangentialLoad(1.0, 0.0)], tmp_path / "w.inp")
     with pytest.raises(hs.InputError, match="expected the ending"):
@@ -214,9 +240,13 @@ def test_what_is_no_list_of_vertices_is_refused(ensemble, events, reason):
 
 
 def test_friction_that_has_changed_is_that_of_the_untouched_contact():
-    job = hs.Replay(contact(), [*STRAIGHT, hs.FrictionChange(1.0, 0.8), hs.TangentialDisplacement(3.0, -1e-3)])
+    job = hs.Replay(
+        contact(), [*STRAIGHT, hs.FrictionChange(1.0, 0.8), hs.TangentialDisplacement(3.0, -1e-3)]
+    )
     state = job.state()
-    assert_same_future(state, hs.Replay(job.ensemble, state.shortest_history()).state(), job.ensemble)
+    assert_same_future(
+        state, hs.Replay(job.ensemble, state.shortest_history()).state(), job.ensemble
+    )
     with pytest.raises(hs.InputError, match="changes friction"):
         hs.shortest(job)
 

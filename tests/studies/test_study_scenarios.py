@@ -33,12 +33,17 @@ def test_17_equal_asperities_under_both_laws():
 def test_18_tolerances_of_a_texture():
     found = swept("18_texture_tolerances", **{"sweep.over.surface.seed.count": 5})
     for scatter in (1e-9, 100e-9):
-        summits = hs.textured_summits((16, 16), 50e-6, 100e-6, height_scatter=scatter, radius_scatter=0.1, seed=3)
+        summits = hs.textured_summits(
+            (16, 16), 50e-6, 100e-6, height_scatter=scatter, radius_scatter=0.1, seed=3
+        )
         expected = displacement(1.0, summits.height, summits.radius, 0.3, HARD)
         cell = found.sel(surface_height_scatter=scatter, surface_radius_scatter=0.1, surface_seed=3)
         assert cell.preliminary_displacement == pytest.approx(expected, rel=1e-8)
     spread = hs.spread(found)
-    mean, deviation = spread.preliminary_displacement_mean, spread.preliminary_displacement_standard_deviation
+    mean, deviation = (
+        spread.preliminary_displacement_mean,
+        spread.preliminary_displacement_standard_deviation,
+    )
     assert 1e9 * mean[0, 0] == pytest.approx(5.81, abs=0.005)
     # theory 11 has one draw of each
     draws = 1e-9 * np.array([6.85, 15.5, 62.7])
@@ -54,15 +59,25 @@ def test_19_one_large_asperity():
         heights[0], radii[0] = found.surface_height_0[height], found.surface_radius_0[radius]
         assert value == pytest.approx(displacement(10e-3, heights, radii, 0.5, HARD), rel=1e-8)
     # equal ones; a large one at their level; half balls on one ground
-    expected = {(0.5, 0): 6.63, (2, 0): 6.56, (0.55, 0.05): 37.7, (0.75, 0.25): 92.6, (2, 1.5): 66.8}
+    expected = {
+        (0.5, 0): 6.63,
+        (2, 0): 6.56,
+        (0.55, 0.05): 37.7,
+        (0.75, 0.25): 92.6,
+        (2, 1.5): 66.8,
+    }
     for (radius, height), value in expected.items():
-        one = found.sel(surface_radius_0=1e-6 * radius, surface_height_0=1e-6 * height, method="nearest")
+        one = found.sel(
+            surface_radius_0=1e-6 * radius, surface_height_0=1e-6 * height, method="nearest"
+        )
         assert 1e9 * one == pytest.approx(value, rel=2e-3)
 
 
 def test_20_change_of_radius_load_and_friction():
     found = swept("20_radius_load_friction")
-    R, mu, N = np.meshgrid(found.surface_radius, [0.1, 0.2, 0.5], [30e-3, 50e-3, 70e-3], indexing="ij")
+    R, mu, N = np.meshgrid(
+        found.surface_radius, [0.1, 0.2, 0.5], [30e-3, 50e-3, 70e-3], indexing="ij"
+    )
 
     def one(load):
         return HARD[0] / (4 * HARD[1]) * mu * (9 * load**2 / (16 * HARD[0] ** 2 * R)) ** (1 / 3)
@@ -79,8 +94,14 @@ def test_20_change_of_radius_load_and_friction():
 
 
 def test_21_roughness_over_rms_height_and_autocorrelation_length():
-    few = {"seed.count": 3, "rms_height": ["1 µm", "5 µm"], "autocorrelation_length": ["5 µm", "80 µm"]}
-    found = swept("21_roughness", **{f"sweep.over.surface.{key}": value for key, value in few.items()})
+    few = {
+        "seed.count": 3,
+        "rms_height": ["1 µm", "5 µm"],
+        "autocorrelation_length": ["5 µm", "80 µm"],
+    }
+    found = swept(
+        "21_roughness", **{f"sweep.over.surface.{key}": value for key, value in few.items()}
+    )
     surface = hs.random_surface((256, 256), 1e-6, 1e-6, 5e-6, seed=2)
     summits = surface.summits(rule=9)
     approach = approaches(50e-3, summits.height, summits.radius, SOFT[0])
@@ -88,7 +109,9 @@ def test_21_roughness_over_rms_height_and_autocorrelation_length():
     own = SOFT[0] / (4 * SOFT[1]) * 0.2 * approach
     cell = found.sel(surface_rms_height=1e-6, surface_autocorrelation_length=5e-6, surface_seed=2)
     assert cell.preliminary_displacement == pytest.approx(own.max(), rel=1e-8)
-    assert cell.presliding_work == pytest.approx((0.2 * load * (4 * own.max() - 3.2 * own)).sum(), rel=1e-7)
+    assert cell.presliding_work == pytest.approx(
+        (0.2 * load * (4 * own.max() - 3.2 * own)).sum(), rel=1e-7
+    )
     mean = found.mean("surface_seed")
     # theory 8 and 11: displacement and work rise with the rms height
     assert (mean.preliminary_displacement.diff("surface_rms_height") > 0).all()
@@ -99,20 +122,31 @@ def test_21_roughness_over_rms_height_and_autocorrelation_length():
 
 def test_22_nominal_area():
     found = swept("22_nominal_area", **{"sweep.over.surface.seed.count": 3})
-    assert found.surface_shape.values.tolist() == ["[64, 64]", "[128, 128]", "[256, 256]", "[512, 512]"]
+    assert found.surface_shape.values.tolist() == [
+        "[64, 64]",
+        "[128, 128]",
+        "[256, 256]",
+        "[512, 512]",
+    ]
     assert (found.peak_contact_count.mean("surface_seed").diff("surface_shape") > 0).all()
     area = found.peak_contact_area.mean("surface_seed")
     assert area[-1] / area[0] == pytest.approx(1.16, abs=0.15)
     summits = hs.random_surface((64, 64), 1e-6, 24e-9, 20e-6, seed=2).summits(rule=9)
     expected = displacement(50e-3, summits.height, summits.radius, 0.2, SOFT)
-    assert found.preliminary_displacement.sel(surface_seed=2)[0] == pytest.approx(expected, rel=1e-8)
+    assert found.preliminary_displacement.sel(surface_seed=2)[0] == pytest.approx(
+        expected, rel=1e-8
+    )
 
 
 def test_23_the_finish_for_a_drift():
-    found = hs.design(hs.load(SCENARIOS / "23_finish_for_a_drift.toml", {"design.over.surface.seed.count": 2}))
+    found = hs.design(
+        hs.load(SCENARIOS / "23_finish_for_a_drift.toml", {"design.over.surface.seed.count": 2})
+    )
     for seed in (1, 2):
         value = float(found.surface_rms_height.sel(surface_seed=seed))
         summits = hs.random_surface((128, 128), 1e-6, value, 20e-6, seed=seed).summits(rule=9)
-        at_rest, pressed = (displacement(load, summits.height, summits.radius, 0.2, SOFT) for load in (50e-3, 90e-3))
+        at_rest, pressed = (
+            displacement(load, summits.height, summits.radius, 0.2, SOFT) for load in (50e-3, 90e-3)
+        )
         assert pressed - at_rest == pytest.approx(2e-9, rel=1e-5)
     assert 1e9 * found.surface_rms_height.values == pytest.approx([33.3, 37.4], abs=0.1)

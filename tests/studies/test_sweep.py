@@ -22,18 +22,35 @@ from historysim.studies.cell import SUMMARIES
 
 
 def test_a_ball_follows_hertz_and_mindlin_over_load_friction_and_radius(ball):
-    load, friction, radius = ["30 mN", "50 mN"], [0.1, 0.3], {"from": "1 mm", "to": "2 mm", "count": 3}
-    swept = {"loading.waypoints[2].normal_load": load, "friction.coefficient": friction, "surface.radius": radius}
+    load, friction, radius = (
+        ["30 mN", "50 mN"],
+        [0.1, 0.3],
+        {"from": "1 mm", "to": "2 mm", "count": 3},
+    )
+    swept = {
+        "loading.waypoints[2].normal_load": load,
+        "friction.coefficient": friction,
+        "surface.radius": radius,
+    }
     found = hs.sweep(ball, swept)
     N, mu, R = np.meshgrid([30e-3, 50e-3], friction, [1e-3, 1.5e-3, 2e-3], indexing="ij")
-    assert dict(found.sizes) == {"loading_waypoints_2_normal_load": 2, "friction_coefficient": 2, "surface_radius": 3}
-    np.testing.assert_allclose(found.preliminary_displacement, displacement(50e-3, mu, R), rtol=1e-12)
+    assert dict(found.sizes) == {
+        "loading_waypoints_2_normal_load": 2,
+        "friction_coefficient": 2,
+        "surface_radius": 3,
+    }
+    np.testing.assert_allclose(
+        found.preliminary_displacement, displacement(50e-3, mu, R), rtol=1e-12
+    )
     expected = displacement(50e-3, mu, R) - displacement(N, mu, R)
     np.testing.assert_allclose(found.drift, expected, rtol=1e-9, atol=1e-20)
     # N2 < N1 at a fixed displacement: it takes 2 δ2, and should take 2 δ1
     np.testing.assert_allclose(found.branch_drift, 2 * expected, rtol=1e-9, atol=1e-20)
     assert (found.surface_radius.values == [1e-3, 1.5e-3, 2e-3]).all()
-    assert found.surface_radius.attrs == {"units": "m", "long_name": "surface.radius of the scenario"}
+    assert found.surface_radius.attrs == {
+        "units": "m",
+        "long_name": "surface.radius of the scenario",
+    }
     assert found.loading_waypoints_2_normal_load.attrs["units"] == "N"
     assert found.preliminary_displacement.attrs["units"] == "m"
 
@@ -42,7 +59,9 @@ def test_each_cell_equals_a_run_of_its_scenario(rough):
     found = hs.sweep(rough, {"surface.seed": range(3), "friction.coefficient": [0.1, 0.2]})
     for seed in range(3):
         for friction in (0.1, 0.2):
-            history = hs.run(hs.load(rough, {"surface.seed": seed, "friction.coefficient": friction}))
+            history = hs.run(
+                hs.load(rough, {"surface.seed": seed, "friction.coefficient": friction})
+            )
             cell = found.sel(surface_seed=seed, friction_coefficient=friction)
             peak = int(history.total_normal_load.values.argmax())
             assert cell.preliminary_displacement == analysis.preliminary_displacement(history)[peak]
@@ -76,15 +95,25 @@ def test_rows_and_asperities_stand_under_their_own_numbers(rough):
     assert found.sizes["step"] == longest
     # values equal in all cells are stored once
     same = hs.sweep(rough, {"friction.coefficient": [0.1, 0.2]}, outputs=["total_normal_load"])
-    assert (same.time.dims, same.total_normal_load.dims) == (("step",), ("friction_coefficient", "step"))
+    assert (same.time.dims, same.total_normal_load.dims) == (
+        ("step",),
+        ("friction_coefficient", "step"),
+    )
 
 
-SUMMITS = BALL.replace('kind = "sphere"\nradius = "2.5 mm"', 'kind = "summits"\nheight = [0, -3e-9]\nradius = "10 µm"')
+SUMMITS = BALL.replace(
+    'kind = "sphere"\nradius = "2.5 mm"', 'kind = "summits"\nheight = [0, -3e-9]\nradius = "10 µm"'
+)
 SLIDING = SUMMITS.replace("5 nm", "90 nm").replace("50 mN", "2 mN").replace("70 mN", "3 mN")
-FRICTION, WEAR = "coefficient = 0.2\n", '[wear]\nlaw = "archard"\ncoefficient = 1e-3\nhardness = "12 GPa"\n'
+FRICTION, WEAR = (
+    "coefficient = 0.2\n",
+    '[wear]\nlaw = "archard"\ncoefficient = 1e-3\nhardness = "12 GPa"\n',
+)
 SLID = 'law = "slid distance"\ndistance = [0, 3e-8]\ncoefficient = [0.3, 0.2]\n'
 JKR = 'law = "shear strength"\nshear_strength = "300 MPa"\narea = "jkr"\nwork_of_adhesion = 0.05\n'
-NEW_SUMMIT = '    { time = 1.5, geometry = { summit_radius = "5 µm", asperities = [0] } },\n    { time = 2'
+NEW_SUMMIT = (
+    '    { time = 1.5, geometry = { summit_radius = "5 µm", asperities = [0] } },\n    { time = 2'
+)
 LAWS = [
     {"coefficient": 0.3},
     {"law": "power", "coefficient": 0.3, "reference_load": "1 mN", "exponent": -0.1},
@@ -131,7 +160,10 @@ def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
     assert notices == [f"cell 1 (friction.load = total) failed: {why}"]
     assert found.drift.isnull().values.tolist() == [False, True]
     assert found.present_friction.dims == ("friction_load", "step", "asperity")
-    with pytest.raises(hs.InputError, match=r"slid_distance: this scenario has none; expected record\.sliding = true"):
+    with pytest.raises(
+        hs.InputError,
+        match=r"slid_distance: this scenario has none; expected record\.sliding = true",
+    ):
         hs.sweep(ball, {"friction.exponent": [0]}, outputs=["slid_distance"])
 
 
@@ -147,7 +179,10 @@ def test_a_scenario_defines_its_sweep(ball):
     assert list(found.data_vars) == ["preliminary_displacement"]
     assert found.materials_first.values.tolist() == ["silicon", "silica"]
     assert found.friction_coefficient.dims == ("materials_first",)
-    alone = hs.sweep(ball, {"materials.first": ["silica"], "friction.coefficient": [0.2], "surface.radius": ["2 mm"]})
+    alone = hs.sweep(
+        ball,
+        {"materials.first": ["silica"], "friction.coefficient": [0.2], "surface.radius": ["2 mm"]},
+    )
     assert alone.preliminary_displacement.item() == found.preliminary_displacement[1, 1]
     notices = []
     hs.run(ball, notify=notices.append)
@@ -164,7 +199,9 @@ def test_a_sweep_is_written_and_read_again(ball, tmp_path):
     assert lines["cells"] == "4"
     assert lines["friction.coefficient of the scenario"] == "-0.2 to 0.1"
     assert lines["materials.first of the scenario"] == "silicon, silica"
-    assert lines["failed"].startswith("2 cells; the first: ball.toml: friction.coefficient: -0.2; expected 0 or more")
+    assert lines["failed"].startswith(
+        "2 cells; the first: ball.toml: friction.coefficient: -0.2; expected 0 or more"
+    )
 
 
 # -- what fails ------------------------------------------------------------------------------------
@@ -173,10 +210,15 @@ def test_a_sweep_is_written_and_read_again(ball, tmp_path):
 def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
     notices = []
     # a load that friction does not hold, and a coefficient that is none
-    ball.write_text(BALL.replace('tangential_displacement = "5 nm"', 'tangential_load = "8 mN"'), encoding="utf-8")
+    ball.write_text(
+        BALL.replace('tangential_displacement = "5 nm"', 'tangential_load = "8 mN"'),
+        encoding="utf-8",
+    )
     found = hs.sweep(ball, {"friction.coefficient": [0.1, -0.2, 0.2]}, notify=notices.append)
     assert found.preliminary_displacement.isnull().values.tolist() == [True, True, False]
-    assert found.preliminary_displacement[2] == pytest.approx(displacement(70e-3, 0.2, 2.5e-3), rel=1e-12)
+    assert found.preliminary_displacement[2] == pytest.approx(
+        displacement(70e-3, 0.2, 2.5e-3), rel=1e-12
+    )
     assert "beyond the friction limit" in str(found.failure[0].values)
     assert "friction.coefficient: -0.2; expected 0 or more" in str(found.failure[1].values)
     assert found.failure[2] == ""
@@ -187,7 +229,10 @@ def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
 def test_invalid_sweeps_are_refused_before_anything_is_computed(ball, tmp_path):
     for over, message in (
         (None, r"ball.toml: has no \[sweep\]"),
-        ({"friction.coefficent": [0.1]}, "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'"),
+        (
+            {"friction.coefficent": [0.1]},
+            "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'",
+        ),
         ({"friction.coefficient": []}, "sweep.over.friction.coefficient: no values"),
     ):
         with pytest.raises(hs.InputError, match=message):
@@ -195,7 +240,9 @@ def test_invalid_sweeps_are_refused_before_anything_is_computed(ball, tmp_path):
     one = {"friction.coefficient": [0.1]}
     with pytest.raises(hs.InputError, match=r"sweep.outputs\[0\]: 'drfit'; did you mean 'drift'"):
         hs.sweep(ball, one, outputs=["drfit"])
-    with pytest.raises(hs.InputError, match=r"ball.toml: friction.coefficient: -0\.1; expected 0 or more"):
+    with pytest.raises(
+        hs.InputError, match=r"ball.toml: friction.coefficient: -0\.1; expected 0 or more"
+    ):
         hs.sweep(ball, {"friction.coefficient": [-0.1]})
     assert not (tmp_path / "cells").exists()
 
@@ -234,9 +281,15 @@ def test_stored_cells_are_not_recomputed(rough, tmp_path, counted):
     # a larger sweep uses the existing cells, and a comment or a title changes no number
     rough.write_text("# rough\n" + ROUGH.replace("a ball", "another"), encoding="utf-8")
     hs.sweep(rough, OVER | {"surface.seed": range(5)}, store=tmp_path / "cells")
-    assert counted[8:] == [{"surface.seed": 4, "friction.coefficient": value} for value in (0.1, 0.2)]
+    assert counted[8:] == [
+        {"surface.seed": 4, "friction.coefficient": value} for value in (0.1, 0.2)
+    ]
     # another load, or another output, changes all
-    hs.sweep(hs.load(rough, {"loading.waypoints[0].normal_load": "40 mN"}), OVER, store=tmp_path / "cells")
+    hs.sweep(
+        hs.load(rough, {"loading.waypoints[0].normal_load": "40 mN"}),
+        OVER,
+        store=tmp_path / "cells",
+    )
     hs.sweep(rough, OVER, outputs=["drift"], store=tmp_path / "cells")
     assert len(counted) == 26
 
@@ -273,17 +326,24 @@ def test_a_damaged_cell_is_computed_again_and_leftovers_go(rough, tmp_path, coun
     cells[1].write_bytes(b"")
     middle = len(content) // 2
     cells[2].write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
-    (tmp_path / "cells" / f".{cells[3].name}.0a1b2c3d-1-0123456789abcdef.part").write_bytes(content[:100])
+    (tmp_path / "cells" / f".{cells[3].name}.0a1b2c3d-1-0123456789abcdef.part").write_bytes(
+        content[:100]
+    )
     others = tmp_path / "cells" / ".letters.cell.mine.part"
     others.write_text("of somebody else", encoding="utf-8")
     # an archive with valid checksums and other content, and the cell of another point
-    np.savez(tmp_path / "foreign.npz", header=np.frombuffer(b'{"form": 3, "coords": [], "data_vars": 1}', np.uint8))
+    np.savez(
+        tmp_path / "foreign.npz",
+        header=np.frombuffer(b'{"form": 3, "coords": [], "data_vars": 1}', np.uint8),
+    )
     cells[4].write_bytes((tmp_path / "foreign.npz").read_bytes())
     cells[5].write_bytes(cells[6].read_bytes())
     notices = []
     assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells", notify=notices.append))
     assert len(counted) == 8 + 5
-    assert {notice.split(":")[0] for notice in notices if "is damaged, ignored" in notice} <= {*map(str, cells[:6])}
+    assert {notice.split(":")[0] for notice in notices if "is damaged, ignored" in notice} <= {
+        *map(str, cells[:6])
+    }
     assert len(notices) == 5
     assert sorted((tmp_path / "cells").iterdir()) == [others, *cells, tmp_path / "cells" / "lock"]
 
@@ -302,12 +362,16 @@ def test_a_cell_that_another_process_computes_is_left_to_the_end(rough, tmp_path
     store = tmp_path / "cells"
     first = hs.sweep(rough, OVER, store=store)
     scenario = hs.load(rough)
-    name = sweeping.digest(scenario, {"surface.seed": 0, "friction.coefficient": 0.1}, sweeping.chosen_outputs(()))
+    name = sweeping.digest(
+        scenario, {"surface.seed": 0, "friction.coefficient": 0.1}, sweeping.chosen_outputs(())
+    )
     for path in store.glob("*.cell"):
         path.unlink()
     counted.clear()
     command = [sys.executable, "-c", HOLDS, store, name]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as other:
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as other:
         other.stdout.readline()
         taken = []
         with ThreadPoolExecutor(1) as threads:
@@ -346,23 +410,39 @@ def test_a_cell_that_ends_its_process_does_not_sink_the_others(rough, monkeypatc
 
 def test_dask_computes_a_sweep(rough):
     distributed = pytest.importorskip("distributed")
-    options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}
+    options = {
+        "processes": False,
+        "dashboard_address": None,
+        "n_workers": 1,
+        "threads_per_worker": 1,
+    }
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         assert hs.sweep(rough, OVER, executor=client).identical(hs.sweep(rough, OVER))
 
 
 def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
-    outputs = ["mean_summit_radius", "summit_height_deviation", "summit_count", "peak_nominal_pressure"]
+    outputs = [
+        "mean_summit_radius",
+        "summit_height_deviation",
+        "summit_count",
+        "peak_nominal_pressure",
+    ]
     outputs.append("initial_stiffness")
     found = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=outputs)
     for row, seed in enumerate((1, 2)):
         ground = hs.load(rough, {"surface.seed": seed}).surface()
-        assert float(found.mean_summit_radius[row]) == pytest.approx(ground.summits.radius.mean(), rel=1e-12)
-        assert float(found.summit_height_deviation[row]) == pytest.approx(ground.summits.height.std(ddof=1), rel=1e-12)
+        assert float(found.mean_summit_radius[row]) == pytest.approx(
+            ground.summits.radius.mean(), rel=1e-12
+        )
+        assert float(found.summit_height_deviation[row]) == pytest.approx(
+            ground.summits.height.std(ddof=1), rel=1e-12
+        )
         assert int(found.summit_count[row]) == len(ground.summits)
         history = hs.run(hs.load(rough, {"surface.seed": seed}))
         load = float(history.total_normal_load.max())
-        assert float(found.peak_nominal_pressure[row]) == pytest.approx(load / ground.surface.nominal_area, rel=1e-12)
+        assert float(found.peak_nominal_pressure[row]) == pytest.approx(
+            load / ground.surface.nominal_area, rel=1e-12
+        )
         peak = history.isel(step=int(history.total_normal_load.values.argmax()))
         area = 8 * history.attrs["shear_modulus"] * float(peak.contact_radius.sum())
         assert float(found.initial_stiffness[row]) == pytest.approx(area, rel=1e-9)
@@ -370,6 +450,7 @@ def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
     both = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "total_normal_load"])
     assert "failure" not in both
     with pytest.raises(
-        InputError, match="summit_count: not all summits are recorded together with rows of each asperity"
+        InputError,
+        match="summit_count: not all summits are recorded together with rows of each asperity",
     ):
         hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "normal_load"])

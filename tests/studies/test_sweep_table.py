@@ -25,9 +25,13 @@ def test_spread_agrees_with_numpy_over_what_is_there(found):
     spread = hs.spread(found, quantiles=quantiles)
     values = found.drift.values
     np.testing.assert_allclose(spread.drift_mean, np.nanmean(values, axis=1), rtol=1e-14)
-    np.testing.assert_allclose(spread.drift_standard_deviation[:2], np.nanstd(values[:2], axis=1, ddof=1), rtol=1e-13)
+    np.testing.assert_allclose(
+        spread.drift_standard_deviation[:2], np.nanstd(values[:2], axis=1, ddof=1), rtol=1e-13
+    )
     assert spread.drift_standard_deviation[2].isnull()
-    np.testing.assert_allclose(spread.drift_quantile, np.nanquantile(values, quantiles, axis=1).T, rtol=1e-13)
+    np.testing.assert_allclose(
+        spread.drift_quantile, np.nanquantile(values, quantiles, axis=1).T, rtol=1e-13
+    )
     assert spread.drift_count.values.tolist() == [7, 6, 1]
     assert spread.drift_quantile.dims == ("load", "quantile")
     assert spread.drift_mean.attrs == {"units": "m", "long_name": "mean of: a length"}
@@ -48,11 +52,15 @@ def test_drift_along_a_dimension(found):
 
 
 def test_what_is_not_there_is_reported(found):
-    with pytest.raises(hs.InputError, match="'lod' is no dimension of this sweep; did you mean 'load'"):
+    with pytest.raises(
+        hs.InputError, match="'lod' is no dimension of this sweep; did you mean 'load'"
+    ):
         hs.spread(found, "lod")
     with pytest.raises(hs.InputError, match="'lod' is no dimension"):
         hs.drift_along(found, "lod")
-    with pytest.raises(hs.InputError, match="'drfit' is no number of this sweep along load; did you mean 'drift'"):
+    with pytest.raises(
+        hs.InputError, match="'drfit' is no number of this sweep along load; did you mean 'drift'"
+    ):
         hs.drift_along(found, "load", "drfit")
     with pytest.raises(hs.InputError, match=r"quantiles are \(2,\); expected numbers from 0 to 1"):
         hs.spread(found, quantiles=(2,))

@@ -22,7 +22,9 @@ coefficient = 0.2
 """
 PRESSED = '{ time = 0, normal_load = "50 mN" }'
 PUSHED = f'{PRESSED}, {{ after = 1, tangential_load = "8 mN" }}'
-BLOCK = '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN" }]\n[[loading.blocks]]\n'
+BLOCK = (
+    '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN" }]\n[[loading.blocks]]\n'
+)
 TURNS = """
 each = { after = 1, normal_load = ["90 mN", "50 mN"] }
 repeat = 3
@@ -56,7 +58,9 @@ REFUSED = {
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    (tmp_path / "loads.csv").write_text("t,N,T\n0,0.05,0\n1,0.05,0.008\n2,0.05,0.018\n", encoding="utf-8")
+    (tmp_path / "loads.csv").write_text(
+        "t,N,T\n0,0.05,0\n1,0.05,0.008\n2,0.05,0.018\n", encoding="utf-8"
+    )
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -71,7 +75,9 @@ def scenario(folder, loading, more=""):
 def test_an_excessive_load_is_named_with_its_path(folder, loading, place):
     path = scenario(folder, loading)
     for ask in (hs.validate, hs.run):
-        with pytest.raises(hs.LoadError, match=rf"^s\.toml: loading\.{re.escape(place)} at t = .*friction limit of"):
+        with pytest.raises(
+            hs.LoadError, match=rf"^s\.toml: loading\.{re.escape(place)} at t = .*friction limit of"
+        ):
             ask(path)
     hs.validate(path, {"loading.saturate": True})
     assert CliRunner().invoke(main, ["validate", "s.toml"]).exit_code == 1
@@ -79,15 +85,23 @@ def test_an_excessive_load_is_named_with_its_path(folder, loading, place):
 
 def test_a_course_of_friction_is_named(folder):
     course = "[friction.course]\ntime = [0, 1, 2]\ncoefficient = [0.2, 0.2, 0.05]"
-    path = scenario(folder, f'waypoints = [{PUSHED}, {{ time = 2, normal_load = "60 mN" }}]', course)
+    path = scenario(
+        folder, f'waypoints = [{PUSHED}, {{ time = 2, normal_load = "60 mN" }}]', course
+    )
     for ask in (hs.validate, hs.run):
-        with pytest.raises(hs.LoadError, match=r"^s\.toml: (friction\.course|loading\.waypoints\[2\]): event \d at"):
+        with pytest.raises(
+            hs.LoadError, match=r"^s\.toml: (friction\.course|loading\.waypoints\[2\]): event \d at"
+        ):
             ask(path)
 
 
-@pytest.mark.parametrize("more", ["[instrument]\nlateral_stiffness = 1e5", "[record]\nsliding = true"])
+@pytest.mark.parametrize(
+    "more", ["[instrument]\nlateral_stiffness = 1e5", "[record]\nsliding = true"]
+)
 def test_what_can_be_carried_is_valid_whatever_it_is_recorded_with(folder, more):
-    loading = f'substeps = 50\nwaypoints = [{PRESSED}, {{ time = 1, tangential_displacement = "90 nm" }}]'
+    loading = (
+        f'substeps = 50\nwaypoints = [{PRESSED}, {{ time = 1, tangential_displacement = "90 nm" }}]'
+    )
     path = scenario(folder, loading, more)
     assert "note" not in dict(hs.validate(path))
     hs.run(path)
@@ -100,7 +114,9 @@ def test_long_loads_are_walked_as_far_as_the_time_goes(folder, monkeypatch):
         '[[loading.blocks]]\nwaypoints = [{ after = 1, tangential_load = "18 mN" }]'
     )
     path = scenario(folder, block)
-    with pytest.raises(hs.LoadError, match=r"loading\.blocks\[2\]\.waypoints\[0\]: event 6\d\d\d at t = 6001 s"):
+    with pytest.raises(
+        hs.LoadError, match=r"loading\.blocks\[2\]\.waypoints\[0\]: event 6\d\d\d at t = 6001 s"
+    ):
         hs.validate(path)
     monkeypatch.setattr("historysim.scenario.build.monotonic", iter(range(0, 100, 2)).__next__)
     notes = [text for label, text in hs.validate(path) if label == "note"]
@@ -114,7 +130,9 @@ def test_the_ends_of_a_sweep_are_walked(folder):
     warnings = [text for label, text in hs.validate(path) if label == "warning"]
     assert len(warnings) == 1
     place = "s.toml: loading.waypoints[1]: event 1 at t = 1 s: "
-    assert warnings[0].startswith(f"cell 0 of the sweep (friction.coefficient = 0.1) stays empty: {place}")
+    assert warnings[0].startswith(
+        f"cell 0 of the sweep (friction.coefficient = 0.1) stays empty: {place}"
+    )
     assert dict(json.loads(CliRunner().invoke(main, ["validate", "s.toml", "--json"]).stdout))
     found = hs.sweep(path)
     assert str(found.failure.values[0]).startswith(place)
@@ -125,5 +143,8 @@ def test_a_fit_needs_a_record(folder):
     loading = f"waypoints = [{PRESSED}, {PUSHED}]"
     path = scenario(folder, loading, '[fit]\nparameters = ["friction"]')
     for ask in (hs.validate, hs.fit):
-        with pytest.raises(hs.InputError, match=r"^s\.toml: loading: has no measured record; expected loading\.file"):
+        with pytest.raises(
+            hs.InputError,
+            match=r"^s\.toml: loading: has no measured record; expected loading\.file",
+        ):
             ask(path)

@@ -34,12 +34,15 @@ def contact(parameter, radius=R, modulus=E, work=W):
 class Springs:
     """A Dugdale contact from its surface displacement, by quadrature and without Maugis's equations.
 
-    An axisymmetric half-space answers the deflection w(x) of a row of springs with u(r) = (2/π) ∫ w dx/√(r² - x²),
-    the load 2E ∫ w dx and the energy E ∫ w² dx, where q = E w and the pressure p are a pair of Abel: a constant
-    traction -σ0 out to c is q(x) = -2σ0 √(c² - x²). Inside the contact w = δ - x²/R; w is continuous at its edge.
+    An axisymmetric half-space answers the deflection w(x) of a row of springs with u(r) = (2/π) ∫ w
+    dx/√(r² - x²), the load 2E ∫ w dx and the energy E ∫ w² dx, where q = E w and the pressure p are
+    a pair of Abel: a constant traction -σ0 out to c is q(x) = -2σ0 √(c² - x²). Inside the contact w
+    = δ - x²/R; w is continuous at its edge.
     """
 
-    def __init__(self, a, zone, *, summit_radius, contact_modulus, work_of_adhesion, equilibrium_separation):
+    def __init__(
+        self, a, zone, *, summit_radius, contact_modulus, work_of_adhesion, equilibrium_separation
+    ):
         self.a, self.zone, self.radius, self.modulus = a, zone, summit_radius, contact_modulus
         self.work = work_of_adhesion
         self.stress = 16 * work_of_adhesion / (9 * math.sqrt(3) * equilibrium_separation)
@@ -65,7 +68,11 @@ class Springs:
     def displacement(self, r):
         touch = math.asin(min(self.a / r, 1))
         parts = ((0, touch), (touch, math.pi / 2))
-        return 2 / math.pi * sum(quad(lambda angle: self.spring(r * math.sin(angle)), *part)[0] for part in parts)
+        return (
+            2
+            / math.pi
+            * sum(quad(lambda angle: self.spring(r * math.sin(angle)), *part)[0] for part in parts)
+        )
 
     def gap(self, r):
         return r**2 / (2 * self.radius) - self.approach + self.displacement(r)

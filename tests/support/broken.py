@@ -19,7 +19,8 @@ coefficient = 0.5
 """
 
 WAYPOINTS = (
-    SPHERE + "[loading]\nwaypoints = [{ time = 0, normal_load = 0.01 }, { after = 1, tangential_load = 0.003 }]\n"
+    SPHERE
+    + "[loading]\nwaypoints = [{ time = 0, normal_load = 0.01 }, { after = 1, tangential_load = 0.003 }]\n"
 )
 
 BLOCKS = """
@@ -156,7 +157,12 @@ SUMMITS_CSV = "z,R,mu\n0,1e-5,0.2\n12.5,2e-5,0.1\n"
 LOADS_CSV = "t;U;N\n0;0;50\n\n0.5;100;50\n1.0;-100;50.5\n"
 DENSITY_CSV = "g,p\n0,1\n5,2\n20,0\n"
 MAP_TXT = "# a map\n" + "0 1 0 3 0 1 2 0 1\n1 9 2 0 1 0 1 3 0\n0 2 1 4 8 2 0 1 nan\n" * 3
-FILES = {"summits.csv": SUMMITS_CSV, "loads.csv": LOADS_CSV, "density.csv": DENSITY_CSV, "map.txt": MAP_TXT}
+FILES = {
+    "summits.csv": SUMMITS_CSV,
+    "loads.csv": LOADS_CSV,
+    "density.csv": DENSITY_CSV,
+    "map.txt": MAP_TXT,
+}
 
 WORDS = [
     "time",
@@ -202,13 +208,19 @@ VALUES = st.one_of(
     st.datetimes(),
     st.lists(st.one_of(st.integers(), st.text(max_size=3), st.floats()), max_size=3),
     st.sampled_from([1e-300, 1e300, 5e-324, 1.7e308, 1e-9]),
-    st.dictionaries(st.sampled_from(WORDS), st.one_of(st.integers(), st.text(max_size=3)), max_size=3),
+    st.dictionaries(
+        st.sampled_from(WORDS), st.one_of(st.integers(), st.text(max_size=3)), max_size=3
+    ),
 )
 
 
 def keep_small(monkeypatch):
     """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
-    for module, name in ((inline, "MOST_EVENTS"), (distribution, "MOST_SUMMITS"), (random, "MOST_POINTS")):
+    for module, name in (
+        (inline, "MOST_EVENTS"),
+        (distribution, "MOST_SUMMITS"),
+        (random, "MOST_POINTS"),
+    ):
         monkeypatch.setattr(module, name, 1000)
     monkeypatch.setenv("HISTORYSIM_MOST_STEPS", "1000")
 
@@ -221,8 +233,20 @@ def toml(value):
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return '"' + "".join(f"\\U{ord(letter):08x}" for letter in value if not 0xD800 <= ord(letter) < 0xE000) + '"'
-    return value.isoformat() if hasattr(value, "isoformat") else hex(value) if value_is_huge(value) else str(value)
+        return (
+            '"'
+            + "".join(
+                f"\\U{ord(letter):08x}" for letter in value if not 0xD800 <= ord(letter) < 0xE000
+            )
+            + '"'
+        )
+    return (
+        value.isoformat()
+        if hasattr(value, "isoformat")
+        else hex(value)
+        if value_is_huge(value)
+        else str(value)
+    )
 
 
 def value_is_huge(value):
@@ -231,7 +255,13 @@ def value_is_huge(value):
 
 def places(value, path=()):
     yield path
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    items = (
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, list)
+        else ()
+    )
     for key, item in items:
         yield from places(item, (*path, key))
 
@@ -271,7 +301,19 @@ def broken_bytes(draw, sources):
             st.one_of(
                 st.binary(max_size=5),
                 st.sampled_from(
-                    [b"nan", b"-", b",", b";", b"\n", b'"', b"[", b"=", b"1e400", b"\0", bytes(content[:stop])]
+                    [
+                        b"nan",
+                        b"-",
+                        b",",
+                        b";",
+                        b"\n",
+                        b'"',
+                        b"[",
+                        b"=",
+                        b"1e400",
+                        b"\0",
+                        bytes(content[:stop]),
+                    ]
                 ),
             )
         )

@@ -40,10 +40,14 @@ def compiled(command, program, folder, *options, name="program", standard="-std=
     """Compile a C program with the memory's C by a compiler, in a folder; return what was made."""
     # programs that differ in options of the linker alone share the objects of the core
     linking = [option for option in options if option.startswith(LINKING)]
-    build, objects = core_objects(tuple(command), tuple(each for each in options if each not in linking), standard)
+    build, objects = core_objects(
+        tuple(command), tuple(each for each in options if each not in linking), standard
+    )
     made = folder / name
     sources = [program] if program else []
-    subprocess.run([*build, *sources, "-x", "none", *objects, *linking, "-lm", "-o", made], check=True)
+    subprocess.run(
+        [*build, *sources, "-x", "none", *objects, *linking, "-lm", "-o", made], check=True
+    )
     return made
 
 

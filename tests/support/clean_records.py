@@ -1,7 +1,7 @@
 """Records of sound instruments, at random: no finding and no remedy is right for them.
 
-One sphere or 80 summits, moved in triangles, sines, saw-teeth or ramps with holds, over a tenth to ten times the
-displacement at which all of it slides, with or without noise and a last digit.
+One sphere or 80 summits, moved in triangles, sines, saw-teeth or ramps with holds, over a tenth to
+ten times the displacement at which all of it slides, with or without noise and a last digit.
 """
 
 import attrs
@@ -37,7 +37,9 @@ class CleanRecord:
             {name: values[part] for name, values in group.items()}
             for group in (self.measurement.channels, self.measurement.response)
         )
-        return attrs.evolve(self.measurement, time=self.measurement.time[part], channels=channels, response=response)
+        return attrs.evolve(
+            self.measurement, time=self.measurement.time[part], channels=channels, response=response
+        )
 
 
 def loaded(body):
@@ -49,7 +51,9 @@ def slip_displacement(body):
     """Give the displacement at which all of a body slides."""
     state = BODIES[body].advance(loaded(body), tangential_displacement=1e-6)
     below = np.linspace(0, 1e-6, 4001)[1:]
-    loads = BODIES[body].advance_many(loaded(body), tangential_displacement=below)[1].tangential_load
+    loads = (
+        BODIES[body].advance_many(loaded(body), tangential_displacement=below)[1].tangential_load
+    )
     return float(below[np.argmax(loads >= (1 - 1e-9) * state.tangential_load)])
 
 
@@ -90,5 +94,9 @@ def clean_record(seed):
         digit = np.ptp(read) / 2 ** int(random.choice([9, 12]))
         read = np.round(read / digit) * digit
     channels = {"normal_load": normal, "tangential_displacement": seen}
-    record = Measurement(phase * random.choice([0.1, 1.0, 20.0]), channels, {"tangential_load": read})
-    return CleanRecord(record, str(body), wave, bool(amplitude > 3 * SLIPS[body]), BODIES[body], per_cycle)
+    record = Measurement(
+        phase * random.choice([0.1, 1.0, 20.0]), channels, {"tangential_load": read}
+    )
+    return CleanRecord(
+        record, str(body), wave, bool(amplitude > 3 * SLIPS[body]), BODIES[body], per_cycle
+    )

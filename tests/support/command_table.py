@@ -1,6 +1,7 @@
 """Every command of the shell with inputs that it can process, for tests of outputs, environments and full disks.
 
-`write_inputs` writes the inputs; `COMMANDS` has the commands that write files, `READING` those that only print.
+`write_inputs` writes the inputs; `COMMANDS` has the commands that write files, `READING` those that
+only print.
 """
 
 import numpy as np
@@ -60,7 +61,10 @@ COMMANDS = {
     "gallery": (["gallery", ".", "-o", "TARGET", "--workers", "1"], ".html"),
     "fmu": (["fmu", "s.toml", "-o", "TARGET"], ".fmu"),
     "reduce": (["reduce", "s.toml", "--elements", "4", "-o", "TARGET"], ".json"),
-    "reduce --picture": (["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"], ".png"),
+    "reduce --picture": (
+        ["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"],
+        ".png",
+    ),
 }
 
 # Arguments of each command that writes no file.
@@ -84,7 +88,9 @@ def write_inputs(folder):
     (folder / "m.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")
     (folder / "s.toml").write_text(SCENARIO, encoding="utf-8")
     # strokes with holds at their ends
-    strokes = [np.append(np.linspace(-end, end, 10), np.full(40, end)) for end in np.tile([60.0, -60.0], 4)]
+    strokes = [
+        np.append(np.linspace(-end, end, 10), np.full(40, end)) for end in np.tile([60.0, -60.0], 4)
+    ]
     x = np.concatenate([[0.0], *strokes])
     rows = [f"{t},10,{xi},{np.clip(xi * 0.05, -3, 3)}" for t, xi in enumerate(x)]
     (folder / "h.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")

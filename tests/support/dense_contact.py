@@ -1,9 +1,10 @@
 """A dense brute force of friction on a half-space alone, of ν = 0 and E* = 1: shares no code with the program.
 
-Displacements follow from pressures and tractions, uniform on the square of each point, by Love's formula (Johnson 1985,
-eq. 3.25); with ν = 0 it is the same one for both, neither acts on the other, and θ = 1. Loads are walked in small
-steps. In each, pressures solve the contact problem, and then tractions minimise ½ Δq·G Δq - ΔU Σ Δq with |q| ≤ μ p:
-points stick unless they are at the limit, and slip against their traction.
+Displacements follow from pressures and tractions, uniform on the square of each point, by Love's
+formula (Johnson 1985, eq. 3.25); with ν = 0 it is the same one for both, neither acts on the other,
+and θ = 1. Loads are walked in small steps. In each, pressures solve the contact problem, and then
+tractions minimise ½ Δq·G Δq - ΔU Σ Δq with |q| ≤ μ p: points stick unless they are at the limit,
+and slip against their traction.
 """
 
 import numpy as np
@@ -24,9 +25,10 @@ def influence(x, y, side):
 def _corner(a, b):
     """∫₀ᵃ∫₀ᵇ 1/r."""
     r = np.hypot(a, b)
-    return (a * np.arcsinh(b / np.maximum(np.abs(a), 1e-300)) + b * np.arcsinh(a / np.maximum(np.abs(b), 1e-300))) * (
-        r > 0
-    )
+    return (
+        a * np.arcsinh(b / np.maximum(np.abs(a), 1e-300))
+        + b * np.arcsinh(a / np.maximum(np.abs(b), 1e-300))
+    ) * (r > 0)
 
 
 def bounded(matrix, wanted, low, high, start):
@@ -42,7 +44,11 @@ def bounded(matrix, wanted, low, high, start):
         out = free & ((x < low - slack) | (x > high + slack))
         x = np.clip(x, low, high)
         pull = wanted - matrix @ x
-        back = held & (((x <= low) & (pull > 1e-11 * scale)) | ((x >= high) & (pull < -1e-11 * scale))) & (high > low)
+        back = (
+            held
+            & (((x <= low) & (pull > 1e-11 * scale)) | ((x >= high) & (pull < -1e-11 * scale)))
+            & (high > low)
+        )
         if not out.any() and not back.any():
             return x
         if turn > 60:
@@ -72,7 +78,9 @@ class DenseContact:
             for part in np.arange(1, parts + 1) / parts:
                 step = (displacement - moved) / parts
                 present = at + (approach - at) * part
-                p = bounded(self.matrix, present - self.depth, np.zeros(count), np.full(count, np.inf), p)
+                p = bounded(
+                    self.matrix, present - self.depth, np.zeros(count), np.full(count, np.inf), p
+                )
                 before = q
                 q = bounded(self.matrix, self.matrix @ q + step, -friction * p, friction * p, q)
                 slip = step - self.matrix @ (q - before)

@@ -6,7 +6,8 @@ from matplotlib.collections import PathCollection
 from matplotlib.patches import Rectangle
 
 LEAST_COVERAGE = 0.1  # fraction of the width, and of the height, of axes that data have to span
-LEAST_INSIDE = 0.9  # fraction of the markers of a cloud that have to lie inside: outliers may be cut off
+# fraction of the markers of a cloud that have to lie inside: outliers may be cut off
+LEAST_INSIDE = 0.9
 TOLERANCE = 0.01  # fraction of the axes by which a line may reach beyond them: half of its width
 
 
@@ -19,12 +20,23 @@ def hidden_data(figure):
         axes.apply_aspect()
         axes.get_xlim(), axes.get_ylim()
     known = {axes: positions_of(axes) for axes in panels}
-    return [fault for axes in panels if not axes.images for fault in (*cut_off(axes), *squeezed(axes, known))]
+    return [
+        fault
+        for axes in panels
+        if not axes.images
+        for fault in (*cut_off(axes), *squeezed(axes, known))
+    ]
 
 
 def name_of(axes):
     """The title or the label of a panel."""
-    return axes.get_title(loc="left") or axes.get_title() or axes.get_ylabel() or axes.get_xlabel() or "a panel"
+    return (
+        axes.get_title(loc="left")
+        or axes.get_title()
+        or axes.get_ylabel()
+        or axes.get_xlabel()
+        or "a panel"
+    )
 
 
 def cut_off(axes):
@@ -43,15 +55,24 @@ def cut_off(axes):
 def squeezed(axes, known):
     """Describe a direction in which the data of a panel, and of those that share its limits, cover nearly nothing."""
     for direction, shared in enumerate((axes.get_shared_x_axes(), axes.get_shared_y_axes())):
-        together = [known[each][:, direction] for each in shared.get_siblings(axes) if each in known]
+        together = [
+            known[each][:, direction] for each in shared.get_siblings(axes) if each in known
+        ]
         values = np.concatenate(together)
         values = values[np.isfinite(values)]
-        limits, scale = ((axes.get_xlim(), axes.get_xscale()), (axes.get_ylim(), axes.get_yscale()))[direction]
+        limits, scale = (
+            (axes.get_xlim(), axes.get_xscale()),
+            (axes.get_ylim(), axes.get_yscale()),
+        )[direction]
         if scale == "linear" and min(limits) <= 0 <= max(limits):
             # what is drawn from zero covers the way from there
             values = np.append(values, -limits[0] / (limits[1] - limits[0]))
         # a constant has no extent
-        if values.size and np.ptp(values) > 1e-12 and np.ptp(np.clip(values, 0.0, 1.0)) < LEAST_COVERAGE:
+        if (
+            values.size
+            and np.ptp(values) > 1e-12
+            and np.ptp(np.clip(values, 0.0, 1.0)) < LEAST_COVERAGE
+        ):
             yield f"{name_of(axes)}: data cover {np.ptp(np.clip(values, 0, 1)):.3g} of the axes in {'xy'[direction]}"
 
 
@@ -82,4 +103,7 @@ def data_of(axes):
         else:
             yield from ((artist, path.vertices) for path in artist.get_paths())
     for artist in axes.patches:
-        yield artist, [[0, 0], [1, 1]] if isinstance(artist, Rectangle) else artist.get_path().vertices
+        yield (
+            artist,
+            [[0, 0], [1, 1]] if isinstance(artist, Rectangle) else artist.get_path().vertices,
+        )

@@ -1,8 +1,9 @@
 """Rows of springs whose friction, geometry and wear evolve, in small explicit steps: nothing of the program is used.
 
-Each asperity is a row of independent springs (method of dimensionality reduction) in physical units. One small step at
-a time approach and displacement move, then friction, slid distance and wear follow from where that has led: first order
-in the step, so that two runs of different steps tell the error.
+Each asperity is a row of independent springs (method of dimensionality reduction) in physical
+units. One small step at a time approach and displacement move, then friction, slid distance and
+wear follow from where that has led: first order in the step, so that two runs of different steps
+tell the error.
 """
 
 import copy
@@ -29,7 +30,15 @@ class EvolvingSprings:
     """
 
     def __init__(
-        self, contact_modulus, shear_modulus, summit_height, summit_radius, coefficient, reach, springs=400, lost=None
+        self,
+        contact_modulus,
+        shear_modulus,
+        summit_height,
+        summit_radius,
+        coefficient,
+        reach,
+        springs=400,
+        lost=None,
     ):
         self.modulus, self.shear = contact_modulus, shear_modulus
         self.radius = np.array(summit_radius, dtype=float)
@@ -54,8 +63,18 @@ class EvolvingSprings:
     def approach_at(self, load):
         if load <= 0:
             return min(self.approach, self.lag.min())
-        high = self.lag.min() + (0.75 * load / self.modulus / np.sqrt(self.radius.min())) ** (2 / 3) + np.ptp(self.lag)
-        return brentq(lambda d: self.normal_loads(d).sum() - load, self.lag.min(), 2 * high, xtol=1e-22, rtol=1e-15)
+        high = (
+            self.lag.min()
+            + (0.75 * load / self.modulus / np.sqrt(self.radius.min())) ** (2 / 3)
+            + np.ptp(self.lag)
+        )
+        return brentq(
+            lambda d: self.normal_loads(d).sum() - load,
+            self.lag.min(),
+            2 * high,
+            xtol=1e-22,
+            rtol=1e-15,
+        )
 
     @property
     def tangential_loads(self):
@@ -85,9 +104,13 @@ class EvolvingSprings:
         gone = (limit == 0) & (self.deflection != 0)
         slip = np.where(gone, np.abs(self.deflection), np.abs(trial) - np.abs(deflection))
         drag = np.where(
-            gone, np.abs(self.deflection) / 2, np.abs(deflection + np.clip(self.deflection, -before, before)) / 2
+            gone,
+            np.abs(self.deflection) / 2,
+            np.abs(deflection + np.clip(self.deflection, -before, before)) / 2,
         )
-        energy = 2 * 4 * self.shear * self.spacing * (slip * np.where(slip > 0, drag, 0)).sum(axis=1)
+        energy = (
+            2 * 4 * self.shear * self.spacing * (slip * np.where(slip > 0, drag, 0)).sum(axis=1)
+        )
         # as a whole: after a fall of friction the innermost springs may slip while the edge sticks
         slides = np.all((slip > 1e-9 * np.abs(trial)) | (limit <= 0), axis=1) & (limit[:, 0] > 0)
         moved = np.where(slides, abs(displacement - self.displacement), 0.0)
@@ -105,7 +128,9 @@ class EvolvingSprings:
             )
             self.shaped += shaping
             ends = self._limits(self.approach, self.friction)
-            self.deflection = np.where(slides[:, None], side * ends, np.clip(self.deflection, -ends, ends))
+            self.deflection = np.where(
+                slides[:, None], side * ends, np.clip(self.deflection, -ends, ends)
+            )
 
     def to_load(self, approach, load):
         """Displacement of a small step that ends at a tangential load."""
@@ -125,7 +150,9 @@ class EvolvingSprings:
 
     def straight_to(self, approach, load, steps):
         """Displacement at the end of a path, straight in approach and displacement, that ends at a tangential load."""
-        reach = np.abs(self.to_load(approach, load) - self.displacement) + 1e-3 * max(approach, self.approach)
+        reach = np.abs(self.to_load(approach, load) - self.displacement) + 1e-3 * max(
+            approach, self.approach
+        )
 
         def missing(displacement):
             row = copy.deepcopy(self)
@@ -158,7 +185,9 @@ class EvolvingSprings:
                 approach = d0 + share * (d1 - d0)
                 if kind_n == "load" and not np.array_equal(lag, self.lag):
                     own = np.maximum(approach - lag, 0.0)
-                    approach = self.approach_at((4 / 3 * self.modulus * np.sqrt(radius) * own**1.5).sum())
+                    approach = self.approach_at(
+                        (4 / 3 * self.modulus * np.sqrt(radius) * own**1.5).sum()
+                    )
             if kind_t == "load":
                 displacement = self.to_load(approach, load_t0 + share * (value_t - load_t0))
             else:

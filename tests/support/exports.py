@@ -10,19 +10,28 @@ ROWS = list(zip(TIME, NORMAL, FRICTION, STROKE, strict=True))
 def rows(delimiter, end="", shift=0.0, form="{:g}"):
     """Rows of numbers, with something at the end of each line."""
     return "".join(
-        delimiter.join(form.format(value) for value in (row[0] + shift, *row[1:])) + end + "\n" for row in ROWS
+        delimiter.join(form.format(value) for value in (row[0] + shift, *row[1:])) + end + "\n"
+        for row in ROWS
     )
 
 
 def step(number, delimiter="\t", above=""):
     """One step of a tribometer that writes preamble, names and units above each."""
     head = f"Step No. {number}\nDuration = 1.5\n{above}"
-    names, units = delimiter.join(["Time", "Fz", "Fx", "X"]), delimiter.join(["s", "mN", "mN", "µm"])
+    names, units = (
+        delimiter.join(["Time", "Fz", "Fx", "X"]),
+        delimiter.join(["s", "mN", "mN", "µm"]),
+    )
     return f"{head}{names}\n{units}\n{rows(delimiter)}"
 
 
 _COLUMNS = {"time": "Time", "normal": "Fz", "friction": "Fx", "stroke": "X"}
-_LONG = {"time": "Time", "normal": "Normal force", "friction": "Friction force", "stroke": "Displacement"}
+_LONG = {
+    "time": "Time",
+    "normal": "Normal force",
+    "friction": "Friction force",
+    "stroke": "Displacement",
+}
 
 # the text of each, what its columns are called, and the keys that it needs
 EXPORTS = {
@@ -62,12 +71,14 @@ EXPORTS = {
         {},
     ),
     "a comment with the names": (
-        "# LabVIEW Measurement\n# Time [s]\tNormal force [mN]\tFriction force [mN]\tDisplacement [µm]\n" + rows("\t"),
+        "# LabVIEW Measurement\n# Time [s]\tNormal force [mN]\tFriction force [mN]\tDisplacement [µm]\n"
+        + rows("\t"),
         _LONG,
         {},
     ),
     "a summary table above": (
-        "Channel;Min;Max;Unit\nFn;10;11;mN\nFt;-2.5;1.5;mN\n\nTime [s];Fn [mN];Ft [mN];x [µm]\n" + rows(";"),
+        "Channel;Min;Max;Unit\nFn;10;11;mN\nFt;-2.5;1.5;mN\n\nTime [s];Fn [mN];Ft [mN];x [µm]\n"
+        + rows(";"),
         {"time": "Time", "normal": "Fn", "friction": "Ft", "stroke": "x"},
         {},
     ),

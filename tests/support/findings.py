@@ -1,7 +1,7 @@
 """What is found in records, and advised: a row for each, with a faulty record and the effect of following the advice.
 
-``python tests/support/findings.py`` counts false alarms in 1,000 clean records and writes the table in
-``historysim/measured/README.md``. Another finding is another row of `FINDINGS`.
+``python tests/support/findings.py`` counts false alarms in 1,000 clean records and writes the table
+in ``historysim/measured/README.md``. Another finding is another row of `FINDINGS`.
 """
 
 import functools
@@ -62,7 +62,8 @@ def corrected(record, correct):
 def centred(record, _):
     """Do what ``centred = true`` does."""
     return corrected(
-        record, lambda load: load - correction.offset_of_cycles(load, dead_band=loop_dead_band(load)).value
+        record,
+        lambda load: load - correction.offset_of_cycles(load, dead_band=loop_dead_band(load)).value,
     )
 
 
@@ -92,7 +93,10 @@ def shifted(record, note):
     shift = to_si(re.search(r'shift = "(.*?)"', note)[1], "s")
     found = corrected(record, lambda load: resample(record.time, load, record.time, shift=shift))
     known = np.isfinite(found["tangential_load"])
-    groups = ({name: values[known] for name, values in group.items()} for group in (found.channels, found.response))
+    groups = (
+        {name: values[known] for name, values in group.items()}
+        for group in (found.channels, found.response)
+    )
     channels, response = groups
     return attrs.evolve(found, time=found.time[known], channels=channels, response=response)
 
@@ -116,7 +120,9 @@ def notched(record, note):
 
 def hums_of(record):
     """Give the remark on hum in the load."""
-    found = hum_remark(ForceChannel(column="T"), "tangential_load", record.time, record["tangential_load"], 0.0)
+    found = hum_remark(
+        ForceChannel(column="T"), "tangential_load", record.time, record["tangential_load"], 0.0
+    )
     return [] if found is None else [found]
 
 
@@ -137,7 +143,8 @@ def slipping():
     return changed(FORCE * np.where(np.abs(FORCE) > 9.7e-3, 0.8 + 0.2 * period, 1.0))
 
 
-# -- a model compared with a record -------------------------------------------------------------------------
+# -- a model compared with a record
+# -------------------------------------------------------------------------
 
 
 SERIES = hs.Instrument(synthetic.STIFFNESS)
@@ -204,15 +211,23 @@ def drift_errors(case):
     return (max(abs(ends[0] / (0.95 * FRICTION) - 1), abs(ends[1] / (1.05 * FRICTION) - 1)),)
 
 
-# -- a fit ---------------------------------------------------------------------------------------------------
+# -- a fit
+# ---------------------------------------------------------------------------------------------------
 
 
 def mid_stroke():
     """Give a record in partial slip that begins in mid-stroke; its first sample is taken for its zero."""
     moved = 0.6 * SLIPS["sphere"] * np.sin(2 * np.pi * (np.arange(241) / 60 + 0.13))
-    load = BODIES["sphere"].advance_many(loaded("sphere"), tangential_displacement=moved)[1].tangential_load
+    load = (
+        BODIES["sphere"]
+        .advance_many(loaded("sphere"), tangential_displacement=moved)[1]
+        .tangential_load
+    )
     load = load + np.random.default_rng(0).normal(0, 1e-5, load.size)
-    channels = {"normal_load": np.full(moved.size, LOAD), "tangential_displacement": moved - moved[0]}
+    channels = {
+        "normal_load": np.full(moved.size, LOAD),
+        "tangential_displacement": moved - moved[0],
+    }
     return Measurement(np.arange(241) / 60, channels, {"tangential_load": load}), ("friction",)
 
 
@@ -234,7 +249,8 @@ def fit_error(case):
     return (abs(found.values["friction"] / FRICTION - 1),)
 
 
-# -- files ---------------------------------------------------------------------------------------------------
+# -- files
+# ---------------------------------------------------------------------------------------------------
 
 
 @attrs.frozen
@@ -248,7 +264,11 @@ class File:
     @classmethod
     def of(cls, record, **others):
         """Give the file of a record."""
-        columns = {"t": record.time, "N": record["normal_load"], "u": record["tangential_displacement"]}
+        columns = {
+            "t": record.time,
+            "N": record["normal_load"],
+            "u": record["tangential_displacement"],
+        }
         return cls({**columns, "T": record["tangential_load"], **others})
 
     def read(self):
@@ -294,7 +314,11 @@ def stored_cycles():
     start, count = TIME.size // 2 + 40, 640
     part = slice(start, start + count)
     loads = [scale * FORCE[part] for scale in (1.0, 1.5, 2.0)]
-    columns = {"Cycle": np.repeat([1, 10, 100], count), "N": np.full(3 * count, LOAD), "u": np.tile(MOVED[part], 3)}
+    columns = {
+        "Cycle": np.repeat([1, 10, 100], count),
+        "N": np.full(3 * count, LOAD),
+        "u": np.tile(MOVED[part], 3),
+    }
     return File({**columns, "T": np.concatenate(loads)}, {"time": None})
 
 
@@ -331,7 +355,8 @@ class Finding:
     notes: Callable[[Any], Iterable[str]] = lambda record: notes_of(record)  # noqa: PLW0108 - defined below
     names: tuple[str, ...] = ("energy", "μ", "channels")
     errors: Callable[[Any], tuple[float, ...]] = lambda record: errors_of(record)  # noqa: PLW0108 - defined below
-    unadvised: Callable[[Any], Any] = lambda case: case  #: the record as it would be without the finding
+    #: the record as it would be without the finding
+    unadvised: Callable[[Any], Any] = lambda case: case
 
 
 FINDINGS = (
@@ -360,7 +385,9 @@ FINDINGS = (
         "half the height follows √(1 − x²) within 4 %, the middle a line within 5 %",
         "load higher forward than backward, energy above 0",
         "none in the program",
-        lambda: changed(2e4 * SINE + 6e-3 * np.cos(2 * np.pi * TIME / 32) + 1e-6 * FORCE, SINE + 1e-9 * FORCE),
+        lambda: changed(
+            2e4 * SINE + 6e-3 * np.cos(2 * np.pi * TIME / 32) + 1e-6 * FORCE, SINE + 1e-9 * FORCE
+        ),
         None,
         "no coefficient",
     ),
@@ -570,7 +597,9 @@ FINDINGS = (
         notes=notes_of_file,
         names=("channels",),
         errors=errors_of_file,
-        unadvised=lambda file: file.with_entry("tangential_displacement", '{ column = "u", offset = 0 }'),
+        unadvised=lambda file: file.with_entry(
+            "tangential_displacement", '{ column = "u", offset = 0 }'
+        ),
     ),
     Finding(
         "repeated times (reading)",
@@ -641,7 +670,9 @@ def false_alarms(seeds):
 def all_notes(record):
     """Give all notes on a clean record: on reading it from a file, on its loops, and next to its own model."""
     seen = observe(record.measurement)
-    comparison_notes = Comparison(seen, compute_response(record.ensemble, hs.Instrument(), seen)).notes
+    comparison_notes = Comparison(
+        seen, compute_response(record.ensemble, hs.Instrument(), seen)
+    ).notes
     return {
         *notes_of(record.measurement),
         *notes_of_file(File.of(record.measurement)),
@@ -680,7 +711,11 @@ def errors_of(record):
     except InputError:
         return np.nan, np.nan, distance(record)
     energy = found.statistics("dissipated_energy").mean / ENERGY - 1
-    return abs(energy), abs(found.statistics("friction_coefficient").mean / FRICTION - 1), distance(record)
+    return (
+        abs(energy),
+        abs(found.statistics("friction_coefficient").mean / FRICTION - 1),
+        distance(record),
+    )
 
 
 def distance(record):
@@ -714,15 +749,31 @@ def effect_text(finding):
         return finding.withheld
     texts = ["none" if np.isnan(size) else f"{100 * size:.1f} %" for size in np.ravel(errors)]
     count = len(finding.names)
-    return ", ".join(f"{name} {texts[i]} → {texts[i + count]}" for i, name in enumerate(finding.names))
+    return ", ".join(
+        f"{name} {texts[i]} → {texts[i + count]}" for i, name in enumerate(finding.names)
+    )
 
 
 def table(counts):
     """Give the table of the page."""
-    head = ("finding", "test", "precondition", "remedy", "false alarms", "error, before → after the advice")
+    head = (
+        "finding",
+        "test",
+        "precondition",
+        "remedy",
+        "false alarms",
+        "error, before → after the advice",
+    )
     rows = [head, ("---",) * len(head)]
     for each in FINDINGS:
-        cells = (each.finding, each.test, each.precondition, each.remedy, str(counts[each.finding]), effect_text(each))
+        cells = (
+            each.finding,
+            each.test,
+            each.precondition,
+            each.remedy,
+            str(counts[each.finding]),
+            effect_text(each),
+        )
         rows.append(tuple(cell.replace("|", "\\|") for cell in cells))
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 

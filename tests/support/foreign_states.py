@@ -1,6 +1,7 @@
 """States that belong elsewhere, of other versions, and forged with a right checksum, given to every entry.
 
-What is asked of the library: an answer, or one of its errors; never an endless run, nor anything that a sanitizer sees.
+What is asked of the library: an answer, or one of its errors; never an endless run, nor anything
+that a sanitizer sees.
 """
 
 import pickle
@@ -60,7 +61,9 @@ def moved(ensemble, state, rng):
 def pressed(ensemble, state, rng):
     """Return the state after a ramp of loads, saturated."""
     load = ensemble.pair.contact_modulus * 1e-5**0.5 * (1e-7) ** 1.5 * rng.uniform(0.0, 2.0)
-    return ensemble.advance(state, normal_load=load, tangential_load=rng.uniform(-0.3, 0.3) * load, saturate=True)
+    return ensemble.advance(
+        state, normal_load=load, tangential_load=rng.uniform(-0.3, 0.3) * load, saturate=True
+    )
 
 
 def stepped(ensemble, state, rng):
@@ -74,7 +77,9 @@ def stepped(ensemble, state, rng):
 
 def many(ensemble, state, rng):
     """Return the state after several paths."""
-    return ensemble.advance_many(state, tangential_displacement=[places(ensemble, rng)[1] for _ in range(3)])[0]
+    return ensemble.advance_many(
+        state, tangential_displacement=[places(ensemble, rng)[1] for _ in range(3)]
+    )[0]
 
 
 def walked(ensemble, state, rng):
@@ -82,7 +87,9 @@ def walked(ensemble, state, rng):
     from historysim.memory.paths import blank_rows
 
     paths = straight_paths(Goals(1, places(ensemble, rng)[0]), Goals(1, places(ensemble, rng)[1]))
-    return ensemble.advance_along(state, paths, rows=blank_rows(1, 1), asperities=[len(ensemble) - 1])
+    return ensemble.advance_along(
+        state, paths, rows=blank_rows(1, 1), asperities=[len(ensemble) - 1]
+    )
 
 
 def rubbed(ensemble, state, rng):
@@ -107,11 +114,19 @@ def asked(ensemble, state, _rng):
         asperity = ensemble.asperity(len(ensemble) - 1, state)
         asperity.traction(np.linspace(0.0, 1e-6, 5))
         repr(asperity)
-    for name in ("stored_energy", "slip_share", "friction", "group", "evolved", "yielded", "contact_count"):
+    for name in (
+        "stored_energy",
+        "slip_share",
+        "friction",
+        "group",
+        "evolved",
+        "yielded",
+        "contact_count",
+    ):
         getattr(state, name)
     state.stiffness(1)
     state.vertices()
-    return pickle.loads(pickle.dumps(state))  # noqa: S301 - our own
+    return pickle.loads(pickle.dumps(state))
 
 
 ENTRIES = (moved, pressed, stepped, many, walked, rubbed, reshaped, asked)
@@ -136,7 +151,9 @@ def forged(content, rng):
             elif kind < 4:
                 number *= 1.0 + rng.choice([-1.0, 1.0]) * 10.0 ** rng.integers(-12, 4)
         if kind == 4:
-            made[at : at + 8] = made[(other := 8 * int(rng.integers(2, (len(made) - 8) // 8))) : other + 8]
+            made[at : at + 8] = made[
+                (other := 8 * int(rng.integers(2, (len(made) - 8) // 8))) : other + 8
+            ]
         elif kind == 5:
             made[at] ^= 1 << int(rng.integers(8))
         else:
@@ -157,12 +174,19 @@ class Calls:
         self.rng = np.random.default_rng(seed)
         self.ensembles = ensembles(self.rng)
         self.states = [ensemble.initial_state() for ensemble in self.ensembles]
-        self.counts = dict.fromkeys(("own", "foreign", "other version", "forged", "forged identity", "refused"), 0)
+        self.counts = dict.fromkeys(
+            ("own", "foreign", "other version", "forged", "forged identity", "refused"), 0
+        )
 
     def one(self):
         """Make one call, and see that it ends as it has to."""
-        which, entry = self.rng.integers(len(self.ensembles)), ENTRIES[self.rng.integers(len(ENTRIES))]
-        kind = self.rng.choice(["own", "own", "foreign", "other version", "forged", "forged", "forged identity"])
+        which, entry = (
+            self.rng.integers(len(self.ensembles)),
+            ENTRIES[self.rng.integers(len(ENTRIES))],
+        )
+        kind = self.rng.choice(
+            ["own", "own", "foreign", "other version", "forged", "forged", "forged identity"]
+        )
         self.counts[kind] += 1
         getattr(self, "_" + kind.replace(" ", "_"))(which, entry)
 
@@ -172,11 +196,16 @@ class Calls:
         except OURS:
             return
         # what is alike from the start on is worn out at last
-        self.states[which] = after if self.rng.random() < 0.98 else self.ensembles[which].initial_state()
+        self.states[which] = (
+            after if self.rng.random() < 0.98 else self.ensembles[which].initial_state()
+        )
 
     def _foreign(self, which, entry):
         other = (which + self.rng.integers(1, len(self.ensembles))) % len(self.ensembles)
-        self._is_refused(lambda: entry(self.ensembles[which], self.states[other], self.rng), "expected one of this")
+        self._is_refused(
+            lambda: entry(self.ensembles[which], self.states[other], self.rng),
+            "expected one of this",
+        )
 
     def _other_version(self, which, _entry):
         content = bytearray(self.states[which].to_bytes())

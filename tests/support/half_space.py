@@ -1,8 +1,9 @@
 """A brute force of contact with friction on a half-space of ν = 0, point by point: shares no code with the program.
 
-Normal and tangential displacements of a surface that repeats, of E* = 1, are K p and K q with K = 2/|k| in Fourier
-space; with ν = 0 neither acts on the other, and θ = 1. Pressures minimise ½ p·K p - p·(z + a), p ≥ 0. A
-step in friction minimises ½ Δq·K Δq - ΔU Σ Δq with |q| ≤ μ p: slip is against the traction, and at the limit alone.
+Normal and tangential displacements of a surface that repeats, of E* = 1, are K p and K q with K =
+2/|k| in Fourier space; with ν = 0 neither acts on the other, and θ = 1. Pressures minimise ½ p·K p
+- p·(z + a), p ≥ 0. A step in friction minimises ½ Δq·K Δq - ΔU Σ Δq with |q| ≤ μ p: slip is against
+  the traction, and at the limit alone.
 """
 
 import numpy as np

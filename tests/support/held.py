@@ -18,7 +18,9 @@ def contact():
 
 def engine(time, normal, displacement):
     """Replay each sample as an event, behind the instrument."""
-    job = hs.Replay(contact(), SampledLoads(time, normal, displacement), record="totals", instrument=STIFF)
+    job = hs.Replay(
+        contact(), SampledLoads(time, normal, displacement), record="totals", instrument=STIFF
+    )
     return job.dataset()["total_tangential_load"].to_numpy()
 
 
@@ -52,7 +54,11 @@ class Holds:
         displacement = start + (end - start) * way
         normal = 50e-3 * (1 - self.fall * since / self.length)
         rests = since > 0
-        form = 1 - np.exp(-since / self.onset) if self.exponential else np.log1p(since / self.onset) / np.log(10)
+        form = (
+            1 - np.exp(-since / self.onset)
+            if self.exponential
+            else np.log1p(since / self.onset) / np.log(10)
+        )
         each = self.creep * (1 + self.scatter * random.standard_normal(self.count))
         crept = (each * (-1.0) ** np.arange(self.count))[number.astype(int)] * form
         # the creep exists when the next move begins, and is taken up on its way
@@ -68,6 +74,9 @@ class Holds:
         load = load + self.sensor * time + self.load_noise * noise
         channels = {
             "normal_load": normal * (1 + 2e-4 * random.standard_normal(time.size)),
-            "tangential_displacement": displacement + self.displacement_noise * random.standard_normal(time.size),
+            "tangential_displacement": displacement
+            + self.displacement_noise * random.standard_normal(time.size),
         }
-        return Measurement(time, channels, {"tangential_load": load}, {"tangential_displacement": 20e-9})
+        return Measurement(
+            time, channels, {"tangential_load": load}, {"tangential_displacement": 20e-9}
+        )

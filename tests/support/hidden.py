@@ -1,8 +1,9 @@
 """A plugin of pytest that hides what Windows does not have: ``PYTHONPATH=tests/support pytest -p hidden tests/log``.
 
-``fcntl`` cannot be imported, and calls and flags that POSIX alone has are gone from ``os``. In the place of ``msvcrt``
-is a module with its locks: of bytes of an open file, which belong to that handle. What it cannot show: files that
-cannot be renamed or removed while they are open, other names and paths, and HDF5 and SQLite as they are built there.
+``fcntl`` cannot be imported, and calls and flags that POSIX alone has are gone from ``os``. In the
+place of ``msvcrt`` is a module with its locks: of bytes of an open file, which belong to that
+handle. What it cannot show: files that cannot be renamed or removed while they are open, other
+names and paths, and HDF5 and SQLite as they are built there.
 """
 
 import errno
@@ -27,7 +28,15 @@ def locking(handle: int, _: int, size: int) -> None:
 
 msvcrt = types.ModuleType("msvcrt")
 msvcrt.locking, msvcrt.LK_NBLCK = locking, 2  # type: ignore[attr-defined]
-HIDDEN = ("O_NOFOLLOW", "O_DIRECTORY", "O_NONBLOCK", "O_CLOEXEC", "sched_getaffinity", "geteuid", "fdatasync")
+HIDDEN = (
+    "O_NOFOLLOW",
+    "O_DIRECTORY",
+    "O_NONBLOCK",
+    "O_CLOEXEC",
+    "sched_getaffinity",
+    "geteuid",
+    "fdatasync",
+)
 
 
 def hide() -> None:

@@ -22,8 +22,9 @@ from historysim.loads.events import (
 SINGLE_MARGIN = 0.95
 MIXED_MARGIN = 0.9
 
-# the worked numbers of the theory: E* = R = 1, G* = 0.25, μ = 0.5, straight ramps from N = 0.01, T = 0; each to N, T,
-# then the displacement there, and the energy dissipated so far, its last digit cut off
+# the worked numbers of the theory: E* = R = 1, G* = 0.25, μ = 0.5, straight ramps from N = 0.01, T
+# = 0; each to N, T, then the displacement there, and the energy dissipated so far, its last digit
+# cut off
 TABLE = [
     (0.01, 0.003, 8.757317e-3, 1.310944e-6),
     (0.01, -0.002, -5.420920e-3, 2.660305e-6),
@@ -38,7 +39,8 @@ TABLE = [
 class Move(NamedTuple):
     """One joint path of both channels to their targets; `friction` then replaces the coefficients.
 
-    The kinds are "load" [N] and "displacement" [m]; a friction change acts after the arrival, with both channels held.
+    The kinds are "load" [N] and "displacement" [m]; a friction change acts after the arrival, with
+    both channels held.
     """
 
     normal_kind: str
@@ -59,7 +61,9 @@ class Move(NamedTuple):
         """Return the move to the same place, straight in (approach, U)."""
         if self.normal_kind == "displacement":
             return self
-        return self._replace(normal_kind="displacement", normal_value=float(contact.approach(self.normal_value)))
+        return self._replace(
+            normal_kind="displacement", normal_value=float(contact.approach(self.normal_value))
+        )
 
     @property
     def ramps(self):
@@ -69,7 +73,9 @@ class Move(NamedTuple):
 
 def build_ensemble(contact):
     """Return the ensemble of a contact of the springs."""
-    pair = hs.MaterialPair.from_moduli(contact_modulus=contact.contact_modulus, shear_modulus=contact.shear_modulus)
+    pair = hs.MaterialPair.from_moduli(
+        contact_modulus=contact.contact_modulus, shear_modulus=contact.shear_modulus
+    )
     return hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
 
 
@@ -104,7 +110,14 @@ class History(NamedTuple):
     @property
     def _strongest(self):
         return max(
-            [1.0, *(float(np.max(move.friction / self.contact.friction)) for move in self.moves if move.friction)]
+            [
+                1.0,
+                *(
+                    float(np.max(move.friction / self.contact.friction))
+                    for move in self.moves
+                    if move.friction
+                ),
+            ]
         )
 
     def replay(self, **options):
@@ -117,7 +130,9 @@ class History(NamedTuple):
         ensemble = self.ensemble
         state = ensemble.initial_state() if state is None else state
         for move in self.moves:
-            state = ensemble.advance(state, **move.targets, friction=move.friction, instrument=self.instrument)
+            state = ensemble.advance(
+                state, **move.targets, friction=move.friction, instrument=self.instrument
+            )
             yield state
 
     def straight(self):
@@ -162,7 +177,8 @@ class _DrawnSource:
 class _Writer:
     """Writes moves one after another and knows the loads that they lead to.
 
-    The tangential load is unknown (None) after a displacement: it is then only known to be within the limit.
+    The tangential load is unknown (None) after a displacement: it is then only known to be within
+    the limit.
     """
 
     def __init__(self, source, contact, largest_load):
@@ -175,14 +191,18 @@ class _Writer:
         self.tangential_load = 0.0
 
     def move(self):
-        action = self.source.pick(("reload", "reload", "reload", "reload", "hold", "hold", "hold", "lift"))
+        action = self.source.pick(
+            ("reload", "reload", "reload", "reload", "hold", "hold", "hold", "lift")
+        )
         normal_kind = self.source.pick(("load", "displacement"))
         tangential_kind = self.source.pick(("load", "displacement"))
         if action == "lift" and self.normal_load > 0:
             return self._lift(normal_kind)
         held = action == "hold" and self.normal_load > 0
         # a wide range of loads, so that low asperities come and go
-        normal_load = self.normal_load if held else self.largest_load * self.source.between(0.15, 1.0) ** 2
+        normal_load = (
+            self.normal_load if held else self.largest_load * self.source.between(0.15, 1.0) ** 2
+        )
         return self._touch(normal_kind, normal_load, tangential_kind)
 
     def friction(self):
@@ -202,7 +222,12 @@ class _Writer:
         # U under a tangential load is not determined once nothing touches
         gap = self.source.between(0.01, 0.5) * self.largest_approach
         self.normal_load = self.tangential_load = 0.0
-        return Move(normal_kind, 0.0 if normal_kind == "load" else -gap, "displacement", self._displacement())
+        return Move(
+            normal_kind,
+            0.0 if normal_kind == "load" else -gap,
+            "displacement",
+            self._displacement(),
+        )
 
     def _touch(self, normal_kind, normal_load, tangential_kind):
         approach = self.contact.approach(normal_load)
@@ -210,7 +235,9 @@ class _Writer:
             value, tangential_load = self._displacement(), None
         else:
             margin = SINGLE_MARGIN if np.ptp(self.contact.friction) == 0 else MIXED_MARGIN
-            value = tangential_load = margin * self.source.between(-1.0, 1.0) * self.contact.limit(approach)
+            value = tangential_load = (
+                margin * self.source.between(-1.0, 1.0) * self.contact.limit(approach)
+            )
             if not self._ramp_is_safe(normal_load, tangential_load):
                 # straight in (approach, U) instead: such a path asks for nothing on its way
                 normal_kind = "displacement"
@@ -225,7 +252,9 @@ class _Writer:
         if self.tangential_load is None:
             return False
         share = np.linspace(0, 1, 65)
-        approaches = self.contact.approach(self.normal_load + share * (normal_load - self.normal_load))
+        approaches = self.contact.approach(
+            self.normal_load + share * (normal_load - self.normal_load)
+        )
         loads = self.tangential_load + share * (tangential_load - self.tangential_load)
         return np.all(np.abs(loads) <= (MIXED_MARGIN + 0.05) * self.contact.limit(approaches))
 
@@ -233,7 +262,9 @@ class _Writer:
         return self.source.between(-1.3, 1.3) * self.slide
 
 
-def random_moves(rng, contact, largest_load, count=10, friction_changes=False, source=_RandomSource):
+def random_moves(
+    rng, contact, largest_load, count=10, friction_changes=False, source=_RandomSource
+):
     """Return moves drawn from a numpy Generator; their normal load stays below `largest_load` [N]."""
     source = source(rng)
     writer = _Writer(source, contact, largest_load)
@@ -267,7 +298,15 @@ def contacts(draw, counts=(1, 3, 8), groups=(1, 3)):
 
 
 @st.composite
-def histories(draw, counts=(1, 3, 8), groups=(1, 3), steep=(False, True), compliance=False, extremes=False, longest=10):
+def histories(
+    draw,
+    counts=(1, 3, 8),
+    groups=(1, 3),
+    steep=(False, True),
+    compliance=False,
+    extremes=False,
+    longest=10,
+):
     """Draw a History.
 
     Parameters
@@ -277,7 +316,8 @@ def histories(draw, counts=(1, 3, 8), groups=(1, 3), steep=(False, True), compli
     steep : sequence of bool
         Whether friction changes, which leaves polylines steeper than the limit.
     compliance : bool
-        Whether an instrument is in series, of a thirtieth to thirty times the lateral stiffness of the contact.
+        Whether an instrument is in series, of a thirtieth to thirty times the lateral stiffness of
+        the contact.
     extremes : bool
         Draw every number by itself, with a preference for 0 and for the ends of its range.
     longest : int
@@ -324,7 +364,9 @@ class DrivenRow(SpringRow):
     def apply(self, normal, tangential, substeps=400):
         self.drive = None
         if tangential[0] == "load" or math.isinf(self.stiffness):
-            super().apply(normal, tangential, substeps if normal[0] == tangential[0] == "load" else 1)
+            super().apply(
+                normal, tangential, substeps if normal[0] == tangential[0] == "load" else 1
+            )
             return
         self.drive = tangential[1]
         end = normal[1] if normal[0] == "displacement" else self._approach_at(normal[1])
@@ -337,7 +379,9 @@ class DrivenRow(SpringRow):
         bent = 1.01 * self.contact.limit(max(end, 0.0)) / self.stiffness
         displacement = self.drive
         if bent > 0:
-            displacement = brentq(excess, self.drive - bent, self.drive + bent, xtol=1e-15 * bent, rtol=1e-15)
+            displacement = brentq(
+                excess, self.drive - bent, self.drive + bent, xtol=1e-15 * bent, rtol=1e-15
+            )
         super().apply(("displacement", end), ("displacement", displacement), 1)
 
     def friction_change(self, friction, missing=None):
@@ -372,10 +416,16 @@ def to_events(moves):
 def follow(row, moves, substeps=400):
     """Carry a SpringRow through the moves; yield it after each distinct time of `to_events`."""
     for move in moves:
-        row.apply((move.normal_kind, move.normal_value), (move.tangential_kind, move.tangential_value), substeps)
+        row.apply(
+            (move.normal_kind, move.normal_value),
+            (move.tangential_kind, move.tangential_value),
+            substeps,
+        )
         yield row
         if move.friction is not None:
             # the coefficients are new, the loads are not: U follows at a fixed approach
             held = move.tangential_value if move.tangential_kind == "load" else None
-            row.friction_change(move.friction, None if held is None else lambda _, load, held=held: load - held)
+            row.friction_change(
+                move.friction, None if held is None else lambda _, load, held=held: load - held
+            )
             yield row

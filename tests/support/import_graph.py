@@ -65,7 +65,9 @@ def at_top_level(tree):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             waiting.extend(node.orelse)
         else:
-            waiting.extend(each for each in ast.iter_child_nodes(node) if not isinstance(each, ast.expr))
+            waiting.extend(
+                each for each in ast.iter_child_nodes(node) if not isinstance(each, ast.expr)
+            )
 
 
 def import_statements(tree, *, top_level):

@@ -29,19 +29,33 @@ def _text(path):
 
 
 def _semicolons(path):
-    rows = "".join(f"{time};{force};ok\n" for time, force in zip(TIME, FORCE, strict=True)).replace(".", ",")
+    rows = "".join(f"{time};{force};ok\n" for time, force in zip(TIME, FORCE, strict=True)).replace(
+        ".", ","
+    )
     path.write_text("# from elsewhere\ntime;force;remark\n" + rows, encoding="utf-8")
 
 
 def _json(path):
-    held = {"time": TIME.tolist(), "force": FORCE.tolist(), "force unit": "kN", "m": [[1, 2], [3, 4], [5, 6]]}
-    path.write_text(json.dumps(held | {"records": [{"a": 1}, {"a": None, "b": "x"}]}), encoding="utf-8")
+    held = {
+        "time": TIME.tolist(),
+        "force": FORCE.tolist(),
+        "force unit": "kN",
+        "m": [[1, 2], [3, 4], [5, 6]],
+    }
+    path.write_text(
+        json.dumps(held | {"records": [{"a": 1}, {"a": None, "b": "x"}]}), encoding="utf-8"
+    )
 
 
 def _matlab(path, *, compressed):
     import scipy.io
 
-    held = {"time": TIME, "force": FORCE[:, None], "m": np.ones((20, 3)), "s": {"a": TIME, "a_unit": "kN"}}
+    held = {
+        "time": TIME,
+        "force": FORCE[:, None],
+        "m": np.ones((20, 3)),
+        "s": {"a": TIME, "a_unit": "kN"},
+    }
     cell = np.array([1, "x"], dtype=object)
     scipy.io.savemat(path, held | {"cell": cell, "z": 1j * TIME}, do_compression=compressed)
 
@@ -60,7 +74,8 @@ def _hdf5(path, version):
 
     with h5py.File(path, "w", libver=version) as file:
         file["time"], file["force"] = TIME, FORCE
-        # of a fixed length: the library may never come to an end at damaged texts of variable length
+        # of a fixed length: the library may never come to an end at damaged texts of variable
+        # length
         file["force"].attrs["units"] = np.bytes_("kN")
         file["force"].attrs["_FillValue"] = -9.0
         file.create_dataset("g/z", data=np.ones((20, 3)), compression="gzip")
@@ -131,7 +146,8 @@ def read_or_refuse(path, columns, *, missing):
     try:
         for listing in describe(path):
             assert all(
-                isinstance(part, str) for part in (listing.column, listing.unit, listing.values, listing.first_value)
+                isinstance(part, str)
+                for part in (listing.column, listing.unit, listing.values, listing.first_value)
             )
     except InputError as error:
         check_message(path, error)
@@ -150,12 +166,27 @@ def broken(content):
         found = bytearray(content)
         for _ in range(draw(st.integers(1, 5))):
             start = draw(st.integers(0, len(found)))
-            stop = draw(st.integers(start, min(len(found), start + draw(st.sampled_from([1, 8, 100])))))
+            stop = draw(
+                st.integers(start, min(len(found), start + draw(st.sampled_from([1, 8, 100]))))
+            )
             found[start:stop] = draw(
                 st.one_of(
                     st.binary(min_size=stop - start, max_size=stop - start),
                     st.binary(max_size=9),
-                    st.sampled_from([b"\xff" * 8, b"\0" * 8, b"\n", b"nan", b'"', b"-", b",", b"1e400", b"[", b"#"]),
+                    st.sampled_from(
+                        [
+                            b"\xff" * 8,
+                            b"\0" * 8,
+                            b"\n",
+                            b"nan",
+                            b'"',
+                            b"-",
+                            b",",
+                            b"1e400",
+                            b"[",
+                            b"#",
+                        ]
+                    ),
                     st.just(bytes(found[start:stop]) * 2),
                 )
             )

@@ -41,6 +41,12 @@ def undrawn(figure):
     found = set()
     for axes in figure.findobj(mpl.axes.Axes):
         for axis in (axes.xaxis, axes.yaxis):
-            every = {label for tick in (*axis.majorTicks, *axis.minorTicks) for label in (tick.label1, tick.label2)}
-            found |= every - {label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
+            every = {
+                label
+                for tick in (*axis.majorTicks, *axis.minorTicks)
+                for label in (tick.label1, tick.label2)
+            }
+            found |= every - {
+                label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)
+            }
     return found

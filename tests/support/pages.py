@@ -13,7 +13,8 @@ from click.testing import CliRunner
 from historysim.cli import main
 
 BLOCK = re.compile(r"^(<!-- not run: .+ -->\n)?```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-LEFT = {"pip", "python", "pytest", "mpiexec"}  # first words of commands that are no commands of this program
+# first words of commands that are no commands of this program
+LEFT = {"pip", "python", "pytest", "mpiexec"}
 
 
 def blocks(text: str) -> list[tuple[bool, str, str]]:
@@ -28,7 +29,9 @@ def invoked(line: str) -> str:
     return done.output
 
 
-def type_in(text: str, expect: Callable[[str, str], None] | None = None) -> tuple[dict[str, Any], dict[str, str]]:
+def type_in(
+    text: str, expect: Callable[[str, str], None] | None = None
+) -> tuple[dict[str, Any], dict[str, str]]:
     """Type a page into the working directory.
 
     Parameters
@@ -53,7 +56,9 @@ def type_in(text: str, expect: Callable[[str, str], None] | None = None) -> tupl
             continue
         if kind == "toml":
             name = body.split("\n", 1)[0].removeprefix("# ")
-            assert name.endswith(".toml"), f"{body}\nhas no name; expected # name.toml in its first line"
+            assert name.endswith(".toml"), (
+                f"{body}\nhas no name; expected # name.toml in its first line"
+            )
             Path(name).write_text(body, encoding="utf-8")
         elif kind == "sh":
             for line in body.splitlines():

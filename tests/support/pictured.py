@@ -12,7 +12,9 @@ from historysim.measured.comparison import Comparison, compute_response, observe
 from historysim.measured.reduction import Measurement
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-TITLE = "Friction loops of silicon on rough float glass at 50 and 70 mN, before and after running in"
+TITLE = (
+    "Friction loops of silicon on rough float glass at 50 and 70 mN, before and after running in"
+)
 ROUGH = f"""
 title = "{TITLE}"
 [materials]
@@ -90,12 +92,17 @@ def totals():
 
 
 def _few():
-    return hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2])
+    return hs.Ensemble(
+        PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2]
+    )
 
 
 def _events():
     turns = ((1, 1), (2, -1), (3, 1))
-    return [hs.NormalLoad(0.0, 4e-3), *(hs.TangentialDisplacement(float(t), sign * 30e-9) for t, sign in turns)]
+    return [
+        hs.NormalLoad(0.0, 4e-3),
+        *(hs.TangentialDisplacement(float(t), sign * 30e-9) for t, sign in turns),
+    ]
 
 
 @cache
@@ -131,7 +138,9 @@ def worn():
 
 @cache
 def height_map():
-    return hs.random_surface(shape=(64, 64), pixel_size=1e-6, rms_height=30e-9, autocorrelation_length=8e-6, seed=2)
+    return hs.random_surface(
+        shape=(64, 64), pixel_size=1e-6, rms_height=30e-9, autocorrelation_length=8e-6, seed=2
+    )
 
 
 @cache
@@ -148,7 +157,9 @@ def compared():
     normal = np.where(np.arange(u.size) < 60, 0.05, 0.1)
     load = 0.2 * normal * np.sign(np.diff(u, prepend=-1e-9))
     record = Measurement(
-        np.arange(float(u.size)), {"normal_load": normal, "tangential_displacement": u}, {"tangential_load": load}
+        np.arange(float(u.size)),
+        {"normal_load": normal, "tangential_displacement": u},
+        {"tangential_load": load},
     )
     observed = observe(record)
     instrument = hs.Instrument(1e7)
@@ -157,7 +168,10 @@ def compared():
 
 @cache
 def loops():
-    events = [hs.NormalLoad(0.0, 50e-3), *(hs.TangentialDisplacement(1.0 + i, 60e-9 * (-1) ** i) for i in range(12))]
+    events = [
+        hs.NormalLoad(0.0, 50e-3),
+        *(hs.TangentialDisplacement(1.0 + i, 60e-9 * (-1) ** i) for i in range(12)),
+    ]
     return hs.loops(hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.12), events, substeps=50))
 
 
@@ -198,8 +212,17 @@ def reduced():
 @cache
 def cycled():
     random = np.random.default_rng(5)
-    turns = zip(range(1, 30), random.uniform(-30e-9, 30e-9, 30), random.uniform(3e-3, 5e-3, 30), strict=False)
-    events = [event for t, u, load in turns for event in (hs.NormalLoad(t, load), hs.TangentialDisplacement(t, u))]
+    turns = zip(
+        range(1, 30),
+        random.uniform(-30e-9, 30e-9, 30),
+        random.uniform(3e-3, 5e-3, 30),
+        strict=False,
+    )
+    events = [
+        event
+        for t, u, load in turns
+        for event in (hs.NormalLoad(t, load), hs.TangentialDisplacement(t, u))
+    ]
     ensemble = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9], 30e-6, 0.2)
     return hs.replay(ensemble, events).assign_attrs(title=TITLE)
 
@@ -225,12 +248,16 @@ PICTURES = {
     "yielding": lambda **p: hs.plot(yielded(), picture="yielding", **p),
     "reduced": lambda **p: hs.plot(reduced(), **p),
     "surface": lambda **p: hs.plots.surface(height_map(), title=TITLE, **p),
-    "profile": lambda **p: hs.plots.surface(hs.Surface(height_map().heights[:, :1], (1e-6, 1e-6)), **p),
+    "profile": lambda **p: hs.plots.surface(
+        hs.Surface(height_map().heights[:, :1], (1e-6, 1e-6)), **p
+    ),
     "heights": lambda **p: hs.plots.map(height_map(), title=TITLE, **p),
     "summits": lambda **p: hs.plots.summits(_summits(), title=TITLE, **p),
     "summits-apart": lambda **p: hs.plots.summits(_summits(), apart=True, title=TITLE, **p),
     "measured-loops": lambda **p: hs.plots.measured_loops(loops(), title=TITLE, **p),
-    "measured-levels": lambda **p: hs.plots.measured_loops(compared()[1].measured, model=compared()[1].model, **p),
+    "measured-levels": lambda **p: hs.plots.measured_loops(
+        compared()[1].measured, model=compared()[1].model, **p
+    ),
     "loop-trends": lambda **p: hs.plot(loops().to_dataset(), **p),
     "fretting": lambda **p: hs.plot(loops().fretting, **p),
     "loop-levels": lambda **p: hs.plot(levels().by_load(), **p),
@@ -241,17 +268,29 @@ PICTURES = {
     "adhesion-map": lambda **p: hs.plots.adhesion_map(
         {"silicon": (0.5, 10.0), "glass": (8.0, 200.0), "pulled": (0.05, -0.2)}, **p
     ),
-    "swept": lambda **p: hs.plots.curve(sweep(), quantity="preliminary_displacement", title=TITLE, **p),
-    "bars": lambda **p: hs.plots.bars(
-        _pairs(), quantity="preliminary_displacement", groups={"smooth": ["a", "b"], "rough": ["a", "b"]}, **p
+    "swept": lambda **p: hs.plots.curve(
+        sweep(), quantity="preliminary_displacement", title=TITLE, **p
     ),
-    "together": lambda **p: hs.plots.loops(rough(), loads=True, first_loading=(0.02, 0.05), title=TITLE, **p),
+    "bars": lambda **p: hs.plots.bars(
+        _pairs(),
+        quantity="preliminary_displacement",
+        groups={"smooth": ["a", "b"], "rough": ["a", "b"]},
+        **p,
+    ),
+    "together": lambda **p: hs.plots.loops(
+        rough(), loads=True, first_loading=(0.02, 0.05), title=TITLE, **p
+    ),
     "figure": lambda **p: hs.plot(_figured(), **p),
 }
 
 
 def _summits():
-    rough = {"shape": (64, 64), "pixel_size": 1e-6, "rms_height": 30e-9, "autocorrelation_length": 8e-6}
+    rough = {
+        "shape": (64, 64),
+        "pixel_size": 1e-6,
+        "rms_height": 30e-9,
+        "autocorrelation_length": 8e-6,
+    }
     return {
         name: hs.random_surface(**rough, seed=seed).summits(rule=9)
         for seed, name in enumerate(("first", "second", "third"), 1)
@@ -266,7 +305,9 @@ def _asperity():
 
 
 def _pairs():
-    return sweep().isel({next(name for name in sweep().preliminary_displacement.dims if "waypoints" in name): 0})
+    return sweep().isel(
+        {next(name for name in sweep().preliminary_displacement.dims if "waypoints" in name): 0}
+    )
 
 
 @cache

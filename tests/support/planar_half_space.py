@@ -1,9 +1,9 @@
 """A brute force of one sphere that moves in two tangential directions: a half-space, point by point.
 
-Pressures are Hertz's. Tractions on square cells displace the surface by C q (Cerruti, integrated over a cell as Love
-did; with ν > 0 either component moves the surface along the other, too). A stage of a step is the minimum of ½ q·C q -
-q·(C q₀ + ΔU) under |q| ≤ μ p in every cell, and two of them make a step of second order (SDIRK2). It knows no rings
-and no springs. E* = R = θ = 1.
+Pressures are Hertz's. Tractions on square cells displace the surface by C q (Cerruti, integrated
+over a cell as Love did; with ν > 0 either component moves the surface along the other, too). A
+stage of a step is the minimum of ½ q·C q - q·(C q₀ + ΔU) under |q| ≤ μ p in every cell, and two of
+them make a step of second order (SDIRK2). It knows no rings and no springs. E* = R = θ = 1.
 """
 
 import numpy as np
@@ -33,7 +33,8 @@ class PlanarHalfSpace:
         moved = (along_x + along_y) * (1 - nu) + nu * np.array([along_x, along_y])
         across = nu * _over_cell(_product, x, y, self.cell)
         self.along, self.across = (
-            fft.rfft2(np.fft.ifftshift(each, axes=(-2, -1))) / (np.pi * (1 - nu / 2)) for each in (moved, across)
+            fft.rfft2(np.fft.ifftshift(each, axes=(-2, -1))) / (np.pi * (1 - nu / 2))
+            for each in (moved, across)
         )
         self.step = 1 / (np.abs(self.along).max() + np.abs(self.across).max())
         self.traction = np.zeros((2, cells, cells))
@@ -53,7 +54,9 @@ class PlanarHalfSpace:
         """Displacements under tractions (direction, x, y)."""
         n = self.cells
         waves = fft.rfft2(traction, s=(2 * n, 2 * n))
-        return fft.irfft2(self.along * waves + self.across * waves[::-1], s=(2 * n, 2 * n))[:, :n, :n]
+        return fft.irfft2(self.along * waves + self.across * waves[::-1], s=(2 * n, 2 * n))[
+            :, :n, :n
+        ]
 
     def _settled(self, start, pull, limit):
         """Minimum under the limit: accelerated projected gradients, restarted."""
@@ -92,7 +95,9 @@ class PlanarHalfSpace:
             before, held = self.moved(self.traction), self.traction
             self.traction = self._settled(held, before, coefficient * self.pressure(self.approach))
             after = self.moved(self.traction)
-            self.dissipated += 0.5 * ((held * before).sum() - (self.traction * after).sum()) * self.cell**2
+            self.dissipated += (
+                0.5 * ((held * before).sum() - (self.traction * after).sum()) * self.cell**2
+            )
         self.friction = friction
         return self
 
@@ -113,4 +118,6 @@ def _product(x, y):
 
 
 def _over_cell(integral, x, y, cell):
-    return sum(4 * a * b * integral(x + a * cell, y + b * cell) for a in (-0.5, 0.5) for b in (-0.5, 0.5))
+    return sum(
+        4 * a * b * integral(x + a * cell, y + b * cell) for a in (-0.5, 0.5) for b in (-0.5, 0.5)
+    )

@@ -1,10 +1,11 @@
 """Oracle at the friction limit: memory polylines in plain Python, carried in many small steps, held loads and all.
 
-Every friction group remembers a list of vertices (label, anchor), from the deepest spring to the contact edge; the
-label of a spring is the approach at which it first touches. A small step, straight in approach and displacement,
-appends or cuts the edge and clips every spring to the cone of Coulomb's law, whatever the polyline looks like. Nothing
-is known of fronts, of vertices that are wiped out, or of where a load meets the limit: a held load is found step by
-step as the theory defines it. At every moment the tangential load is the request, or the limit where that is less, and
+Every friction group remembers a list of vertices (label, anchor), from the deepest spring to the
+contact edge; the label of a spring is the approach at which it first touches. A small step,
+straight in approach and displacement, appends or cuts the edge and clips every spring to the cone
+of Coulomb's law, whatever the polyline looks like. Nothing is known of fronts, of vertices that are
+wiped out, or of where a load meets the limit: a held load is found step by step as the theory
+defines it. At every moment the tangential load is the request, or the limit where that is less, and
 the displacement takes the value nearest to its present one at which it is.
 
 All lengths and loads are in units in which θ = E*/(4 G*) = 1.
@@ -23,7 +24,10 @@ class Group:
     def __init__(self, friction, gap, factor):
         order = np.argsort(gap)
         self.friction = friction
-        self.gap, self.factor = np.asarray(gap, dtype=float)[order], np.asarray(factor, dtype=float)[order]
+        self.gap, self.factor = (
+            np.asarray(gap, dtype=float)[order],
+            np.asarray(factor, dtype=float)[order],
+        )
 
     def load(self, label):
         return float(self.factor @ np.clip(label - self.gap, 0, None) ** 1.5)
@@ -53,7 +57,9 @@ class Polylines:
             np.atleast_1d(height), np.atleast_1d(radius), np.atleast_1d(friction)
         )
         gap, factor = height.max() - height, 4 / 3 * contact_modulus * np.sqrt(radius)
-        self.groups = [Group(mu, gap[friction == mu], factor[friction == mu]) for mu in np.unique(friction)]
+        self.groups = [
+            Group(mu, gap[friction == mu], factor[friction == mu]) for mu in np.unique(friction)
+        ]
         self.lines = [[] for _ in self.groups]
         self.approach = self.displacement = self.dissipated = self.request = 0.0
 
@@ -94,8 +100,8 @@ class Polylines:
     def to(self, normal, tangential, steps=400):
         """Go to targets of both channels, each ("load" | "displacement", value), or of two loads straight in both.
 
-        A tangential load in company of an approach varies in proportion to the approach where it is held, and is
-        otherwise the end of a path that is straight in approach and displacement.
+        A tangential load in company of an approach varies in proportion to the approach where it is
+        held, and is otherwise the end of a path that is straight in approach and displacement.
         """
         both = normal[0] == tangential[0] == "load"
         d0, v0 = self.approach, self.displacement
@@ -109,7 +115,9 @@ class Polylines:
         if both and d0 < 0 < d1:
             self._step(0.0, v0)
             d0 = 0.0
-        within = abs(tangential[1]) < self.limit_at(d1) * (1 - TIE) and abs(t0) <= self.limit * (1 + TIE)
+        within = abs(tangential[1]) < self.limit_at(d1) * (1 - TIE) and abs(t0) <= self.limit * (
+            1 + TIE
+        )
         if not both and within:
             # straight in approach and displacement: the end in one step, then the way there
             end = self._nearest(d1, tangential[1])
@@ -117,7 +125,11 @@ class Polylines:
                 self._step(d0 + (d1 - d0) * k / steps, v0 + (end - v0) * k / steps)
         else:
             for share in self._shares(normal, both, steps):
-                d = self.approach_at(n0 + (normal[1] - n0) * share) if both else d0 + (d1 - d0) * share
+                d = (
+                    self.approach_at(n0 + (normal[1] - n0) * share)
+                    if both
+                    else d0 + (d1 - d0) * share
+                )
                 limit = self.limit_at(d)
                 asked = t0 + (tangential[1] - t0) * share
                 self._step(d, self._nearest(d, min(max(asked, -limit), limit)))
@@ -130,7 +142,9 @@ class Polylines:
             for group, mu, factor in zip(self.groups, first, factors, strict=True):
                 group.friction = mu * (1 + (factor - 1) * k / steps)
             target = min(max(self.request, -self.limit), self.limit)
-            self._step(self.approach, self._nearest(self.approach, target) if hold else self.displacement)
+            self._step(
+                self.approach, self._nearest(self.approach, target) if hold else self.displacement
+            )
         if not hold:
             self.request = self.tangential_load
 

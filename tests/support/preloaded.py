@@ -23,10 +23,20 @@ def preloaded(source: str) -> ctypes.CDLL:
         sys.exit(REASON)
     with tempfile.TemporaryDirectory() as folder:
         library = f"{folder}/{name}"
-        compile_it = [COMPILER, "-shared", "-fPIC", "-o", library, Path(__file__).with_name(source), "-ldl"]
+        compile_it = [
+            COMPILER,
+            "-shared",
+            "-fPIC",
+            "-o",
+            library,
+            Path(__file__).with_name(source),
+            "-ldl",
+        ]
         subprocess.run(compile_it, check=True)
         environment = {**os.environ, "LD_PRELOAD": library}
-        sys.exit(subprocess.run([sys.executable, *sys.argv], env=environment, check=False).returncode)
+        sys.exit(
+            subprocess.run([sys.executable, *sys.argv], env=environment, check=False).returncode
+        )
 
 
 def run_script(path: Path, *arguments: object) -> str:

@@ -1,8 +1,9 @@
 """What runs, resumes, appends and forks promise of the files that they leave, however they end.
 
-`kill_runs.py` and `fault_runs.py` end each of them at many instants, and open the remaining files as a user
-would: the log is sound, or is not there yet; nothing is lost that was done; a result is the older one or the new one,
-whole; and a resume continues after the last snapshot, to the same bits.
+`kill_runs.py` and `fault_runs.py` end each of them at many instants, and open the remaining files
+as a user would: the log is sound, or is not there yet; nothing is lost that was done; a result is
+the older one or the new one, whole; and a resume continues after the last snapshot, to the same
+bits.
 """
 
 import os
@@ -101,7 +102,13 @@ class Sample:
 def sample(folder: Path, scenario: str, changed: tuple[str, str], every: int) -> Sample:
     """Make the files to compare with; the older result is of the scenario with a text changed."""
     folder.mkdir(parents=True)
-    made = Sample(scenario, every, {}, b"", [hs.NormalLoad(float(n), 0.01 + 1e-5 * (n % 7)) for n in range(6000)])
+    made = Sample(
+        scenario,
+        every,
+        {},
+        b"",
+        [hs.NormalLoad(float(n), 0.01 + 1e-5 * (n % 7)) for n in range(6000)],
+    )
     made.run(written(folder, scenario), folder / RESULT)
     expected = variables(folder / RESULT)
     made.run(written(folder, scenario.replace(*changed)), folder / RESULT)
@@ -112,7 +119,10 @@ def variables(path: Path) -> dict[str, bytes]:
     """Every bit of every variable of a result."""
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
-        return {name: np.ascontiguousarray(values[...]).tobytes() for name, values in file.variables.items()}
+        return {
+            name: np.ascontiguousarray(values[...]).tobytes()
+            for name, values in file.variables.items()
+        }
 
 
 def written(folder: Path, text: str) -> Path:
@@ -151,8 +161,10 @@ class Workload:
     """Something to do in a folder, and what it promises."""
 
     prepare: Callable[[Path, Sample], None]  #: makes what the folder holds before
-    act: Callable[[Path, Sample, Mark], None]  #: does it, and marks what a user could be shown as done
-    #: Opens the folder as a user would after the end, given the marks; AssertionError where a promise is broken.
+    #: does it, and marks what a user could be shown as done
+    act: Callable[[Path, Sample, Mark], None]
+    #: Opens the folder as a user would after the end, given the marks; AssertionError where a
+    #: promise is broken.
     demand: Callable[[Path, Sample, list[str]], None]
 
 
@@ -185,7 +197,9 @@ def a_resume(folder: Path, made: Sample, mark: Mark) -> None:
     mark("done")
 
 
-def demand_of_a_run(folder: Path, made: Sample, marks: list[str], log: str = LOG, *, exactly: bool = True) -> None:
+def demand_of_a_run(
+    folder: Path, made: Sample, marks: list[str], log: str = LOG, *, exactly: bool = True
+) -> None:
     """Demand what a run promises; ``exactly``: a resume continues after the last snapshot."""
     path, result = folder / log, folder / RESULT
     rows = last_snapshot(path)
@@ -234,7 +248,9 @@ def demand_of_a_run_of_a_log(folder: Path, made: Sample, marks: list[str]) -> No
 
 def before_an_append(folder: Path, _: Sample) -> None:
     pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-    hs.EventLog.create(folder / LOG, hs.Ensemble(pair, summit_height=0.0, summit_radius=1.0, friction=0.2)).close()
+    hs.EventLog.create(
+        folder / LOG, hs.Ensemble(pair, summit_height=0.0, summit_radius=1.0, friction=0.2)
+    ).close()
 
 
 def an_append(folder: Path, made: Sample, mark: Mark) -> None:

@@ -22,14 +22,20 @@ CHANNELS = {
 
 def write_columns(path, **columns):
     """Write columns to a CSV file; a NaN is an empty cell."""
-    rows = zip(*(np.asarray(values, dtype=float).tolist() for values in columns.values()), strict=True)
+    rows = zip(
+        *(np.asarray(values, dtype=float).tolist() for values in columns.values()), strict=True
+    )
     cells = [",".join("" if value != value else repr(value) for value in row) for row in rows]  # noqa: PLR0124 - NaN
     path.write_text("\n".join([",".join(columns), *cells, ""]), encoding="utf-8")
 
 
-def scenario_text(columns=None, response=None, *, file="m.csv", loading="", dead_band=None, more="", base=BALL):
+def scenario_text(
+    columns=None, response=None, *, file="m.csv", loading="", dead_band=None, more="", base=BALL
+):
     """Give a scenario that replays columns of a file; `columns` changes or leaves out (None) those of CHANNELS."""
-    channels = {key: value for key, value in {**CHANNELS, **(columns or {})}.items() if value is not None}
+    channels = {
+        key: value for key, value in {**CHANNELS, **(columns or {})}.items() if value is not None
+    }
     tables = {"columns": channels, "response": response or {}, "dead_band": dead_band or {}}
     lines = [base, "[loading]", f'file = "{file}"', loading]
     for name, keys in tables.items():

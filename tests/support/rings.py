@@ -1,11 +1,13 @@
 """Oracle where friction falls: one contact as rings of uniform traction, Coulomb's law at every ring.
 
-A circle of elastically similar half-spaces carries the tractions τ of concentric rings, which displace the surface by
-C τ. With the present slip s, a step to other limits, another displacement U or another load is the minimum of
-complementary energy ½ τ·C τ + τ·s - U τ over all |τ| ≤ μ p: rings inside the limit keep their slip, the others slip in
-the direction of their traction. It knows no springs and no polylines, and slip may be annular anywhere.
+A circle of elastically similar half-spaces carries the tractions τ of concentric rings, which
+displace the surface by C τ. With the present slip s, a step to other limits, another displacement U
+or another load is the minimum of complementary energy ½ τ·C τ + τ·s - U τ over all |τ| ≤ μ p: rings
+inside the limit keep their slip, the others slip in the direction of their traction. It knows no
+springs and no polylines, and slip may be annular anywhere.
 
-Units: E* = R = 1 and G* = 1/4, so that θ = 1 and the tangential compliance is the normal one. The approach is fixed.
+Units: E* = R = 1 and G* = 1/4, so that θ = 1 and the tangential compliance is the normal one. The
+approach is fixed.
 """
 
 import numpy as np
@@ -35,7 +37,9 @@ class Rings:
         load = 4 / 3 * approach**1.5 * (1 - (1 - edge**2 / approach) ** 1.5)
         self.pressure = np.diff(load) / self.area
         middle = (edge[1:] + edge[:-1]) / 2
-        compliance = _disc(middle[:, None], edge[None, 1:]) - _disc(middle[:, None], edge[None, :-1])
+        compliance = _disc(middle[:, None], edge[None, 1:]) - _disc(
+            middle[:, None], edge[None, :-1]
+        )
         weighted = self.area[:, None] * compliance
         self._quadratic = (weighted + weighted.T) / 2
         self.friction = friction

@@ -13,7 +13,9 @@ EPS = np.finfo(float).eps
 NAN = math.nan
 PIXEL = (2e-6, 3e-6)
 shapes = st.tuples(st.integers(1, 5), st.integers(1, 5))
-pixels = st.tuples(st.integers(1, 9), st.integers(1, 9)).map(lambda pair: (pair[0] * 1e-7, pair[1] * 1e-7))
+pixels = st.tuples(st.integers(1, 9), st.integers(1, 9)).map(
+    lambda pair: (pair[0] * 1e-7, pair[1] * 1e-7)
+)
 
 
 @st.composite
@@ -22,7 +24,9 @@ def maps(draw, holes=True, shape=shapes):
     nx, ny = draw(shape)
     steps = st.integers(-1000, 1000) | st.just(NAN) if holes else st.integers(-1000, 1000)
     values = draw(st.lists(steps, min_size=nx * ny, max_size=nx * ny))
-    z = np.array(values, dtype=float).reshape(nx, ny) * 1e-9 + draw(st.sampled_from([0.0, -1e-6, 1.0]))
+    z = np.array(values, dtype=float).reshape(nx, ny) * 1e-9 + draw(
+        st.sampled_from([0.0, -1e-6, 1.0])
+    )
     assume(not np.isnan(z).all())
     return z
 
@@ -39,7 +43,10 @@ class Points:
 
     def __init__(self, z, periodic):
         self.shape, self.periodic = z.shape, periodic
-        self.z = {index: None if np.isnan(value) else Fraction(float(value)) for index, value in np.ndenumerate(z)}
+        self.z = {
+            index: None if np.isnan(value) else Fraction(float(value))
+            for index, value in np.ndenumerate(z)
+        }
         present = [value for value in self.z.values() if value is not None]
         self.mean = sum(present) / len(present)
         self.deviations = [value - self.mean for value in present]

@@ -20,8 +20,19 @@ TABLE_HEIGHTS, DENSITY = [-1e-8, 0.0, 3e-8], [1.0, 4.0, 0.5]
 # a section of each kind, by a name
 SECTIONS = {
     "sphere": {"kind": "sphere", "radius": RADIUS},
-    "inline summits": {"kind": "summits", "height": [0.0, -1e-8], "radius": [1e-6, 2e-6], "x": [0.0, 1e-5], "y": 0.0},
-    "inclined summits": {"kind": "summits", "height": [0.0, -1e-8], "radius": 1e-6, "slope": [0.1, -0.2]},
+    "inline summits": {
+        "kind": "summits",
+        "height": [0.0, -1e-8],
+        "radius": [1e-6, 2e-6],
+        "x": [0.0, 1e-5],
+        "y": 0.0,
+    },
+    "inclined summits": {
+        "kind": "summits",
+        "height": [0.0, -1e-8],
+        "radius": 1e-6,
+        "slope": [0.1, -0.2],
+    },
     "summit table": {
         "kind": "summits",
         "file": "summits.csv",
@@ -38,7 +49,13 @@ SECTIONS = {
         "radius_scatter": 0.2,
         "seed": 5,
     },
-    "gaussian statistics": {"kind": "statistics", "radius": RADIUS, **AMOUNT, "rms_height": 1e-8, "seed": 2},
+    "gaussian statistics": {
+        "kind": "statistics",
+        "radius": RADIUS,
+        **AMOUNT,
+        "rms_height": 1e-8,
+        "seed": 2,
+    },
     "inline statistics": {
         "kind": "statistics",
         "radius": RADIUS,
@@ -47,7 +64,13 @@ SECTIONS = {
         "density": DENSITY,
         "seed": 2,
     },
-    "statistics of gaps": {"kind": "statistics", "radius": RADIUS, **AMOUNT, "gap": [0.0, 1e-8], "density": [1.0, 0]},
+    "statistics of gaps": {
+        "kind": "statistics",
+        "radius": RADIUS,
+        **AMOUNT,
+        "gap": [0.0, 1e-8],
+        "density": [1.0, 0],
+    },
     "statistics table": {
         "kind": "statistics",
         "radius": RADIUS,
@@ -92,7 +115,11 @@ SECTIONS = {
 # sections with as few keys as there can be
 SHORT = {
     "inline summits": {"kind": "summits", "height": [0.0, -1e-8], "radius": RADIUS},
-    "summit table": {"kind": "summits", "file": "comma.csv", "columns": {"height": "z", "radius": "R"}},
+    "summit table": {
+        "kind": "summits",
+        "file": "comma.csv",
+        "columns": {"height": "z", "radius": "R"},
+    },
     "textured": {"kind": "textured", "count": [3, 4], "pitch": 1e-5, "radius": RADIUS},
     "gaussian statistics": {"kind": "statistics", "radius": RADIUS, **AMOUNT, "rms_height": 1e-8},
     "inline statistics": {
@@ -110,8 +137,17 @@ SHORT = {
         "columns": {"gap": "h", "density": "p"},
     },
     "random": {"kind": "random", **ROUGH, "pixel_size": 1e-6, "autocorrelation_length": 4e-6},
-    "measured": {"kind": "measured", "file": "maps/rough.txt", "pixel_size": 1e-6, "height_unit": "nm"},
-    "sum": {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": {"kind": "random", **OTHER}},
+    "measured": {
+        "kind": "measured",
+        "file": "maps/rough.txt",
+        "pixel_size": 1e-6,
+        "height_unit": "nm",
+    },
+    "sum": {
+        "kind": "sum",
+        "first": {"kind": "random", **ROUGH},
+        "second": {"kind": "random", **OTHER},
+    },
 }
 
 LINES = """
@@ -137,7 +173,9 @@ def write_files(folder):
     """Write the files that the sections name."""
     (folder / "maps").mkdir()
     np.savetxt(folder / "maps" / "rough.txt", bumps((14, 11)))
-    (folder / "summits.csv").write_text("z;R;x;y;mu\n0;1e-5;0;1e-6;0.2\n12.5;2e-5;3e-6;0;0.1\n", encoding="utf-8")
+    (folder / "summits.csv").write_text(
+        "z;R;x;y;mu\n0;1e-5;0;1e-6;0.2\n12.5;2e-5;3e-6;0;0.1\n", encoding="utf-8"
+    )
     (folder / "comma.csv").write_text("z,R\n-1e-8,1e-5\n0,2e-5\n", encoding="utf-8")
     (folder / "density.csv").write_text("h,p\n0,1\n10,4\n40,0.5\n", encoding="utf-8")
 

@@ -1,18 +1,21 @@
 """Brute-force oracle: asperities as rows of Coulomb springs, walked through a load history in many sub-steps.
 
-By the method of dimensionality reduction a Hertz contact is a row of independent springs at half-widths x, with normal
-force E* (δ - x²/R)₊ dx and tangential stiffness 4 G* dx. Each spring here is integrated on its own: it sticks, or it
-slides at μ times its normal force. Nothing is kept but its tangential deflection and the energy that it has lost.
+By the method of dimensionality reduction a Hertz contact is a row of independent springs at
+half-widths x, with normal force E* (δ - x²/R)₊ dx and tangential stiffness 4 G* dx. Each spring
+here is integrated on its own: it sticks, or it slides at μ times its normal force. Nothing is kept
+but its tangential deflection and the energy that it has lost.
 
-Grid. Fixed midpoints in x, symmetric, hence a factor of two. The deflection is piecewise parabolic in x, even, with a
-kink at every reversal radius, so the midpoint sum is wrong by -Σ h² B₂(phase) Δu'/2 over the kinks: second order in the
-spacing h, but with a factor between -1/12 and 1/6 that depends on where each kink falls within its cell. The bound
-`tangential_load_error` follows from it; extrapolation to h = 0 does not, because the phases jump about. A grid that is
-uniform in the separation of first touch would have the same order and lose the parabola's smoothness at the axis.
+Grid. Fixed midpoints in x, symmetric, hence a factor of two. The deflection is piecewise parabolic
+in x, even, with a kink at every reversal radius, so the midpoint sum is wrong by -Σ h² B₂(phase)
+Δu'/2 over the kinks: second order in the spacing h, but with a factor between -1/12 and 1/6 that
+depends on where each kink falls within its cell. The bound `tangential_load_error` follows from it;
+extrapolation to h = 0 does not, because the phases jump about. A grid that is uniform in the
+separation of first touch would have the same order and lose the parabola's smoothness at the axis.
 
-Sub-steps. Within one sub-step approach and displacement run straight, and a spring's touching, onset of sliding and
-leaving are located inside it. A path that is straight in (approach, displacement) therefore does not depend on the
-number of sub-steps; a ramp of loads does, to second order, as far as its image in (approach, displacement) is curved.
+Sub-steps. Within one sub-step approach and displacement run straight, and a spring's touching,
+onset of sliding and leaving are located inside it. A path that is straight in (approach,
+displacement) therefore does not depend on the number of sub-steps; a ramp of loads does, to second
+order, as far as its image in (approach, displacement) is curved.
 """
 
 from typing import NamedTuple
@@ -39,14 +42,24 @@ class Contact(NamedTuple):
 
     def normal_load(self, approach):
         """Hertz load of every asperity [N]; the last axis of the result is the asperity."""
-        depth = np.asarray(approach)[..., np.newaxis] - (self.summit_height.max() - self.summit_height)
-        return 4 / 3 * self.contact_modulus * np.sqrt(self.summit_radius) * np.clip(depth, 0, None) ** 1.5
+        depth = np.asarray(approach)[..., np.newaxis] - (
+            self.summit_height.max() - self.summit_height
+        )
+        return (
+            4
+            / 3
+            * self.contact_modulus
+            * np.sqrt(self.summit_radius)
+            * np.clip(depth, 0, None) ** 1.5
+        )
 
     def approach(self, normal_load):
         """Approach of the highest summit [m] under each of the total loads; 0 without load."""
         loads = np.atleast_1d(np.asarray(normal_load, dtype=float))
         lag = self.summit_height.max() - self.summit_height
-        found = _hertz_approach(loads, lag, 4 / 3 * self.contact_modulus * np.sqrt(self.summit_radius))
+        found = _hertz_approach(
+            loads, lag, 4 / 3 * self.contact_modulus * np.sqrt(self.summit_radius)
+        )
         return found.reshape(np.shape(normal_load))[()]
 
     def limit(self, approach):
@@ -199,11 +212,11 @@ class SpringRow:
     def apply(self, normal, tangential, substeps=400):
         """Move from the present state to a target; each channel is ("load" | "displacement", value).
 
-        Two loads: straight in (N, T), equal sub-steps. Otherwise straight in (approach, U), which one step does
-        exactly: a normal load is turned into its approach first, and for a tangential load the end U is sought whose
-        straight path ends at it.
-        Without contact at the end of a tangential-load path U stays where it was; at the end of a ramp of two loads it
-        is the limit for a vanishing load.
+        Two loads: straight in (N, T), equal sub-steps. Otherwise straight in (approach, U), which
+        one step does exactly: a normal load is turned into its approach first, and for a tangential
+        load the end U is sought whose straight path ends at it.
+        Without contact at the end of a tangential-load path U stays where it was; at the end of a
+        ramp of two loads it is the limit for a vanishing load.
         """
         (normal_kind, normal_value), (tangential_kind, tangential_value) = normal, tangential
         if normal_kind == tangential_kind == "load":
@@ -222,17 +235,26 @@ class SpringRow:
     def friction_change(self, friction, missing=None, parts=50):
         """Replace the coefficients at a fixed approach, going straight to the new ones in equal parts.
 
-        U is fixed; or it follows so that ``missing``, a function of U and the tangential load, rising in both, stays 0.
+        U is fixed; or it follows so that ``missing``, a function of U and the tangential load,
+        rising in both, stays 0.
         """
         first = self.contact.friction
         last = np.broadcast_to(friction, self._lag.shape).astype(float)
         for k in range(1, parts + 1 if missing else 2):
             limit = self._spring_limits()
-            self.contact = self.contact._replace(friction=first + (last - first) * (k / parts if missing else 1.0))
+            self.contact = self.contact._replace(
+                friction=first + (last - first) * (k / parts if missing else 1.0)
+            )
             shift = 0.0
             if missing and self.approach > 0:
                 reach = 2.002 * self._slope.max() * self.approach
-                shift = brentq(lambda s: self._missing_after(missing, s), -reach, reach, xtol=1e-15 * reach, rtol=1e-15)
+                shift = brentq(
+                    lambda s: self._missing_after(missing, s),
+                    -reach,
+                    reach,
+                    xtol=1e-15 * reach,
+                    rtol=1e-15,
+                )
             self._follow_limits(limit, shift)
 
     def _missing_after(self, missing, shift):
@@ -315,11 +337,14 @@ class SpringRow:
     def _stick_radius(self, i):
         """Walk from the edge inward to the first spring inside its limit, then find the end between two springs.
 
-        Deflection and limit are linear in x² inside one stretch, so the two outermost sticking springs point at the
-        place where the reserve vanishes; it is sought no further than the next spring.
+        Deflection and limit are linear in x² inside one stretch, so the two outermost sticking
+        springs point at the place where the reserve vanishes; it is sought no further than the next
+        spring.
         """
         reserve = self._spring_limits()[i] - np.abs(self._deflection[i])
-        sticking = np.flatnonzero(reserve > 1e-9 * self._slope[i] * max(self.approach - self._lag[i], 0))
+        sticking = np.flatnonzero(
+            reserve > 1e-9 * self._slope[i] * max(self.approach - self._lag[i], 0)
+        )
         if sticking.size == 0:
             return 0.0
         j = sticking[-1]
@@ -341,7 +366,9 @@ class SpringRow:
 
     def _check_limit(self, tangential_load, limit):
         if np.any(np.abs(tangential_load) > limit * (1 + 1e-9)):
-            raise ValueError(f"the path to T = {np.ravel(tangential_load)[-1]:g} N leaves the friction limit")
+            raise ValueError(
+                f"the path to T = {np.ravel(tangential_load)[-1]:g} N leaves the friction limit"
+            )
 
     def _apply_loads(self, normal_load, tangential_load, substeps):
         first = self.total_normal_load
@@ -369,7 +396,18 @@ class SpringRow:
         target = min(max(tangential_load, -limit), limit)
 
         def excess(shift):
-            return _pull(self._deflection, self._drop, self._slope, self._weight, self.approach, end, shift)[0] - target
+            return (
+                _pull(
+                    self._deflection,
+                    self._drop,
+                    self._slope,
+                    self._weight,
+                    self.approach,
+                    end,
+                    shift,
+                )[0]
+                - target
+            )
 
         # saturates every spring: those in contact at the start, and those that touch on the way
         reach = 1.001 * self._slope.max() * (2 * max(self.approach, end) + abs(end - self.approach))

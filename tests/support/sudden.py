@@ -23,10 +23,14 @@ def _options(kind, rng, late, radius):
         SlidFriction([0.0, 10 ** rng.uniform(-9, -6)], [mu, mu * rng.uniform(0.4, 1.3)]),
     ]
     if "yields" in kind:
-        options["yielding"] = rng.choice([KogutEtsion, Thornton, JacksonGreen])(hardness=hardness, poissons_ratio=0.25)
+        options["yielding"] = rng.choice([KogutEtsion, Thornton, JacksonGreen])(
+            hardness=hardness, poissons_ratio=0.25
+        )
     if "wears" in kind:
         shape = str(rng.choice(["truncated", "blunted"]))
-        options["wear"] = ArchardWear(coefficient=10 ** rng.uniform(-5, -2), hardness=5e9, shape=shape)
+        options["wear"] = ArchardWear(
+            coefficient=10 ** rng.uniform(-5, -2), hardness=5e9, shape=shape
+        )
     return {"friction": laws[rng.integers(4)] if "law" in kind else mu} | options
 
 
@@ -44,7 +48,8 @@ def sudden(kind, seed):
         start = reach * rng.uniform(0.05, 0.9)
         state = ensemble.advance(state, normal_displacement=start)
         state = ensemble.advance(
-            state, tangential_displacement=PAIR.displacement_ratio * 0.3 * start * rng.uniform(-1, 1)
+            state,
+            tangential_displacement=PAIR.displacement_ratio * 0.3 * start * rng.uniform(-1, 1),
         )
         friction = float(state.friction.max())
     stop = start * rng.uniform(-0.3, 0.9) if start and rng.random() < 0.3 else reach
@@ -56,7 +61,9 @@ def sudden(kind, seed):
     tangential = Goals(lib.HS_DISPLACED, here + moved)
     if rng.random() < 0.3:
         far = here + np.copysign(50 * unit * reach, moved)
-        most = ensemble.advance(state, normal_displacement=stop, tangential_displacement=far).tangential_load
+        most = ensemble.advance(
+            state, normal_displacement=stop, tangential_displacement=far
+        ).tangential_load
         tangential = Goals(lib.HS_LOAD, rng.uniform(-0.9, 0.9) * abs(most))
     return ensemble, state, normal, tangential
 
@@ -65,9 +72,16 @@ def change_by_parts(kind, seed, parts=100):
     """Return by how much the tangential load of 1 and of many parts differs, over μN."""
     ensemble, state, *goals = sudden(kind, seed)
     ends = [
-        ensemble.advance_along(state, straight_paths(*goals, parts=n), rows=blank_rows(n, None), saturate=True)
+        ensemble.advance_along(
+            state, straight_paths(*goals, parts=n), rows=blank_rows(n, None), saturate=True
+        )
         for n in (1, parts)
     ]
-    loads = [[ensemble.asperity(i, end).normal_load for i in range(len(ensemble))] for end in (state, *ends)]
-    limit = max(float(np.dot(end.friction, load)) for end, load in zip((state, *ends), loads, strict=True))
+    loads = [
+        [ensemble.asperity(i, end).normal_load for i in range(len(ensemble))]
+        for end in (state, *ends)
+    ]
+    limit = max(
+        float(np.dot(end.friction, load)) for end, load in zip((state, *ends), loads, strict=True)
+    )
     return abs(ends[0].tangential_load - ends[1].tangential_load) / limit if limit else 0.0

@@ -1,6 +1,7 @@
 """Loops simulated with known parameters, as an instrument with the resolution and stiffness of UNAT would measure them.
 
-`scripts/fit_intervals.py` fits many of them, and counts how often the intervals of 95 % hold the truth.
+`scripts/fit_intervals.py` fits many of them, and counts how often the intervals of 95 % hold the
+truth.
 """
 
 import attrs
@@ -16,7 +17,11 @@ DISPLACEMENT_NOISE, LOAD_NOISE, STIFFNESS = 1e-9, 6e-6, 334e3
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 TRUTHS = {
     "ball": {"friction": 0.2, "lateral_stiffness": STIFFNESS},
-    "ball, shear modulus": {"friction": 0.2, "lateral_stiffness": STIFFNESS, "shear_modulus": PAIR.shear_modulus},
+    "ball, shear modulus": {
+        "friction": 0.2,
+        "lateral_stiffness": STIFFNESS,
+        "shear_modulus": PAIR.shear_modulus,
+    },
     "rough": {"friction": 0.2, "lateral_stiffness": STIFFNESS, "height_scale": 1.0},
 }
 
@@ -29,9 +34,13 @@ def model(kind):
         pair = PAIR
         if "shear_modulus" in values:
             modulus = values["shear_modulus"]
-            pair = hs.MaterialPair.from_moduli(contact_modulus=PAIR.contact_modulus, shear_modulus=modulus)
+            pair = hs.MaterialPair.from_moduli(
+                contact_modulus=PAIR.contact_modulus, shear_modulus=modulus
+            )
         scaled = heights.mean() + values.get("height_scale", 1.0) * (heights - heights.mean())
-        return hs.Ensemble(pair, scaled, radii, values["friction"]), hs.Instrument(values["lateral_stiffness"])
+        return hs.Ensemble(pair, scaled, radii, values["friction"]), hs.Instrument(
+            values["lateral_stiffness"]
+        )
 
     return made
 
@@ -41,7 +50,15 @@ def rough_heights():
 
 
 def measured(
-    kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=10.0, speed=25e-9, noise=1.0, sine=False
+    kind,
+    seed,
+    amplitude=200e-9,
+    loads=(50e-3, 90e-3),
+    loops=2,
+    rate=10.0,
+    speed=25e-9,
+    noise=1.0,
+    sine=False,
 ):
     """Simulate triangular loops at each load, with Gaussian noise on both channels; 10 Hz hits where they turn.
 
@@ -74,7 +91,9 @@ def measured(
             "tangential_displacement": displacement[seen]
             + random.normal(0.0, noise * DISPLACEMENT_NOISE, sampled.size),
         },
-        response={"tangential_load": load[seen] + random.normal(0.0, noise * LOAD_NOISE, sampled.size)},
+        response={
+            "tangential_load": load[seen] + random.normal(0.0, noise * LOAD_NOISE, sampled.size)
+        },
     )
 
 
@@ -94,7 +113,9 @@ def fitted_both(record):
 def fitted_friction(record):
     """Fit the friction coefficient of a ball alone."""
     return fitting.fit_parameters(
-        lambda values: model("ball")({**TRUTHS["ball"], **values}), {"friction": 0.26}, observe(record)
+        lambda values: model("ball")({**TRUTHS["ball"], **values}),
+        {"friction": 0.26},
+        observe(record),
     )
 
 
@@ -121,15 +142,17 @@ def reciprocating(
     Parameters
     ----------
     scatter, correlation : float
-        Standard deviation of the logarithm of a branch's coefficient, and its correlation with that of the branch
-        before.
+        Standard deviation of the logarithm of a branch's coefficient, and its correlation with that
+        of the branch before.
     run_in : float
-        How much higher the coefficient is at first, as a share; it falls by 1/e in an eighth of the record.
+        How much higher the coefficient is at first, as a share; it falls by 1/e in an eighth of the
+        record.
     drift : float
         How much the coefficient rises evenly along the record, as a share.
     sliding : bool
-        Whether friction changes while the contact slides, near the end of a branch, and not at the reversal: there
-        a fall of it lets go some of the load that the branch begins with, which one coefficient cannot follow.
+        Whether friction changes while the contact slides, near the end of a branch, and not at the
+        reversal: there a fall of it lets go some of the load that the branch begins with, which one
+        coefficient cannot follow.
     hum : float
         Standard deviation of noise of the load that is correlated over twenty samples [N].
     """
@@ -145,13 +168,20 @@ def reciprocating(
     walk = correlated(random, turns.size + 1, correlation)
     place = np.arange(walk.size) / walk.size
     middle = (walk.size - 1) / walk.size / 2
-    coefficients = 0.2 * np.exp(scatter * walk) * (1 + run_in * np.exp(-8 * place)) * (1 + drift * (place - middle))
+    coefficients = (
+        0.2
+        * np.exp(scatter * walk)
+        * (1 + run_in * np.exp(-8 * place))
+        * (1 + drift * (place - middle))
+    )
     events = [hs.NormalLoad(0.0, 50e-3)]
     events += [
-        hs.TangentialDisplacement(at, moved) for at, moved in zip(time.tolist(), displacement.tolist(), strict=True)
+        hs.TangentialDisplacement(at, moved)
+        for at, moved in zip(time.tolist(), displacement.tolist(), strict=True)
     ]
     events += [
-        hs.FrictionChange(at, value) for at, value in zip(changes.tolist(), coefficients[1:].tolist(), strict=True)
+        hs.FrictionChange(at, value)
+        for at, value in zip(changes.tolist(), coefficients[1:].tolist(), strict=True)
     ]
     events.sort(key=lambda event: event.time)
     ball, instrument = model("ball")({**TRUTHS["ball"], "friction": float(coefficients[0])})
@@ -198,7 +228,9 @@ def random_half(record, seed, dead_band=20e-9):
     loops = [np.arange(start, end) for start, end in zip(turns[:-2:2], turns[2::2], strict=True)]
     first = np.sort(random.permutation(len(loops))[: len(loops) // 2])
     second = np.setdiff1d(np.arange(len(loops)), first)
-    return [part(record, np.concatenate([loops[index] for index in half])) for half in (first, second)]
+    return [
+        part(record, np.concatenate([loops[index] for index in half])) for half in (first, second)
+    ]
 
 
 def with_spikes(record, seed, share=0.01, load=2e-3, displacement=15e-9):
@@ -206,7 +238,9 @@ def with_spikes(record, seed, share=0.01, load=2e-3, displacement=15e-9):
     random = np.random.default_rng(seed)
     size = record.time.size
     up = np.where(random.random(size) < share, load * random.uniform(0.5, 2.0, size), 0.0)
-    either_way = np.where(random.random(size) < share / 2, displacement * random.choice([-1.0, 1.0], size), 0.0)
+    either_way = np.where(
+        random.random(size) < share / 2, displacement * random.choice([-1.0, 1.0], size), 0.0
+    )
     moved = record["tangential_displacement"] + either_way
     return attrs.evolve(
         record,
@@ -224,8 +258,12 @@ RECORDS = {
     "correlated_scatter": lambda seed: reciprocating(
         seed, _LOOPS, _ROWS, scatter=0.01, correlation=0.7, hum=5e-5, sliding=True
     ),
-    "spikes": lambda seed: with_spikes(reciprocating(seed, _LOOPS, _ROWS, scatter=0.0, hum=5e-5), seed),
-    "drifting": lambda seed: reciprocating(seed, _LOOPS, _ROWS, scatter=0.01, drift=0.1, hum=5e-5, sliding=True),
+    "spikes": lambda seed: with_spikes(
+        reciprocating(seed, _LOOPS, _ROWS, scatter=0.0, hum=5e-5), seed
+    ),
+    "drifting": lambda seed: reciprocating(
+        seed, _LOOPS, _ROWS, scatter=0.01, drift=0.1, hum=5e-5, sliding=True
+    ),
 }
 
 

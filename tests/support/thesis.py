@@ -1,6 +1,7 @@
 """What the tests of the thesis share: its files, what they give, and its page, which repeats the numbers.
 
-With HISTORYSIM_PAGE=write in the environment the page takes what the tests find, in place of being compared with it.
+With HISTORYSIM_PAGE=write in the environment the page takes what the tests find, in place of being
+compared with it.
 """
 
 import os
@@ -57,7 +58,9 @@ def repeats(row, gives, agrees=None):
     number = found[0]
     heading = max(n for n, line in enumerate(lines[:number]) if line.startswith("| --- ")) - 1
     names = lines[heading].strip("|").split("|")
-    column = next(n for n, name in enumerate(names) if name.strip() in {"the model gives", "what it changes"})
+    column = next(
+        n for n, name in enumerate(names) if name.strip() in {"the model gives", "what it changes"}
+    )
     cells = lines[number].split(" | ")
     wanted = cells[:]
     wanted[column] = _short(gives) + " |" * (column == len(cells) - 1)
@@ -67,7 +70,9 @@ def repeats(row, gives, agrees=None):
         lines[number] = " | ".join(wanted)
         PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
         return
-    assert cells == wanted, f"{row}: run HISTORYSIM_PAGE=write pytest {Path(__file__).parents[1].name}/test_thesis*.py"
+    assert cells == wanted, (
+        f"{row}: run HISTORYSIM_PAGE=write pytest {Path(__file__).parents[1].name}/test_thesis*.py"
+    )
 
 
 def _short(words):

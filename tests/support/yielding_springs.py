@@ -1,8 +1,9 @@
 """Rows of springs under summits that yield, in small explicit steps: nothing of the program is used.
 
-Each asperity is a row of independent springs (method of dimensionality reduction) at fixed places x. Kogut and Etsion's
-law of first loading, joined as the program says it is, gives the Hertz contact that is left; a spring at x may then
-hold θμ (a² - x²)/R. Springs keep what they hold while their summit yields: first order in the step.
+Each asperity is a row of independent springs (method of dimensionality reduction) at fixed places
+x. Kogut and Etsion's law of first loading, joined as the program says it is, gives the Hertz
+contact that is left; a spring at x may then hold θμ (a² - x²)/R. Springs keep what they hold while
+their summit yields: first order in the step.
 """
 
 import numpy as np
@@ -13,9 +14,18 @@ def kogut_etsion(x, most):
     x = np.maximum(x, 0.0)
     at_6, at_100 = ([1.4 * x**1.263, 0.94 * x**1.146] for x in (6.0, 100.0))
     ranges = [x < 1, x < 6, x < 100, x < 110]
-    first, last = np.log(at_6) / np.log(6), np.log(np.array([220 * most, 220]) / at_100) / np.log(1.1)
-    load = np.select(ranges, [x**1.5, x ** first[0], 1.4 * x**1.263, at_100[0] * (x / 100) ** last[0]], 2 * x * most)
-    area = np.select(ranges, [x, x ** first[1], 0.94 * x**1.146, at_100[1] * (x / 100) ** last[1]], 2 * x)
+    first, last = (
+        np.log(at_6) / np.log(6),
+        np.log(np.array([220 * most, 220]) / at_100) / np.log(1.1),
+    )
+    load = np.select(
+        ranges,
+        [x**1.5, x ** first[0], 1.4 * x**1.263, at_100[0] * (x / 100) ** last[0]],
+        2 * x * most,
+    )
+    area = np.select(
+        ranges, [x, x ** first[1], 0.94 * x**1.146, at_100[1] * (x / 100) ** last[1]], 2 * x
+    )
     return np.minimum(load, area * most), area
 
 
@@ -35,14 +45,28 @@ class YieldingSprings:
     """
 
     def __init__(
-        self, contact_modulus, shear_modulus, hardness, poissons_ratio, friction, height, radius, reach, springs
+        self,
+        contact_modulus,
+        shear_modulus,
+        hardness,
+        poissons_ratio,
+        friction,
+        height,
+        radius,
+        reach,
+        springs,
     ):
         self.modulus, self.shear, self.friction = contact_modulus, shear_modulus, friction
-        self.virgin, self.virgin_radius = np.array(height, dtype=float), np.array(radius, dtype=float)
+        self.virgin, self.virgin_radius = (
+            np.array(height, dtype=float),
+            np.array(radius, dtype=float),
+        )
         self.top = self.virgin.max()
         peak = (0.454 + 0.41 * poissons_ratio) * hardness
         self.critical = (np.pi * peak / (2 * contact_modulus)) ** 2 * self.virgin_radius
-        self.critical_load = 4 / 3 * contact_modulus * np.sqrt(self.virgin_radius) * self.critical**1.5
+        self.critical_load = (
+            4 / 3 * contact_modulus * np.sqrt(self.virgin_radius) * self.critical**1.5
+        )
         self.critical_area = np.pi * self.virgin_radius * self.critical
         self.most = hardness * 1.5 / peak
         self.height, self.radius = self.virgin.copy(), self.virgin_radius.copy()
@@ -59,7 +83,13 @@ class YieldingSprings:
         return approach - (self.top - self.height)
 
     def normal_loads(self):
-        return 4 / 3 * self.modulus * np.sqrt(self.radius) * np.maximum(self.own(self.approach), 0) ** 1.5
+        return (
+            4
+            / 3
+            * self.modulus
+            * np.sqrt(self.radius)
+            * np.maximum(self.own(self.approach), 0) ** 1.5
+        )
 
     @property
     def tangential_loads(self):
@@ -78,7 +108,13 @@ class YieldingSprings:
     def _limit(self, approach):
         ratio = self.modulus / (4 * self.shear)
         if callable(self.friction):
-            load = 4 / 3 * self.modulus * np.sqrt(self.radius) * np.maximum(self.own(approach), 0) ** 1.5
+            load = (
+                4
+                / 3
+                * self.modulus
+                * np.sqrt(self.radius)
+                * np.maximum(self.own(approach), 0) ** 1.5
+            )
             ratio = ratio * self.friction(load, self.radius)[:, None]
         else:
             ratio *= self.friction
@@ -92,9 +128,13 @@ class YieldingSprings:
         if yields.any():
             f, g = kogut_etsion(virgin / self.critical, self.most)
             square = g * self.critical_area / np.pi
-            left = 4 * self.modulus * square**1.5 / (3 * np.where(yields, f, 1) * self.critical_load)
+            left = (
+                4 * self.modulus * square**1.5 / (3 * np.where(yields, f, 1) * self.critical_load)
+            )
             self.radius = np.where(yields, left, self.radius)
-            self.height = np.where(yields, self.virgin - (virgin - square / self.radius), self.height)
+            self.height = np.where(
+                yields, self.virgin - (virgin - square / self.radius), self.height
+            )
             self.largest = np.where(yields, virgin, self.largest)
         limit = self._limit(approach)
         trial = np.where(limit > 0, self.deflection + displacement - self.displacement, 0.0)
@@ -102,7 +142,12 @@ class YieldingSprings:
         gone = (limit == 0) & (self.deflection != 0)
         slip = np.where(gone, np.abs(self.deflection), np.abs(trial - deflection))
         drag = (
-            np.where(gone, np.abs(self.deflection), np.abs(deflection + np.clip(self.deflection, -before, before))) / 2
+            np.where(
+                gone,
+                np.abs(self.deflection),
+                np.abs(deflection + np.clip(self.deflection, -before, before)),
+            )
+            / 2
         )
         self.dissipated += 2 * 4 * self.shear * self.spacing * (slip * drag).sum(axis=1)
         moved = approach - self.approach
@@ -113,4 +158,7 @@ class YieldingSprings:
         """Go straight in small steps."""
         start = self.approach, self.displacement
         for k in range(1, steps + 1):
-            self.step(start[0] + (approach - start[0]) * k / steps, start[1] + (displacement - start[1]) * k / steps)
+            self.step(
+                start[0] + (approach - start[0]) * k / steps,
+                start[1] + (displacement - start[1]) * k / steps,
+            )

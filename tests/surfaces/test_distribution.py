@@ -28,7 +28,9 @@ def probability_below(height, table, density):
     """Integral of a table from its start, by trapezia of cells cut at the height."""
     table, density = np.asarray(table, float), np.asarray(density, float)
     ends = np.minimum(table[1:], np.maximum(height, table[:-1]))
-    at_ends = np.array([np.interp(end, table[i : i + 2], density[i : i + 2]) for i, end in enumerate(ends)])
+    at_ends = np.array(
+        [np.interp(end, table[i : i + 2], density[i : i + 2]) for i, end in enumerate(ends)]
+    )
     return np.sum((ends - table[:-1]) * (density[:-1] + at_ends) / 2) / trapezoid(density, table)
 
 
@@ -36,16 +38,23 @@ def probability_below(height, table, density):
 def tables(draw):
     widths = draw(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=8))
     start = draw(st.floats(-1e3, 1e3))
-    density = draw(st.lists(st.just(0.0) | st.floats(1e-3, 1e3), min_size=len(widths) + 1, max_size=len(widths) + 1))
+    density = draw(
+        st.lists(
+            st.just(0.0) | st.floats(1e-3, 1e3), min_size=len(widths) + 1, max_size=len(widths) + 1
+        )
+    )
     assume(any(density))
     return start + np.concatenate([[0], np.cumsum(widths)]), np.array(density)
 
 
 def test_quantiles_of_gaussian_heights():
-    # 1.959963984540054 and 3.090232306167813 are the tabled quantiles of the standard normal distribution
+    # 1.959963984540054 and 3.090232306167813 are the tabled quantiles of the standard normal
+    # distribution
     heights = Gaussian(2e-6, mean=1e-6).quantile([0.025, 0.5, 0.975, 0.999])
     np.testing.assert_allclose(
-        heights, 1e-6 + 2e-6 * np.array([-1.959963984540054, 0, 1.959963984540054, 3.090232306167813]), rtol=8 * EPS
+        heights,
+        1e-6 + 2e-6 * np.array([-1.959963984540054, 0, 1.959963984540054, 3.090232306167813]),
+        rtol=8 * EPS,
     )
     assert isinstance(Gaussian(1.0).quantile(0.3), float)
 
@@ -54,8 +63,11 @@ def test_quantiles_of_a_rectangle_and_of_triangles():
     p = np.linspace(0, 1, 11)
     np.testing.assert_allclose(Tabulated([-1, 3], [7, 7]).quantile(p), 4 * p - 1, atol=4 * EPS)
     np.testing.assert_allclose(Tabulated([0, 2], [0, 5]).quantile(p), 2 * np.sqrt(p), atol=4 * EPS)
-    # the difference 1 - p is rounded before its root is taken: √EPS at the end, less than 3e-16/√(1-p) before
-    np.testing.assert_allclose(Tabulated([0, 2], [5, 0]).quantile(p[:-1]), 2 - 2 * np.sqrt(1 - p[:-1]), atol=2e-15)
+    # the difference 1 - p is rounded before its root is taken: √EPS at the end, less than
+    # 3e-16/√(1-p) before
+    np.testing.assert_allclose(
+        Tabulated([0, 2], [5, 0]).quantile(p[:-1]), 2 - 2 * np.sqrt(1 - p[:-1]), atol=2e-15
+    )
     assert Tabulated([0, 2], [5, 0]).quantile(1) == pytest.approx(2, abs=1e-7)
 
 
@@ -64,8 +76,8 @@ def test_the_probability_below_a_quantile_is_its_own(table, probabilities):
     made = Tabulated(*table)
     heights = made.quantile(probabilities)
     assert heights.shape == (len(probabilities),)
-    # a rounding of the height, up to 1e4 of them in m, makes peak density times that; the sums round as often as they
-    # have cells
+    # a rounding of the height, up to 1e4 of them in m, makes peak density times that; the sums
+    # round as often as they have cells
     size = np.abs(table[0]).max()
     tolerance = 4 * EPS * size * made.density.max() + 40 * EPS
     for height, probability in zip(heights, probabilities, strict=True):
@@ -84,9 +96,12 @@ def moments_of_the_table(table):
 @pytest.mark.parametrize("heights", [Gaussian(2.0, mean=-7.0), TWO_HILLS], ids=repr)
 def test_ensembles_have_the_moments_of_their_distribution(heights):
     count = 40_000
-    mean, deviation = (-7.0, 2.0) if isinstance(heights, Gaussian) else moments_of_the_table(heights)
+    mean, deviation = (
+        (-7.0, 2.0) if isinstance(heights, Gaussian) else moments_of_the_table(heights)
+    )
     exact = quantile_summits(heights, 1.0, summit_density=count, nominal_area=1.0)
-    # midpoint rule: less than the range of the function over the count; z² ranges over 40 σ² at most
+    # midpoint rule: less than the range of the function over the count; z² ranges over 40 σ² at
+    # most
     assert exact.height.mean() == pytest.approx(mean, abs=10 * deviation / count)
     assert exact.height.std() == pytest.approx(deviation, abs=40 * deviation / count)
     drawn = drawn_summits(heights, 1.0, summit_density=count, nominal_area=1.0, seed=11)
@@ -104,7 +119,9 @@ def test_a_seed_draws_the_same_summits():
         np.testing.assert_array_equal(getattr(one, name), getattr(again, name))
         assert not np.any(getattr(one, name) == getattr(other, name))
     # the same ranks and places with other heights
-    np.testing.assert_array_equal(np.argsort(one.height), np.argsort(drawn(5, Gaussian(1.0)).height))
+    np.testing.assert_array_equal(
+        np.argsort(one.height), np.argsort(drawn(5, Gaussian(1.0)).height)
+    )
     np.testing.assert_array_equal(one.x, drawn(5, Gaussian(1.0)).x)
 
 
@@ -125,13 +142,14 @@ def test_regular_array():
 def test_scatter_has_the_deviations_asked_for():
     count = 250_000
     made = textured_summits((500, 500), 1e-6, 8e-6, height_scatter=3e-9, radius_scatter=0.2, seed=1)
-    # 4 deviations of the estimates: of a mean 1/√n, of a deviation √((kurtosis - 1)/(4n)); the log-normal with 20 % has
-    # the kurtosis 3.66 (its closed form in exp(s²) = 1.04)
+    # 4 deviations of the estimates: of a mean 1/√n, of a deviation √((kurtosis - 1)/(4n)); the
+    # log-normal with 20 % has the kurtosis 3.66 (its closed form in exp(s²) = 1.04)
     assert made.height.mean() == pytest.approx(0, abs=4 * 3e-9 / math.sqrt(count))
     assert made.height.std() == pytest.approx(3e-9, rel=4 * math.sqrt(0.5 / count))
     assert made.radius.mean() == pytest.approx(8e-6, rel=4 * 0.2 / math.sqrt(count))
     assert made.radius.std() == pytest.approx(0.2 * 8e-6, rel=4 * math.sqrt(2.66 / 4 / count))
-    # skewness of the logarithm, which is Gaussian, scatters by √(6/n); that of the radii themselves would be 0.61
+    # skewness of the logarithm, which is Gaussian, scatters by √(6/n); that of the radii themselves
+    # would be 0.61
     logarithm = np.log(made.radius)
     standard = (logarithm - logarithm.mean()) / logarithm.std()
     assert np.mean(standard**3) == pytest.approx(0, abs=4 * math.sqrt(6 / count))
@@ -145,13 +163,16 @@ def test_summits_of_a_measured_joint():
     if not MEASURED.exists():
         pytest.skip(f"the measured surface {MEASURED.name} is not here")
     found = loadmat(MEASURED)
-    radius, per_area, largest = (float(found[name].item()) for name in ("Re", "area_density", "z_max"))
+    radius, per_area, largest = (
+        float(found[name].item()) for name in ("Re", "area_density", "z_max")
+    )
     gap, density = found["normzinterp"].ravel(), found["pzinterp"].ravel()
     assert (radius, per_area, largest) == pytest.approx((1.365e-3, 1.371e6, 28e-6), rel=2e-3)
 
     made = Tabulated.from_gaps(largest * gap, density)
     assert made.height[[0, -1]].tolist() == [-largest, 0]
-    # the source has a density per gap over its largest, and a kernel estimate that ends within the table
+    # the source has a density per gap over its largest, and a kernel estimate that ends within the
+    # table
     assert trapezoid(density, gap) == pytest.approx(1, abs=1e-4)
     np.testing.assert_allclose(made.density[::-1], density / largest, rtol=1e-4)
 
@@ -160,14 +181,17 @@ def test_summits_of_a_measured_joint():
     assert len(summits) == round(per_area * area)
     assert summits.height.max() < 0
 
-    # the pressure as the source integrates it, over gaps, with the normal displacement as approach: Porter and Brake,
-    # Mech. Syst. Signal Process. 192 (2023) 110210, elastic range
+    # the pressure as the source integrates it, over gaps, with the normal displacement as approach:
+    # Porter and Brake, Mech. Syst. Signal Process. 192 (2023) 110210, elastic range
     modulus, approach = 192.31e9 / 2 / (1 - 0.3**2), np.array([4e-6, 10e-6])
     fine = np.linspace(0, 1, 100_001)
     depth = np.maximum(approach[:, None] - largest * fine, 0)
     one = 4 / 3 * modulus * math.sqrt(radius) * depth**1.5
     pressure = per_area * trapezoid(np.interp(fine, gap, density) * one, fine)
     carried = summit_contact(summits.height, radius, -approach, contact_modulus=modulus).normal_load
-    # midpoint rule for a load that falls with rank: at most half the largest load over the count, and 1e-4 of norm
+    # midpoint rule for a load that falls with rank: at most half the largest load over the count,
+    # and 1e-4 of norm
     largest_load = 4 / 3 * modulus * math.sqrt(radius) * approach**1.5
-    np.testing.assert_array_less(np.abs(carried / area - pressure), 1e-4 * pressure + largest_load / (2 * area))
+    np.testing.assert_array_less(
+        np.abs(carried / area - pressure), 1e-4 * pressure + largest_load / (2 * area)
+    )

@@ -13,7 +13,9 @@ def by_least_squares(heights, pixel_size, cutoff, weights=None):
     """The plane of weighted least squares around each point, one by one."""
     present = np.isfinite(heights)
     weights = np.ones(heights.shape) if weights is None else weights
-    x, y = np.meshgrid(*(np.arange(n) * p for n, p in zip(heights.shape, pixel_size, strict=True)), indexing="ij")
+    x, y = np.meshgrid(
+        *(np.arange(n) * p for n, p in zip(heights.shape, pixel_size, strict=True)), indexing="ij"
+    )
     result = np.full(heights.shape, np.nan)
     for i, j in np.argwhere(present):
         dx, dy = x - x[i, j], y - y[i, j]
@@ -21,7 +23,9 @@ def by_least_squares(heights, pixel_size, cutoff, weights=None):
         weight = weights * np.exp(-(math.pi**2) / math.log(2) * (dx**2 + dy**2) / cutoff**2)
         root = np.sqrt(weight[near])
         terms = np.stack([np.ones(near.sum()), dx[near] / cutoff, dy[near] / cutoff], axis=1)
-        result[i, j] = np.linalg.lstsq(terms * root[:, None], heights[near] * root, rcond=None)[0][0]
+        result[i, j] = np.linalg.lstsq(terms * root[:, None], heights[near] * root, rcond=None)[0][
+            0
+        ]
     return result
 
 
@@ -46,7 +50,9 @@ def test_it_is_the_plane_of_least_squares_against_borders_and_missing_points():
     heights[rng.random(heights.shape) < 0.3] = np.nan
     heights[:4, :4] = np.nan
     found = gaussian_mean(heights, (1.0, 2.0), 8.0)
-    assert np.allclose(found, by_least_squares(heights, (1.0, 2.0), 8.0), rtol=0, atol=1e-12, equal_nan=True)
+    assert np.allclose(
+        found, by_least_squares(heights, (1.0, 2.0), 8.0), rtol=0, atol=1e-12, equal_nan=True
+    )
 
 
 def test_the_robust_one_is_the_fixed_point_of_tukeys_weights():
@@ -65,7 +71,9 @@ def test_the_robust_one_is_the_fixed_point_of_tukeys_weights():
 def test_a_periodic_map_is_filtered_as_one_tile_of_many():
     heights = np.random.default_rng(4).normal(size=(24, 30))
     tiled = gaussian_mean(np.tile(heights, (3, 3)), (1.0, 1.0), 9.0)[24:48, 30:60]
-    assert np.allclose(gaussian_mean(heights, (1.0, 1.0), 9.0, periodic=True), tiled, rtol=0, atol=1e-12)
+    assert np.allclose(
+        gaussian_mean(heights, (1.0, 1.0), 9.0, periodic=True), tiled, rtol=0, atol=1e-12
+    )
 
 
 # --- points that are no heights ---

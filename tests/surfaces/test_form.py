@@ -33,21 +33,25 @@ def polynomial(coefficients, shape):
     u, v = (np.linspace(-1, 1, n) if n > 1 else np.zeros(1) for n in shape)
     u, v = u[:, None], v[None, :]
     return sum(
-        c * term for c, term in zip(coefficients, (1 + 0 * u * v, u, v, u * u, v * v, u * v), strict=False)
+        c * term
+        for c, term in zip(coefficients, (1 + 0 * u * v, u, v, u * u, v * v, u * v), strict=False)
     ) + np.zeros(shape)
 
 
 def fitted_by_columns(heights, terms):
     """Fit with one column of numpy's least squares for each term, over the points that are there."""
     here = np.isfinite(heights)
-    columns = np.stack([polynomial(np.eye(6)[term], heights.shape)[here] for term in range(terms)], axis=1)
+    columns = np.stack(
+        [polynomial(np.eye(6)[term], heights.shape)[here] for term in range(terms)], axis=1
+    )
     coefficients = np.linalg.lstsq(columns, heights[here], rcond=None)[0]
     return polynomial(coefficients, heights.shape)
 
 
 TERMS = {"mean": 1, "plane": 3, "quadratic": 6}
 
-# --- polynomials ------------------------------------------------------------------------------------------------
+# --- polynomials
+# ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("gaps", [0, 0.9])
@@ -59,7 +63,8 @@ def test_a_surface_that_is_its_own_form_is_given_back_at_all_points(kind, shape,
     form = fit_form(heights, PIXEL, kind)
     assert form.kind == kind
     assert form.radius is None
-    # the heights are rounded by EPS/2 of 1e-5 m; missing points may lie outside those that are there
+    # the heights are rounded by EPS/2 of 1e-5 m; missing points may lie outside those that are
+    # there
     np.testing.assert_allclose(form.heights, full, rtol=0, atol=50 * EPS * 1e-5)
 
 
@@ -71,10 +76,13 @@ def test_nanometres_on_a_high_and_tilted_datum(offset):
     left = tilt + rough
     left -= fit_form(left, PIXEL, "plane").heights
     # the sum is rounded by EPS/2 of the offset, and so is the form; nothing else is lost
-    np.testing.assert_allclose(left, rough - fitted_by_columns(rough, 3), rtol=0, atol=4 * EPS * (abs(offset) + 2e-4))
+    np.testing.assert_allclose(
+        left, rough - fitted_by_columns(rough, 3), rtol=0, atol=4 * EPS * (abs(offset) + 2e-4)
+    )
 
 
-# --- spheres ----------------------------------------------------------------------------------------------------
+# --- spheres
+# ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-3])
@@ -118,9 +126,12 @@ def test_a_rough_ball_has_the_sphere_of_least_squares(seed):
         return z0 + np.sqrt(r**2 - (x[here] * 1e6 - x0) ** 2 - (y[here] * 1e6 - y0) ** 2) - r
 
     start = [*(centre * 1e6), 0, radius * 1e6]
-    best, _ = curve_fit(ball, None, heights[here] * 1e6, start, method="trf", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    best, _ = curve_fit(
+        ball, None, heights[here] * 1e6, start, method="trf", xtol=1e-14, ftol=1e-14, gtol=1e-14
+    )
     form = fit_form(heights, PIXEL, "sphere")
-    # numerical derivatives leave a sum of squares that is too large by about 1e-14, so unknowns off by 1e-7
+    # numerical derivatives leave a sum of squares that is too large by about 1e-14, so unknowns off
+    # by 1e-7
     assert form.radius * 1e6 == pytest.approx(best[3], rel=1e-6)
     ours = np.sum((heights - form.heights)[here] ** 2) * 1e12
     theirs = np.sum((heights[here] * 1e6 - ball(None, *best)) ** 2)
@@ -138,7 +149,9 @@ def test_the_radius_of_a_noisy_shallow_cap_is_right_within_its_error():
         heights = with_gaps(cap(radius, shape, (5e-6, 0)) + rough, gaps, seed)
         here = np.isfinite(heights)
         # so shallow, it is a paraboloid: the error of the curvature by linear least squares
-        columns = np.stack([np.ones(here.sum()), x[here], y[here], -(x[here] ** 2 + y[here] ** 2) / 2], axis=1)
+        columns = np.stack(
+            [np.ones(here.sum()), x[here], y[here], -(x[here] ** 2 + y[here] ** 2) / 2], axis=1
+        )
         error = noise * np.linalg.pinv(columns)[3].dot(np.linalg.pinv(columns)[3]) ** 0.5
         assert error * radius < 0.05
         scores.append((1 / fit_form(heights, PIXEL, "sphere").radius - 1 / radius) / error)
@@ -147,7 +160,8 @@ def test_the_radius_of_a_noisy_shallow_cap_is_right_within_its_error():
     assert abs(np.var(scores) - 1) < 4 * math.sqrt(2 / 40)
 
 
-# --- what has no form -------------------------------------------------------------------------------------------
+# --- what has no form
+# -------------------------------------------------------------------------------------------
 
 
 def ramp(datum, along, across, shape):
@@ -160,5 +174,7 @@ def ramp(datum, along, across, shape):
     [(0.1, 0, 0), (1e-6, 1e-8, 1e-8), (0, 0.1, 3)],
 )
 def test_a_flat_surface_has_no_sphere(plane, shape):
-    with pytest.raises(InputError, match=r"no sphere fits a flat surface; expected a ball or a hollow"):
+    with pytest.raises(
+        InputError, match=r"no sphere fits a flat surface; expected a ball or a hollow"
+    ):
         fit_form(ramp(*plane, shape), PIXEL, "sphere")

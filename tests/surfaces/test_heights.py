@@ -27,7 +27,8 @@ def rough(shape=(12, 9), seed=0, missing=0.0):
     return np.where(rng.random(shape) < missing, NAN, heights)
 
 
-# --- what comes in ----------------------------------------------------------------------------------------------
+# --- what comes in
+# ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -73,14 +74,19 @@ def test_heights_cannot_be_changed_from_outside_or_inside():
     np.testing.assert_array_equal(held.heights, [[NAN, 1], [1, NAN]])
 
 
-# --- form -------------------------------------------------------------------------------------------------------
+# --- form
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_a_measured_ball_without_its_sphere_is_its_roughness():
     pixel, radius = (2e-6, 1.5e-6), 1.5e-3
     x, y = (np.arange(60) - 25)[:, None] * pixel[0], (np.arange(80) - 47)[None, :] * pixel[1]
     ball = 1e-3 + np.sqrt(radius**2 - (x - 1e-5) ** 2 - (y + 5e-6) ** 2) - radius
-    ripple = 2e-9 * np.cos(2 * np.pi * np.arange(60) / 6)[:, None] * np.cos(2 * np.pi * np.arange(80) / 8)[None, :]
+    ripple = (
+        2e-9
+        * np.cos(2 * np.pi * np.arange(60) / 6)[:, None]
+        * np.cos(2 * np.pi * np.arange(80) / 8)[None, :]
+    )
     surface = Surface(np.where(rough(ball.shape) > 2, NAN, ball + ripple), pixel)
     # the sag is 3 µm, the ripple a thousandth of it and no sphere
     assert surface.form("sphere").radius == pytest.approx(radius, rel=1e-3)
@@ -88,14 +94,16 @@ def test_a_measured_ball_without_its_sphere_is_its_roughness():
     np.testing.assert_array_equal(left.missing, surface.missing)
     # the sphere takes a part of the ripple with it, less than 4 in √4680 of its unknowns
     assert np.nanmax(np.abs(left.heights - ripple)) < 2e-9 * 4 / math.sqrt(4680) * 3
-    # once it is off, the tops of the ripple are summits: of the lattice of 6 and 8, the middles of its cells too
+    # once it is off, the tops of the ripple are summits: of the lattice of 6 and 8, the middles of
+    # its cells too
     found = left.summits()
     np.testing.assert_allclose(found.height, 2e-9, rtol=0.2)
     raw = surface.summits()
     assert len(raw) < len(found)
 
 
-# --- scaling ----------------------------------------------------------------------------------------------------
+# --- scaling
+# ----------------------------------------------------------------------------------------------------
 
 
 def squared_ratio(heights, wanted):
@@ -122,7 +130,8 @@ def test_scaled_to_an_rms_height_of_any_size(power, wanted):
     np.testing.assert_allclose(scaled.heights / wanted, integers * factor / wanted, rtol=20 * EPS)
 
 
-# --- mirrors and sums -------------------------------------------------------------------------------------------
+# --- mirrors and sums
+# -------------------------------------------------------------------------------------------
 
 
 @given(heights_with_gaps, st.integers(0, 10**6))
@@ -179,7 +188,8 @@ def test_a_sum_repeats_where_both_do_with_the_same_lengths(first, second, how, r
     assert surfaces[0].combined(surfaces[1], **how).periodic is repeats
 
 
-# --- hard cases combined -----------------------------------------------------------------------------------------
+# --- hard cases combined
+# -----------------------------------------------------------------------------------------
 
 
 def test_a_cropped_surface_has_the_points_between_two_positions():
@@ -211,7 +221,8 @@ def test_a_surface_on_finer_and_coarser_points_is_the_same_wave():
     assert coarser.size == pytest.approx((64, 12))
 
 
-# --- on a ball --------------------------------------------------------------------------------------------------
+# --- on a ball
+# --------------------------------------------------------------------------------------------------
 
 
 def test_roughness_on_a_ball_is_the_sum_of_both():
@@ -222,4 +233,6 @@ def test_roughness_on_a_ball_is_the_sum_of_both():
     assert ball.heights == pytest.approx(flat.heights + form, abs=1e-12)
     assert not ball.periodic
     # what is taken off again is the ball
-    assert Surface(np.zeros((9, 6)), (1e-3, 2e-3)).on_ball(0.05).form("sphere").radius == pytest.approx(0.05, rel=1e-9)
+    assert Surface(np.zeros((9, 6)), (1e-3, 2e-3)).on_ball(0.05).form(
+        "sphere"
+    ).radius == pytest.approx(0.05, rel=1e-9)

@@ -54,7 +54,8 @@ def test_the_numbers_agree_with_the_heights(surface):
     slope = math.sqrt(np.mean((sum(slopes) / 2) ** 2))
     assert [float(found["rms slope"])] == rounded(slope)
     bends = [
-        np.abs(np.roll(z, -1, axis) - 2 * z + np.roll(z, 1, axis)) / pixel**2 for axis, pixel in enumerate((1e-6, 2e-6))
+        np.abs(np.roll(z, -1, axis) - 2 * z + np.roll(z, 1, axis)) / pixel**2
+        for axis, pixel in enumerate((1e-6, 2e-6))
     ]
     curvature = math.sqrt(np.mean((sum(bends) / 2) ** 2))
     assert [float(found["rms curvature"].removesuffix(" 1/m"))] == rounded(curvature)
@@ -67,7 +68,9 @@ def test_the_correlation_agrees_with_the_heights(surface):
     for level, name in ((0.1, "0.1"), (1 / math.e, "1/e")):
         expected = []
         for axis, pixel in enumerate((1e-6, 2e-6)):
-            curve = [np.mean(z * np.roll(z, lag, axis)) / z.var() for lag in range(z.shape[axis] // 2)]
+            curve = [
+                np.mean(z * np.roll(z, lag, axis)) / z.var() for lag in range(z.shape[axis] // 2)
+            ]
             after = next(lag for lag, value in enumerate(curve) if value <= level)
             part = (curve[after - 1] - level) / (curve[after - 1] - curve[after])
             expected.append((after - 1 + part) * pixel)
@@ -81,8 +84,12 @@ def test_the_summits_agree_with_the_9_point_rule(surface):
     count, density = found["summits, 9-point rule"].split(", ")
     assert int(count) == len(summits)
     assert [float(density.removesuffix(" per µm²"))] == rounded(len(summits) / (64 * 80))
-    assert lengths(found["mean summit height"]) == rounded(summits.height.mean() - surface.heights.mean())
-    assert lengths(found["mean summit radius"]) == rounded(summits.radius.mean(), np.median(summits.radius))
+    assert lengths(found["mean summit height"]) == rounded(
+        summits.height.mean() - surface.heights.mean()
+    )
+    assert lengths(found["mean summit radius"]) == rounded(
+        summits.radius.mean(), np.median(summits.radius)
+    )
 
 
 @pytest.mark.parametrize(("shape", "axis"), [((1, 40), "y")])
@@ -119,13 +126,22 @@ def test_what_a_flat_map_does_not_have_is_none(name):
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 6))
 
 
-@given(data=st.data(), shape=SHAPES, scale=st.sampled_from([1e-12, 1e-9, 1e-6, 1.0, 1e6]), periodic=st.booleans())
+@given(
+    data=st.data(),
+    shape=SHAPES,
+    scale=st.sampled_from([1e-12, 1e-9, 1e-6, 1.0, 1e6]),
+    periodic=st.booleans(),
+)
 def test_every_map_has_lines_without_numbers_that_are_none(data, shape, scale, periodic):
     values = st.one_of(
-        st.just(math.nan), st.integers(-3, 3).map(float), st.integers(-(10**6), 10**6).map(lambda n: n * 1e-6)
+        st.just(math.nan),
+        st.integers(-3, 3).map(float),
+        st.integers(-(10**6), 10**6).map(lambda n: n * 1e-6),
     )
     count = shape[0] * shape[1]
-    heights = np.array(data.draw(st.lists(values, min_size=count, max_size=count))).reshape(shape) * scale
+    heights = (
+        np.array(data.draw(st.lists(values, min_size=count, max_size=count))).reshape(shape) * scale
+    )
     if np.isnan(heights).all():
         heights[0, 0] = 0.0
     surface = Surface(heights, (scale, 2 * scale), periodic=periodic)

@@ -13,13 +13,19 @@ EPS = np.finfo(float).eps
 
 
 def prescribed(shape, lengths, kind="exponential"):
-    # ρ summed over images one by one, as it is written, with lengths in pixels; none along a side of one pixel
+    # ρ summed over images one by one, as it is written, with lengths in pixels; none along a side
+    # of one pixel
     total = np.zeros(shape)
     i, j = np.ogrid[: shape[0], : shape[1]]
-    reach = [0 if n == 1 else 3 + math.ceil(16 * length / n) for n, length in zip(shape, lengths, strict=True)]
+    reach = [
+        0 if n == 1 else 3 + math.ceil(16 * length / n)
+        for n, length in zip(shape, lengths, strict=True)
+    ]
     for mx in range(-reach[0], reach[0] + 1):
         for my in range(-reach[1], reach[1] + 1):
-            square = ((i - mx * shape[0]) / lengths[0]) ** 2 + ((j - my * shape[1]) / lengths[1]) ** 2
+            square = ((i - mx * shape[0]) / lengths[0]) ** 2 + (
+                (j - my * shape[1]) / lengths[1]
+            ) ** 2
             total += np.exp(-2.3 * (square if kind == "gaussian" else np.sqrt(square)))
     return total / total[0, 0]
 
@@ -58,8 +64,9 @@ def lags(shape, lengths):
 
 
 def assert_ensemble_has(expected, samples, independent):
-    # Five standard errors, from the scatter of the seeds; and the bias of dividing by the variance of the sample,
-    # which is 2 / independent off, of the order of the relative variance 2 / independent itself.
+    # Five standard errors, from the scatter of the seeds; and the bias of dividing by the variance
+    # of the sample, which is 2 / independent off, of the order of the relative variance 2 /
+    # independent itself.
     samples = np.asarray(samples)
     error = samples.std(axis=0, ddof=1) / math.sqrt(len(samples))
     off = np.abs(samples.mean(axis=0) - expected)
@@ -78,7 +85,9 @@ def test_heights_are_white_noise_filtered_for_the_autocorrelation(shape, lengths
     expected = np.fft.ifft2(np.fft.fft2(noise) * np.sqrt(spectrum)).real
     expected -= expected.mean()
     # rounding errors of the spectrum, some EPS of its sum, come under the root
-    np.testing.assert_allclose(make(shape, lengths, 7, kind), expected / expected.std(), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        make(shape, lengths, 7, kind), expected / expected.std(), rtol=0, atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("kind", ["exponential", "gaussian"])
@@ -89,7 +98,9 @@ def test_heights_are_white_noise_filtered_for_the_autocorrelation(shape, lengths
 def test_autocorrelation_is_summed_over_all_images(shape, lengths, kind):
     quadrant = _periodic_autocorrelation(shape, lengths, kind)
     # some hundred images beyond 14 lengths are left out, each less than exp(-2.3 × 14) = 1e-14
-    np.testing.assert_allclose(whole(quadrant, shape), prescribed(shape, lengths, kind), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        whole(quadrant, shape), prescribed(shape, lengths, kind), rtol=0, atol=1e-12
+    )
 
 
 def test_spectrum_of_profiles_in_closed_form():
@@ -102,12 +113,15 @@ def test_spectrum_of_profiles_in_closed_form():
     np.testing.assert_allclose(made / made[0], geometric / geometric[0], rtol=1e-10)
     # Gaussian: a Gaussian, to rounding errors of its sum √(π/2.3) β = 47
     made = _spectrum(_periodic_autocorrelation((n, 1), (length, 1), "gaussian"), (n, 1))[:, 0]
-    np.testing.assert_allclose(made / made[0], np.exp(-(k**2) * length**2 / 9.2), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        made / made[0], np.exp(-(k**2) * length**2 / 9.2), rtol=0, atol=1e-13
+    )
 
 
 def test_smooth_surfaces_are_not_roughened_by_rounding():
-    # ρ'''' = 12 (2.3/β²)², of which a sample of two lengths has its share of order 1; the rounding of the spectrum
-    # would add a second difference of √6 √(EPS √(Σ ρ²)) = 5e-7 where this one is 7e-9
+    # ρ'''' = 12 (2.3/β²)², of which a sample of two lengths has its share of order 1; the rounding
+    # of the spectrum would add a second difference of √6 √(EPS √(Σ ρ²)) = 5e-7 where this one is
+    # 7e-9
     n, length = 2**16, 2.0**15
     expected = math.sqrt(12) * 2.3 / length**2
     for seed in range(3):
@@ -132,10 +146,14 @@ def test_autocorrelation_of_ensembles():
     st.sampled_from(["exponential", "gaussian"]),
     st.integers(0, 2**70),
 )
-def test_rms_height_is_exact_and_the_mean_zero(shape, fractions, rms_height, pixel_size, kind, seed):
+def test_rms_height_is_exact_and_the_mean_zero(
+    shape, fractions, rms_height, pixel_size, kind, seed
+):
     pixels = [1 + fraction * (n / 2 - 1) for fraction, n in zip(fractions, shape, strict=True)]
     lengths = tuple(length * size for length, size in zip(pixels, pixel_size, strict=True))
-    surface = random_surface(shape, pixel_size, rms_height, lengths, seed=seed, autocorrelation=kind)
+    surface = random_surface(
+        shape, pixel_size, rms_height, lengths, seed=seed, autocorrelation=kind
+    )
     heights = surface.heights
     assert heights.shape == surface.shape == shape
     assert surface.pixel_size == pixel_size
@@ -157,7 +175,10 @@ def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads():
 
 
 def test_a_surface_that_is_far_higher_than_wide_has_a_warning():
-    with pytest.warns(UnlikelyValueWarning, match="rms_height is 30 m on an autocorrelation length of 5 µm, .* in m"):
+    with pytest.warns(
+        UnlikelyValueWarning,
+        match="rms_height is 30 m on an autocorrelation length of 5 µm, .* in m",
+    ):
         random_surface(16, 1e-6, 30, (5e-6, 8e-6), seed=1)
     # a model without dimension is none; warnings are errors here
     random_surface(16, 1, 30, 5, seed=1)

@@ -20,7 +20,9 @@ EPS = np.finfo(float).eps
 PLAIN = {"pixel_size": "1 µm", "height_unit": "nm"}
 METRES = {"pixel_size": 1.0, "height_unit": "m"}
 
-measured_files = pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
+measured_files = pytest.mark.skipif(
+    not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there"
+)
 
 
 @pytest.fixture(scope="module")
@@ -58,10 +60,13 @@ def nanoscope(path):
     sensor, volts = re.search(r"\\@2:Z scale: V \[(.*?)\] \(.*?\) ([\d.]+) V", image).groups()
     sensitivity = float(re.search(rf"\\@{re.escape(sensor)}: V ([\d.]+) nm/V", header).group(1))
     offset, columns, lines = (
-        int(re.search(rf"\\{key}: (\d+)", image).group(1)) for key in ("Data offset", "Samps/line", "Number of lines")
+        int(re.search(rf"\\{key}: (\d+)", image).group(1))
+        for key in ("Data offset", "Samps/line", "Number of lines")
     )
     size = float(re.search(r"\\Scan Size: (\d+) nm", header).group(1))
-    raw = np.frombuffer(content, "<i2", count=columns * lines, offset=offset).reshape(lines, columns)
+    raw = np.frombuffer(content, "<i2", count=columns * lines, offset=offset).reshape(
+        lines, columns
+    )
     # the Z scale is what the 2¹⁶ steps span together
     return raw * (float(volts) / 2**16 * sensitivity), size
 
@@ -103,7 +108,9 @@ def test_channels_of_a_measured_file(library):  # noqa: ARG001 - skips where it 
     listed = r"0 ZSensor, 1 AmplitudeError \(no heights\), and 1 more"
     # the amplitude error is in nm, and still no height
     for channel in (1, "AmplitudeError", 2, "Phase"):
-        with pytest.raises(InputError, match=rf"di-4.di: channel {channel!r} holds no heights; .* {listed}"):
+        with pytest.raises(
+            InputError, match=rf"di-4.di: channel {channel!r} holds no heights; .* {listed}"
+        ):
             read_surface(path, channel=channel)
     for channel in (3, -1, "Height", True):
         with pytest.raises(InputError, match=rf"has no channels {channel!r}; .* {listed}"):
@@ -114,11 +121,14 @@ def test_channels_of_a_measured_file(library):  # noqa: ARG001 - skips where it 
 @pytest.mark.parametrize("name", ["di-4.di", "x3p-2.x3p"])
 def test_a_measured_file_cut_short_is_refused(library, scratch, name):  # noqa: ARG001 - skips where it is not there
     content = (HEIGHTS / name).read_bytes()
-    # the last but one leaves as many bytes as a square of 16-bit numbers has, which one format consists of
+    # the last but one leaves as many bytes as a square of 16-bit numbers has, which one format
+    # consists of
     for length in (300, 2 * 512**2, len(content) - 1):
         path = scratch / name
         path.write_bytes(content[:length])
-        with pytest.raises(InputError, match=f"^{name}: (holds no heights, or )?is damaged, or of no format"):
+        with pytest.raises(
+            InputError, match=f"^{name}: (holds no heights, or )?is damaged, or of no format"
+        ):
             read_surface(path, **PLAIN)
 
 
@@ -137,7 +147,8 @@ def test_units_and_missing_points_come_through(library, tmp_path, ending):
     getattr(topography, WRITERS[ending])(str(path))
     surface = read_surface(path)
     assert surface.shape == (12, 7)
-    # two conversions on the way there and back, and the digits of the text formats (15 after the point)
+    # two conversions on the way there and back, and the digits of the text formats (15 after the
+    # point)
     assert surface.pixel_size == pytest.approx((0.5e-10, 2e-10), rel=1e-14)
     np.testing.assert_array_equal(surface.missing, np.isnan(heights))
     assert surface.missing.any()
@@ -149,12 +160,16 @@ def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # no
 
     path = tmp_path / "maps.mat"
     savemat(path, {"x": np.ones((4, 3)), "z": np.arange(12.0).reshape(4, 3)})
-    with pytest.raises(InputError, match="does not state which are heights; give channel: 0 x, 1 z"):
+    with pytest.raises(
+        InputError, match="does not state which are heights; give channel: 0 x, 1 z"
+    ):
         read_surface(path, **METRES)
     surface = read_surface(path, channel="z", pixel_size=(1.0, 2.0), height_unit="m")
     np.testing.assert_array_equal(surface.heights, np.arange(12.0).reshape(4, 3))
     assert surface.pixel_size == (1.0, 2.0)
-    with pytest.raises(InputError, match="does not state the distance between its points; give pixel_size"):
+    with pytest.raises(
+        InputError, match="does not state the distance between its points; give pixel_size"
+    ):
         read_surface(path, channel="z", height_unit="m")
 
 
@@ -169,7 +184,9 @@ def test_a_header_says_size_and_unit(library, tmp_path):  # noqa: ARG001 - skips
     surface = read_surface(written(tmp_path / "map.txt", HEADER + ROWS))
     assert surface.pixel_size == pytest.approx((2e-6, 0.5e-6), rel=8 * EPS)
     np.testing.assert_allclose(
-        surface.heights, np.array([[1, 5, 9], [2, 6, 10], [3, np.nan, 11], [4, 8, 12]]) * 1e-9, rtol=4 * EPS
+        surface.heights,
+        np.array([[1, 5, 9], [2, 6, 10], [3, np.nan, 11], [4, 8, 12]]) * 1e-9,
+        rtol=4 * EPS,
     )
     with pytest.raises(InputError, match="its heights are in nm, but height_unit is 'µm'"):
         read_surface(tmp_path / "map.txt", height_unit="µm")
@@ -181,7 +198,10 @@ def test_no_line_under_a_header_is_passed_over(library, tmp_path, broken, place)
     rows = ROWS.splitlines()
     rows.insert(place, broken)
     path = written(tmp_path / "map.txt", HEADER + "\n".join(rows) + "\n")
-    with pytest.raises(InputError, match=rf"line {place + 5} contains a value that is not a number|different|damaged"):
+    with pytest.raises(
+        InputError,
+        match=rf"line {place + 5} contains a value that is not a number|different|damaged",
+    ):
         read_surface(path)
 
 
@@ -192,7 +212,9 @@ def test_what_needs_the_extra_says_so(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=f"map.spm: needs SurfaceTopography, .*{hint}$"):
         read_surface(tmp_path / "map.spm")
     path = written(tmp_path / "map.txt", HEADER + ROWS)
-    with pytest.raises(InputError, match=f"{hint}; or remove line 2: '# Breite: 8 µm', and give pixel_size"):
+    with pytest.raises(
+        InputError, match=f"{hint}; or remove line 2: '# Breite: 8 µm', and give pixel_size"
+    ):
         read_surface(path, **PLAIN)
     assert read_surface(written(tmp_path / "plain.txt", ROWS), **PLAIN).shape == (4, 3)
     np.save(tmp_path / "map.npy", np.ones((3, 4)))
@@ -212,7 +234,9 @@ def test_coordinates_of_a_map(library, tmp_path):  # noqa: ARG001 - skips where 
     path = written(tmp_path / "map.xyz", coordinates(heights, 0.5, 0.25))
     with pytest.raises(InputError, match="does not name the unit of its heights; give height_unit"):
         read_surface(path)
-    with pytest.raises(InputError, match="does not name the unit of its distances; give lateral_unit"):
+    with pytest.raises(
+        InputError, match="does not name the unit of its distances; give lateral_unit"
+    ):
         read_surface(path, height_unit="nm")
     surface = read_surface(path, height_unit="nm", lateral_unit="µm")
     assert surface.pixel_size == pytest.approx((0.5e-6, 0.25e-6), rel=8 * EPS)
@@ -246,10 +270,13 @@ def matrices(draw):
     lines = draw(st.integers(1, 6))
     numbers = st.floats(-1e9, 1e9) | st.integers(-1000, 1000).map(float) | st.just(np.nan)
     matrix = np.array(draw(st.lists(numbers, min_size=columns * lines, max_size=columns * lines)))
-    matrix[[0, 1, 2, columns - 1]] = [1.0, -2.5, 3e-7, 5.0]  # a last column of nothing would be none
+    # a last column of nothing would be none
+    matrix[[0, 1, 2, columns - 1]] = [1.0, -2.5, 3e-7, 5.0]
     matrix = matrix.reshape(lines, columns)
     delimiter = draw(st.sampled_from(DELIMITERS))
-    marks = st.sampled_from(MISSING if delimiter.isspace() and delimiter != "\t" else (*MISSING, ""))
+    marks = st.sampled_from(
+        MISSING if delimiter.isspace() and delimiter != "\t" else (*MISSING, "")
+    )
     comma = ";" in delimiter and draw(st.booleans())
 
     def cell(number):
@@ -259,9 +286,13 @@ def matrices(draw):
 
     text = ""
     for row in matrix:
-        text += draw(st.sampled_from(("", "", "\n", "# a comment\n", "% another, 1;2\n", "  # and one\n")))
+        text += draw(
+            st.sampled_from(("", "", "\n", "# a comment\n", "% another, 1;2\n", "  # and one\n"))
+        )
         text += delimiter.join(map(cell, row))
-        text += draw(st.sampled_from(("", " ", "  # the first"))) + draw(st.sampled_from(("\n", "\r\n")))
+        text += draw(st.sampled_from(("", " ", "  # the first"))) + draw(
+            st.sampled_from(("\n", "\r\n"))
+        )
     return matrix, text
 
 
@@ -278,7 +309,10 @@ def test_a_matrix_in_many_spellings(scratch, case):
 def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
     surface = read_surface(written(tmp_path / "map.csv", "1,2,3,4,\n5,,7,8,\n"), **METRES)
     np.testing.assert_array_equal(surface.heights, np.array([[1, 5], [2, np.nan], [3, 7], [4, 8]]))
-    for text, last in [("1,2,3,4,\n5,6,7,8,9\n", [np.nan, 9]), ("1,2,3,4,9\n5,6,7,8,\n", [9, np.nan])]:
+    for text, last in [
+        ("1,2,3,4,\n5,6,7,8,9\n", [np.nan, 9]),
+        ("1,2,3,4,9\n5,6,7,8,\n", [9, np.nan]),
+    ]:
         surface = read_surface(written(tmp_path / "map.csv", text), **METRES)
         np.testing.assert_array_equal(surface.heights[4], last)
 
@@ -286,7 +320,10 @@ def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("1 2 3 4\n\n5 6 7\n", "line 3: 3 values where line 1 has 4; expected as many in each line"),
+        (
+            "1 2 3 4\n\n5 6 7\n",
+            "line 3: 3 values where line 1 has 4; expected as many in each line",
+        ),
         ("1\t2,5\t3\t4\n", "line 1, column 2: '2,5'; .*; write the decimal comma as a point"),
         ("nan - ***\nbad nan nan\n", "has 0 points with a height, of 6; expected 3 or more"),
     ],
@@ -316,7 +353,9 @@ def test_size_limits(tmp_path, monkeypatch):
     np.save(tmp_path / "map.npy", np.ones((3, 7)))
     written(tmp_path / "map.txt", "1 2 3 4 5 6 7\n" * 3)
     for name in ("map.npy", "map.txt"):
-        with pytest.raises(InputError, match=f"^{name}: has 21 points; expected 20 or fewer: thin or cut it"):
+        with pytest.raises(
+            InputError, match=f"^{name}: has 21 points; expected 20 or fewer: thin or cut it"
+        ):
             read_surface(tmp_path / name, **METRES)
     np.save(tmp_path / "map.npy", np.ones((4, 5)))
     assert read_surface(tmp_path / "map.npy", **METRES).shape == (4, 5)
@@ -325,9 +364,13 @@ def test_size_limits(tmp_path, monkeypatch):
 def test_archives_of_arrays(tmp_path):
     path = tmp_path / "maps.npz"
     np.savez(path, first=np.zeros((2, 3)), second=np.ones((3, 2)))
-    with pytest.raises(InputError, match=r"^maps.npz: holds 2 arrays; choose one with channel: first, second"):
+    with pytest.raises(
+        InputError, match=r"^maps.npz: holds 2 arrays; choose one with channel: first, second"
+    ):
         read_surface(path, **METRES)
-    with pytest.raises(InputError, match="has no array 'third'; expected channel to be one of first, second"):
+    with pytest.raises(
+        InputError, match="has no array 'third'; expected channel to be one of first, second"
+    ):
         read_surface(path, **METRES, channel="third")
     assert read_surface(path, **METRES, channel="second").heights.tolist() == [[1, 1]] * 3
     with zipfile.ZipFile(path, "w") as archive:
@@ -373,7 +416,9 @@ SAMPLES = {"npy": numpy_bytes(np.save), "npz": numpy_bytes(np.savez)}
 def damaged(draw, content):
     """The bytes of a file, some of them changed, and cut short."""
     changed = bytearray(content)
-    for place, byte in draw(st.lists(st.tuples(st.integers(0, len(content) - 1), st.integers(0, 255)), max_size=5)):
+    for place, byte in draw(
+        st.lists(st.tuples(st.integers(0, len(content) - 1), st.integers(0, 255)), max_size=5)
+    ):
         changed[place] = byte
     return bytes(changed[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else changed)
 
@@ -389,7 +434,9 @@ def test_damaged_arrays(scratch, ending, data):
 @pytest.fixture(scope="module")
 def small_files(library, scratch):
     """Small files of SurfaceTopography's formats, by their endings."""
-    topography = library.Topography(np.ma.masked_less(np.arange(30.0).reshape(5, 6), 4), (5.0, 6.0), unit="nm")
+    topography = library.Topography(
+        np.ma.masked_less(np.arange(30.0).reshape(5, 6), 4), (5.0, 6.0), unit="nm"
+    )
     found = {}
     for ending, writer in WRITERS.items():
         getattr(topography, writer)(str(scratch / f"small.{ending}"))
@@ -429,8 +476,12 @@ def cf_map(path, units, *, dimensions=("x", "y"), key="units"):
         axis: (axis, np.arange(points) * 2e-6 * per[units[axis]], attributes[axis])
         for axis, points in zip("xy", heights.shape, strict=True)
     }
-    stored = xr.DataArray(heights * per[units["heights"]], dims=("x", "y"), attrs=attributes["heights"])
-    xr.Dataset({"heights": stored.transpose(*dimensions)}, positions).to_netcdf(path, engine="netcdf4")
+    stored = xr.DataArray(
+        heights * per[units["heights"]], dims=("x", "y"), attrs=attributes["heights"]
+    )
+    xr.Dataset({"heights": stored.transpose(*dimensions)}, positions).to_netcdf(
+        path, engine="netcdf4"
+    )
     return heights
 
 
@@ -444,7 +495,9 @@ def cf_map(path, units, *, dimensions=("x", "y"), key="units"):
 )
 def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
     path = tmp_path / "map.nc"
-    heights = cf_map(path, dict(zip(("x", "y", "heights"), units, strict=True)), dimensions=dimensions, key=key)
+    heights = cf_map(
+        path, dict(zip(("x", "y", "heights"), units, strict=True)), dimensions=dimensions, key=key
+    )
     surface = read_surface(path)
     assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-12)
     np.testing.assert_allclose(surface.heights, heights, rtol=1e-12)
@@ -455,7 +508,11 @@ def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
     [
         (("mm", "mm", None), {}, "does not name the unit of its heights; give height_unit"),
         (("mm", None, "um"), {}, "names the unit of one of its coordinates only"),
-        (("mm", "mm", "um"), {"height_unit": "nm"}, "states that its heights are in um, but height_unit is 'nm'"),
+        (
+            ("mm", "mm", "um"),
+            {"height_unit": "nm"},
+            "states that its heights are in um, but height_unit is 'nm'",
+        ),
     ],
 )
 def test_a_netcdf_map_without_units_or_with_others(tmp_path, units, given, message):
@@ -465,11 +522,15 @@ def test_a_netcdf_map_without_units_or_with_others(tmp_path, units, given, messa
         read_surface(path, **given)
 
 
-@pytest.mark.parametrize(("name", "delimiter"), [("list.csv", ","), ("list.txt", "\t"), ("list.xyz", " ")])
+@pytest.mark.parametrize(
+    ("name", "delimiter"), [("list.csv", ","), ("list.txt", "\t"), ("list.xyz", " ")]
+)
 def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # noqa: ARG001 - skips where it is missing
     heights = rough((5, 6)).round(6)
     text = "\n".join(
-        delimiter.join(f"{v:g}" for v in (2 * i, 2 * j, heights[i, j])) for j in range(6) for i in range(5)
+        delimiter.join(f"{v:g}" for v in (2 * i, 2 * j, heights[i, j]))
+        for j in range(6)
+        for i in range(5)
     )
     path = written(tmp_path / name, text)
     with pytest.raises(InputError, match="does not name the unit of its heights; give height_unit"):
@@ -482,7 +543,10 @@ def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # no
 def test_a_profile_with_a_header_of_its_instrument(library, tmp_path):  # noqa: ARG001 - skips where it is missing
     heights = [-0.01, 0.02, -0.01, 0.015, -0.012]
     rows = "\n".join(f"{i:.1f},{z}" for i, z in enumerate(heights))
-    path = written(tmp_path / "profile.csv", f"Scan Parameters\nLength,5 um\n\nLateral um,Raw Micrometer\n{rows}\n")
+    path = written(
+        tmp_path / "profile.csv",
+        f"Scan Parameters\nLength,5 um\n\nLateral um,Raw Micrometer\n{rows}\n",
+    )
     surface = read_surface(path)
     assert surface.pixel_size[0] == pytest.approx(1e-6, rel=1e-9)
     np.testing.assert_allclose(surface.heights[:, 0], np.array(heights) * 1e-6, rtol=1e-12)
@@ -496,7 +560,9 @@ def test_placeholders_of_missing_points_are_reported(tmp_path, placeholders):
     path = tmp_path / "map.txt"
     np.savetxt(path, heights)
     options = {"pixel_size": "2 µm", "height_unit": "µm"}
-    with pytest.warns(UnlikelyValueWarning, match=r"heights are .*all others are between .* give missing = "):
+    with pytest.warns(
+        UnlikelyValueWarning, match=r"heights are .*all others are between .* give missing = "
+    ):
         read_surface(path, **options)
     surface = read_surface(path, **options, missing=placeholders)
     np.testing.assert_array_equal(surface.missing, np.isin(heights.T, placeholders))
@@ -525,4 +591,6 @@ def test_an_implausible_scale_is_reported(tmp_path, pixel_size, height_unit, imp
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         read_surface(tmp_path / "map.txt", pixel_size=pixel_size, height_unit=height_unit)
-    assert ["which is implausible; check the units" in str(each.message) for each in found] == [True] * implausible
+    assert ["which is implausible; check the units" in str(each.message) for each in found] == [
+        True
+    ] * implausible

@@ -73,14 +73,18 @@ def test_shift_rotation_and_worn_volume_are_found(seed, shift, rotation, options
     assert math.degrees(found.rotation) == pytest.approx(rotation, abs=0.02)
     assert found.worn_volume == pytest.approx(lost, rel=0.02)
     assert abs(found.worn_volume - lost) < 3 * found.worn_volume_error < 0.03 * lost
-    assert (found.fate != KEPT).sum() > 0.5 * (before.summits().height > options.get("level", 1.0) * HEIGHT).sum() * 0.5
+    assert (found.fate != KEPT).sum() > 0.5 * (
+        before.summits().height > options.get("level", 1.0) * HEIGHT
+    ).sum() * 0.5
 
 
 def test_the_worn_volume_gives_the_law_back_that_wore_the_place():
     """Paraboloids, which lose caps as `ArchardWear` has them, shifted and rotated after the pass."""
     rng, law = np.random.default_rng(0), hs.wear.ArchardWear(coefficient=2e-4, hardness=6e9)
     middle = np.arange(16.0, 192.0, 32.0)
-    at = np.stack(np.meshgrid(middle, middle, indexing="ij")).reshape(2, -1) + rng.uniform(-5, 5, (2, 36))
+    at = np.stack(np.meshgrid(middle, middle, indexing="ij")).reshape(2, -1) + rng.uniform(
+        -5, 5, (2, 36)
+    )
     x, y = np.meshgrid(np.arange(192.0), np.arange(192.0), indexing="ij")
     square = ((x[..., None] - at[0]) ** 2 + (y[..., None] - at[1]) ** 2) * PIXEL**2
     new = hs.Surface((rng.uniform(-15e-9, 15e-9, 36) - square / 3e-3).max(axis=-1), PIXEL)
@@ -90,19 +94,27 @@ def test_the_worn_volume_gives_the_law_back_that_wore_the_place():
     sizes = {"shape": worn.shape, "onto": worn.pixel_size, "periodic": False}
     moved = resample(worn.heights, worn.pixel_size, shift=-shift, rotation=-rotation, **sizes)
     noise = 5e-10 * rng.standard_normal((2, *new.shape))
-    found = hs.registered(hs.Surface(new.heights + noise[0], PIXEL), hs.Surface(moved + noise[1] + 1e-7, PIXEL))
-    again = law.from_volume(found.worn_volume, normal_load="200 mN", sliding_distance="10 mm", hardness=law.hardness)
+    found = hs.registered(
+        hs.Surface(new.heights + noise[0], PIXEL), hs.Surface(moved + noise[1] + 1e-7, PIXEL)
+    )
+    again = law.from_volume(
+        found.worn_volume, normal_load="200 mN", sliding_distance="10 mm", hardness=law.hardness
+    )
     assert again.coefficient == pytest.approx(law.coefficient, rel=0.01)
     energy = hs.wear.EnergyWear.from_volume(found.worn_volume, dissipated_energy=0.2 * 0.2 * 0.01)
     assert energy.volume_per_energy == pytest.approx(law.coefficient / law.hardness / 0.2, rel=0.01)
-    with pytest.raises(InputError, match="sliding_distance is 0; expected a finite number greater than 0"):
+    with pytest.raises(
+        InputError, match="sliding_distance is 0; expected a finite number greater than 0"
+    ):
         law.from_volume(1e-15, normal_load=0.2, sliding_distance=0, hardness=6e9)
 
 
 def test_without_wear_nothing_is_significant():
     before, after, _ = pair(6, (2.4, 1.1), 0.2, level=99.0)
     found = hs.registered(before, after)
-    assert abs(found.worn_volume) < 3 * found.worn_volume_error < 1e-4 * HEIGHT * before.nominal_area
+    assert (
+        abs(found.worn_volume) < 3 * found.worn_volume_error < 1e-4 * HEIGHT * before.nominal_area
+    )
     assert (found.fate == LOST).sum() <= 1
     assert found.worn.mean() < 0.01
 

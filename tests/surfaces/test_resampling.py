@@ -40,7 +40,8 @@ def moved(heights, steps):
     return out
 
 
-# --- points that coincide ---------------------------------------------------------------------------------------
+# --- points that coincide
+# ---------------------------------------------------------------------------------------
 
 
 shapes = st.tuples(st.integers(2, 8), st.integers(2, 8))
@@ -53,18 +54,25 @@ def test_quarter_turns_from_x_towards_y_agree_with_numpy(quarters, size):
     # np.rot90 turns from the first axis towards the second one, and these are x and y
     heights = noise((size, size), missing=0.2)
     for periodic in (False, True):
-        found = onto_itself(heights, pixel_size=(PX, PX), rotation=quarters * np.pi / 2, periodic=periodic)
+        found = onto_itself(
+            heights, pixel_size=(PX, PX), rotation=quarters * np.pi / 2, periodic=periodic
+        )
         np.testing.assert_array_equal(found, np.rot90(heights, quarters))
 
 
-# --- between the points -----------------------------------------------------------------------------------------
+# --- between the points
+# -----------------------------------------------------------------------------------------
 
 
 def test_a_periodic_map_is_the_periodic_bicubic_spline():
     heights, (nx, ny), (a, b) = noise((9, 12)), (9, 12), (0.3, -2.6)
-    along_x = CubicSpline(np.arange(nx + 1), np.vstack([heights, heights[:1]]), axis=0, bc_type="periodic")
+    along_x = CubicSpline(
+        np.arange(nx + 1), np.vstack([heights, heights[:1]]), axis=0, bc_type="periodic"
+    )
     half = along_x((np.arange(nx) - a) % nx)
-    along_y = CubicSpline(np.arange(ny + 1), np.hstack([half, half[:, :1]]), axis=1, bc_type="periodic")
+    along_y = CubicSpline(
+        np.arange(ny + 1), np.hstack([half, half[:, :1]]), axis=1, bc_type="periodic"
+    )
     found = onto_itself(heights, shift=(a * PX, b * PY), periodic=True)
     np.testing.assert_allclose(found, along_y((np.arange(ny) - b) % ny), rtol=0, atol=100 * EPS)
 
@@ -88,11 +96,13 @@ def test_a_plane_between_its_points_is_a_plane_up_to_the_border(how, shape):
     wanted = 3 + place.real - 2 * place.imag
     here = np.isfinite(found)
     assert here.any()
-    # to 1e-8 of the rise of a pixel, in case it is continued for 14 points or more beyond its border: 0.27^14
+    # to 1e-8 of the rise of a pixel, in case it is continued for 14 points or more beyond its
+    # border (0.27^14 of it)
     np.testing.assert_allclose(found[here], wanted[here], rtol=0, atol=2e-8)
 
 
-# --- missing points ---------------------------------------------------------------------------------------------
+# --- missing points
+# ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("periodic", [False, True])
@@ -116,15 +126,19 @@ def test_heights_are_missing_where_one_of_the_points_around_is(periodic):
         assert {(int(i), int(j)) for i, j in np.argwhere(gone)} == wanted
 
 
-# --- small maps, profiles, errors -------------------------------------------------------------------------------
+# --- small maps, profiles, errors
+# -------------------------------------------------------------------------------
 
 
-# --- whole pixels and Fourier series ----------------------------------------------------------------------------
+# --- whole pixels and Fourier series
+# ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("interpolation", ["spline", "fourier", "none"])
 @given(seed=st.integers(0, 10**6), shape=shapes, steps=steps)
-def test_whole_pixels_move_a_periodic_map_bit_for_bit_by_any_interpolation(interpolation, seed, shape, steps):
+def test_whole_pixels_move_a_periodic_map_bit_for_bit_by_any_interpolation(
+    interpolation, seed, shape, steps
+):
     heights = noise(shape, seed)
     shift = steps[0] * PX, steps[1] * PY
     found = onto_itself(heights, shift=shift, periodic=True, interpolation=interpolation)
@@ -135,8 +149,12 @@ def test_whole_pixels_move_a_periodic_map_bit_for_bit_by_any_interpolation(inter
 @pytest.mark.parametrize("periodic", [False, True])
 def test_without_interpolation_a_map_moves_by_the_nearest_whole_pixel(part, step, periodic):
     heights = noise((9, 8), missing=0.1)
-    found = onto_itself(heights, shift=(part * PX, -part * PY), periodic=periodic, interpolation="none")
-    expected = np.roll(heights, (step, -step), axis=(0, 1)) if periodic else moved(heights, (step, -step))
+    found = onto_itself(
+        heights, shift=(part * PX, -part * PY), periodic=periodic, interpolation="none"
+    )
+    expected = (
+        np.roll(heights, (step, -step), axis=(0, 1)) if periodic else moved(heights, (step, -step))
+    )
     np.testing.assert_array_equal(found, expected)
 
 
@@ -157,7 +175,9 @@ def summed(heights, x, y):
             along_y = [j - ny, j] if 2 * j == ny else [j - ny if 2 * j > ny else j]
             for p in along_x:
                 for q in along_y:
-                    wave = np.exp(2j * math.pi * p * x / nx)[:, None] * np.exp(2j * math.pi * q * y / ny)
+                    wave = np.exp(2j * math.pi * p * x / nx)[:, None] * np.exp(
+                        2j * math.pi * q * y / ny
+                    )
                     total += transform[i, j] * wave / (len(along_x) * len(along_y))
     return total
 

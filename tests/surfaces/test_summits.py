@@ -27,7 +27,8 @@ def drawn(picture):
     return np.array([[math.nan if sign == "." else float(sign) for sign in row] for row in rows])
 
 
-# --- a slow oracle: flood fill in plain Python over the repeated plane -------------------------------------------
+# --- a slow oracle: flood fill in plain Python over the repeated plane
+# -------------------------------------------
 
 
 def around(rule, shape):
@@ -73,8 +74,16 @@ class Flood:
     def row(self, pixel_size, rule):
         middle = [sum(place) / len(self.place) for place in zip(*self.place.values(), strict=True)]
         (nx, ny), (px, py) = self.heights.shape, pixel_size
-        kappa_x = sum(self.curvature(i, j, 1, 0) for i, j in self.place.values()) / len(self.place) / px**2
-        kappa_y = sum(self.curvature(i, j, 0, 1) for i, j in self.place.values()) / len(self.place) / py**2
+        kappa_x = (
+            sum(self.curvature(i, j, 1, 0) for i, j in self.place.values())
+            / len(self.place)
+            / px**2
+        )
+        kappa_y = (
+            sum(self.curvature(i, j, 0, 1) for i, j in self.place.values())
+            / len(self.place)
+            / py**2
+        )
         kappa = (kappa_x + kappa_y) / 2 if rule != 3 else kappa_y if nx == 1 else kappa_x
         level = self.heights[next(iter(self.place))]
         return middle[0] % nx * px, middle[1] % ny * py, level, 1 / kappa
@@ -94,11 +103,15 @@ def patches(heights, rule, periodic):
 
 
 def expected(heights, pixel_size, rule, periodic):
-    return [patch.row(pixel_size, rule) for patch in patches(heights, rule, periodic) if patch.is_summit]
+    return [
+        patch.row(pixel_size, rule) for patch in patches(heights, rule, periodic) if patch.is_summit
+    ]
 
 
 small_maps = npst.arrays(
-    float, st.tuples(st.integers(2, 7), st.integers(2, 7)), elements=st.sampled_from([0.0, 1.0, 2.0, math.nan])
+    float,
+    st.tuples(st.integers(2, 7), st.integers(2, 7)),
+    elements=st.sampled_from([0.0, 1.0, 2.0, math.nan]),
 )
 WINDING = drawn("0100 0110 0010 0110")
 
@@ -110,8 +123,11 @@ def test_maps_full_of_ties_against_brute_force(heights, rule, periodic):
     found = find_summits(heights, (2.0, 0.5), rule, periodic=periodic)
     wanted = expected(heights, (2.0, 0.5), rule, periodic)
     assert len(found) == len(wanted)
-    # in the order of their first points, as the oracle has them; integers, so only the means are rounded
-    np.testing.assert_allclose(columns(found), np.reshape(wanted, (-1, 4)).T, rtol=8 * EPS, atol=1e-14)
+    # in the order of their first points, as the oracle has them; integers, so only the means are
+    # rounded
+    np.testing.assert_allclose(
+        columns(found), np.reshape(wanted, (-1, 4)).T, rtol=8 * EPS, atol=1e-14
+    )
 
 
 @given(
@@ -140,13 +156,15 @@ def test_maps_of_any_heights_against_brute_force(seed, shape, periodic):
         np.testing.assert_allclose(columns(found), wanted, rtol=1e-11)
 
 
-# --- analytic surfaces ------------------------------------------------------------------------------------------
+# --- analytic surfaces
+# ------------------------------------------------------------------------------------------
 
 
 def centred(shape, at=(0.0, 0.0)):
     """Give x and y of a grid whose origin is `at` pixels beyond its middle point."""
     x, y = (
-        (np.arange(size) - size // 2 - offset) * pixel for size, offset, pixel in zip(shape, at, (PX, PY), strict=True)
+        (np.arange(size) - size // 2 - offset) * pixel
+        for size, offset, pixel in zip(shape, at, (PX, PY), strict=True)
     )
     return x[:, None], y[None, :]
 
@@ -190,7 +208,8 @@ def test_a_sphere_is_found_once_with_the_radius_of_its_chords(radius, top):
     kappa = (chord_curvature(radius, *place, PX) + chord_curvature(radius, *place[::-1], PY)) / 2
     # the root is rounded by EPS R/2, against a drop of p²/(2 R)
     assert found.radius[0] == pytest.approx(1 / kappa, rel=8 * EPS * (radius / PX) ** 2)
-    # by Taylor, (1 + p²/4 R² + 3 x²/2 R² + y²/2 R²)/R with |x|, |y| ≤ p/2: chords are at most 3 p²/4 R² steeper
+    # by Taylor, (1 + p²/4 R² + 3 x²/2 R² + y²/2 R²)/R with |x|, |y| ≤ p/2: chords are at most 3
+    # p²/4 R² steeper
     sharper = 1 - found.radius[0] / radius
     rounding = 8 * EPS * (radius / PX) ** 2
     assert -rounding <= sharper <= 0.8 * (PY / radius) ** 2 + rounding
@@ -199,7 +218,8 @@ def test_a_sphere_is_found_once_with_the_radius_of_its_chords(radius, top):
         assert kappa == pytest.approx(sum(halves) / 2, rel=8 * EPS)
 
 
-# --- plateaus ---------------------------------------------------------------------------------------------------
+# --- plateaus
+# ---------------------------------------------------------------------------------------------------
 
 PICTURES = {
     "ring round a moat round a lower top": "0000000 0222220 0200020 0201020 0200020 0222220 0000000",
@@ -227,10 +247,12 @@ def test_a_plateau_is_one_summit(picture, rule):
         np.testing.assert_allclose(columns(found), wanted, rtol=8 * EPS, atol=1e-22)
 
 
-# --- missing points, profiles, small maps -----------------------------------------------------------------------
+# --- missing points, profiles, small maps
+# -----------------------------------------------------------------------
 
 
-# --- Gaussian surfaces ------------------------------------------------------------------------------------------
+# --- Gaussian surfaces
+# ------------------------------------------------------------------------------------------
 
 
 def hump(shape, length):
@@ -274,21 +296,28 @@ def over_nayak(rule, seeds=32, length=6.0):
     for seed in range(seeds):
         heights = gaussian_surface(seed, amplitude)
         for grid, step in enumerate((1, 2)):
-            found = find_summits(heights[::step, ::step], (float(step), float(step)), rule, periodic=True)
-            ratios[seed, grid] = np.array([found.density, found.height.mean(), (1 / found.radius).mean()]) / nayak
+            found = find_summits(
+                heights[::step, ::step], (float(step), float(step)), rule, periodic=True
+            )
+            ratios[seed, grid] = (
+                np.array([found.density, found.height.mean(), (1 / found.radius).mean()]) / nayak
+            )
     return ratios
 
 
 def limit_over_nayak(rule, samples=200_000):
     """Give the same ratios for an infinitely fine grid, where they are not 1: the rule sees a few directions only.
 
-    Around a point that is higher than its neighbours at p·n the surface is z + g·p n + p²/2 n·H n, with H of its
-    Gaussian distribution. The slopes g/p that make it a summit fill a polygon, g/p · n < -n·H n/2 for all n; all the
-    slopes of a true summit fill |det H|. So density ∝ ⟨area⟩ instead of ⟨|det H|, H < 0⟩, and the mean curvature is
-    weighted with the area; the height given H is proportional to the curvature (Longuet-Higgins).
+    Around a point that is higher than its neighbours at p·n the surface is z + g·p n + p²/2 n·H n,
+    with H of its Gaussian distribution. The slopes g/p that make it a summit fill a polygon, g/p ·
+    n < -n·H n/2 for all n; all the slopes of a true summit fill |det H|. So density ∝ ⟨area⟩
+    instead of ⟨|det H|, H < 0⟩, and the mean curvature is weighted with the area; the height given
+    H is proportional to the curvature (Longuet-Higgins).
     """
     rng = np.random.default_rng(1)
-    total, difference, hxy = rng.standard_normal((3, samples)) * np.sqrt([[8 / 3], [4 / 3], [1 / 3]])
+    total, difference, hxy = rng.standard_normal((3, samples)) * np.sqrt(
+        [[8 / 3], [4 / 3], [1 / 3]]
+    )
     hxx, hyy = (total + difference) / 2, (total - difference) / 2
     steps = np.array(around(rule, (9, 9)), float)
     bounds = [-(i * i * hxx + 2 * i * j * hxy + j * j * hyy) / 2 for i, j in steps]
@@ -318,7 +347,8 @@ def test_summits_of_a_well_resolved_gaussian_surface_after_nayak():
     # it scatters by 0.3 % of what is not a true summit's
     np.testing.assert_allclose(limit, [1 + excess, 1 - lack, 1 - lack], atol=0.002 + 0.01 * excess)
     ratios = over_nayak(rule)
-    # what a grid of finite pixels does varies as p²: a third of the change from two pixels to one, on the same surfaces
+    # what a grid of finite pixels does varies as p²: a third of the change from two pixels to one,
+    # on the same surfaces
     bias = (ratios[:, 1] - ratios[:, 0]).mean(axis=0) / 3
     mean, error = mean_and_error(ratios[:, 0])
     assert np.all(error < 0.007)
@@ -337,11 +367,19 @@ def test_density_on_a_coarse_grid_is_the_chance_to_be_higher_than_all_neighbours
     amplitude, _ = hump((128, 128), length)
     rho = correlation(amplitude)
     steps = around(rule, amplitude.shape)
-    # the differences z(0) - z(step) are jointly normal, with covariances of the correlations; no grid error
-    covariance = [[1 - rho[a] - rho[b] + rho[a[0] - b[0], a[1] - b[1]] for b in steps] for a in steps]
-    chance = multivariate_normal.cdf(np.zeros(len(steps)), cov=covariance, abseps=1e-5, maxpts=200_000)
+    # the differences z(0) - z(step) are jointly normal, with covariances of the correlations; no
+    # grid error
+    covariance = [
+        [1 - rho[a] - rho[b] + rho[a[0] - b[0], a[1] - b[1]] for b in steps] for a in steps
+    ]
+    chance = multivariate_normal.cdf(
+        np.zeros(len(steps)), cov=covariance, abseps=1e-5, maxpts=200_000
+    )
     density, error = mean_and_error(
-        [find_summits(gaussian_surface(seed, amplitude), (1.0, 1.0), rule, periodic=True).density for seed in range(60)]
+        [
+            find_summits(gaussian_surface(seed, amplitude), (1.0, 1.0), rule, periodic=True).density
+            for seed in range(60)
+        ]
     )
     assert error < 0.006 * chance
     assert abs(density - chance) < 4 * error
@@ -352,8 +390,8 @@ def test_peaks_of_profiles_on_any_grid_in_closed_form(length):
     pixel = 0.5
     amplitude, kx = hump((256, 256), length)
     rho, m0 = correlation(amplitude)[:, 0], moment(amplitude, kx, 0)
-    # Whitehouse & Archard: d1 = z - z(-1), d2 = z - z(+1) are binormal with s² = 2 (1-ρ1) m0 and correlation r;
-    # P(d1, d2 > 0) = 1/4 + asin(r)/2π and E[d1 | d1, d2 > 0] P = s (1+r)/(2 √2π)
+    # Whitehouse & Archard: d1 = z - z(-1), d2 = z - z(+1) are binormal with s² = 2 (1-ρ1) m0 and
+    # correlation r; P(d1, d2 > 0) = 1/4 + asin(r)/2π and E[d1 | d1, d2 > 0] P = s (1+r)/(2 √2π)
     spread = math.sqrt(2 * (1 - rho[1]) * m0)
     r = (1 - 2 * rho[1] + rho[2]) / (2 * (1 - rho[1]))
     chance = 0.25 + math.asin(r) / (2 * np.pi)
@@ -363,14 +401,19 @@ def test_peaks_of_profiles_on_any_grid_in_closed_form(length):
     ratios = []
     for seed in range(25):
         found = find_summits(gaussian_surface(seed, amplitude), (pixel, 3.0), 3, periodic=True)
-        measured = found.density * 3.0 * pixel, (1 / found.radius).mean() * pixel**2, found.height.mean()
+        measured = (
+            found.density * 3.0 * pixel,
+            (1 / found.radius).mean() * pixel**2,
+            found.height.mean(),
+        )
         ratios.append(np.divide(measured, (chance, drop, height)))
     mean, error = mean_and_error(ratios)
     assert np.all(error < 0.007)
     assert np.all(np.abs(mean - 1) < 4 * error)
 
 
-# --- Summits ----------------------------------------------------------------------------------------------------
+# --- Summits
+# ----------------------------------------------------------------------------------------------------
 
 
 # --- prominence ---
@@ -470,12 +513,16 @@ def test_summits_meet_where_the_sum_of_their_paraboloids_is_highest():
             of_second = np.sum((place - centre) ** 2) / (2 * second.radius[other])
             return (of_first + of_second) * 1e9
 
-        lowest = minimize(gap, centre, method="Nelder-Mead", options={"xatol": 1e-13, "fatol": 1e-12})
+        lowest = minimize(
+            gap, centre, method="Nelder-Mead", options={"xatol": 1e-13, "fatol": 1e-12}
+        )
         # paraboloids are spheres but for the square of the slope
         height = first.height[one] + second.height[other] - lowest.fun * 1e-9
         assert found.height[at] == pytest.approx(height, abs=2e-12 * lowest.fun)
         np.testing.assert_allclose([found.x[at], found.y[at]], lowest.x, atol=1e-12)
-        assert 1 / found.radius[at] == pytest.approx(1 / first.radius[one] + 1 / second.radius[other])
+        assert 1 / found.radius[at] == pytest.approx(
+            1 / first.radius[one] + 1 / second.radius[other]
+        )
         # it rises towards the first where the second is before it
         flank = -(lowest.x[0] - first.x[one]) / first.radius[one]
         assert found.slope[at] == pytest.approx(flank, rel=2e-3)
@@ -485,7 +532,8 @@ def test_summits_meet_that_have_chosen_each_other():
     first = Summits([0.0, -5e-9, 1e-9], 10e-6, [0.0, 1e-6, 50e-6], [0.0, 0.0, 0.0])
     second = Summits([0.0, 0.0], 10e-6, [0.4e-6, 90e-6], [0.0, 0.0])
     found = first.meeting(second)
-    # the second one is nearer to a higher one, which has chosen it, and the last two are beyond reach of any
+    # the second one is nearer to a higher one, which has chosen it, and the last two are beyond
+    # reach of any
     assert len(found) == 1
     assert found.slope == pytest.approx(-0.4 / 20, rel=1e-3)
     assert found.x == pytest.approx(0.2e-6)

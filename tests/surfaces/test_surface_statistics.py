@@ -50,19 +50,28 @@ def test_statistics_against_loops_over_the_points(z, pixel, periodic):
     count = len(points.deviations)
     rms = root_mean_square(points.deviations)
     found = height_statistics(z, pixel, periodic=periodic)
-    # about 25 roundings in a row, of the heights about the mean; the mean itself is as good as its datum
+    # about 25 roundings in a row, of the heights about the mean; the mean itself is as good as its
+    # datum
     rtol = 64 * EPS
     assert found.mean == pytest.approx(float(points.mean), rel=4 * EPS, abs=64 * EPS * 1e-6)
     assert found.rms_height == pytest.approx(rms, rel=rtol)
-    assert found.mean_deviation == pytest.approx(float(sum(map(abs, points.deviations)) / count), rel=rtol)
+    assert found.mean_deviation == pytest.approx(
+        float(sum(map(abs, points.deviations)) / count), rel=rtol
+    )
     spread = max(points.deviations) - min(points.deviations)
     assert found.height_range == pytest.approx(float(spread), rel=rtol)
     assert found.missing_fraction == pytest.approx(1 - count / z.size, abs=EPS)
     for name, power in (("skewness", 3), ("kurtosis", 4)):
-        exact = float(sum(value**power for value in points.deviations) / count) / rms**power if rms else NAN
-        # a skewness of 0 is the difference of two sums of the order of the kurtosis, at most the number of points
+        exact = (
+            float(sum(value**power for value in points.deviations) / count) / rms**power
+            if rms
+            else NAN
+        )
+        # a skewness of 0 is the difference of two sums of the order of the kurtosis, at most the
+        # number of points
         assert getattr(found, name) == pytest.approx(exact, rel=rtol, abs=rtol * 25, nan_ok=True)
-    # second differences add four heights up to half a spread from their middle, 4 EPS of it for 0 in the end
+    # second differences add four heights up to half a spread from their middle, 4 EPS of it for 0
+    # in the end
     atol = 8 * EPS * float(max(abs(value) for value in points.z.values() if value is not None))
     for order, average, moment in ((1, "rms_slope", "m2"), (2, "rms_curvature", "m4")):
         exact, square = brute_differences(points, pixel, order)
@@ -94,9 +103,12 @@ def test_autocorrelation_against_loops_over_the_pairs(z, pixel, periodic):
     np.testing.assert_allclose(found.lags_x, np.array(steps[0]) * pixel[0], rtol=2 * EPS)
     np.testing.assert_allclose(found.lags_y, np.array(steps[1]) * pixel[1], rtol=2 * EPS)
     variance = brute_autocorrelation(points, (0, 0))
-    exact = [[float(brute_autocorrelation(points, (i, j)) / variance) for j in steps[1]] for i in steps[0]]
-    # a transform of at most 8 × 8 keeps each sum to a few EPS of the greatest one, that of up to 25 pairs, of which
-    # the least frequent lag has one
+    exact = [
+        [float(brute_autocorrelation(points, (i, j)) / variance) for j in steps[1]]
+        for i in steps[0]
+    ]
+    # a transform of at most 8 × 8 keeps each sum to a few EPS of the greatest one, that of up to 25
+    # pairs, of which the least frequent lag has one
     np.testing.assert_allclose(found.values, exact, rtol=0, atol=25 * 16 * EPS)
     assert found.values[z.shape[0] // 2, z.shape[1] // 2] == 1
 
@@ -144,13 +156,18 @@ def test_conventions_of_surface_topography(topography):
 
 
 def test_autocorrelation_of_surface_topography(topography):
-    # its height difference autocorrelation is ⟨(z(x) - z(x + lag))²⟩/2 = Rq² (1 - ρ), averaged along the profiles
+    # its height difference autocorrelation is ⟨(z(x) - z(x + lag))²⟩/2 = Rq² (1 - ρ), averaged
+    # along the profiles
     z = rough((24, 20), seed=20)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         other = topography(z, np.multiply(z.shape, PIXEL), periodic=True)
-        lags, differences = other.autocorrelation_from_profile(reliable=False, resampling_method=None)
+        lags, differences = other.autocorrelation_from_profile(
+            reliable=False, resampling_method=None
+        )
     found = autocorrelation(z, PIXEL, periodic=True)
     values = found.values[12:, 10]
     np.testing.assert_allclose(found.lags_x[12:][: lags.size], lags, rtol=1e-12)
-    np.testing.assert_allclose(z.var() * (1 - values[: lags.size]), differences, rtol=1e-9, atol=1e-13 * z.var())
+    np.testing.assert_allclose(
+        z.var() * (1 - values[: lags.size]), differences, rtol=1e-9, atol=1e-13 * z.var()
+    )

@@ -17,7 +17,9 @@ from historysim.tables import Column, Format, describe, read_table, summarise_te
 
 DATA = SHARED
 BOLTED = DATA / "brake_reuss" / "brb_surface_data.mat"
-measured_files = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")
+measured_files = pytest.mark.skipif(
+    not DATA.is_dir(), reason="the folder of measured data is not there"
+)
 
 T = np.arange(6) * 0.5
 F = np.array([0.0, 1.5, -2.0, 3.0, 4.0, 5.5])
@@ -26,9 +28,12 @@ M = np.column_stack([T, F, -F])
 
 def values(path, *columns, units="s", missing=False, **layout):
     wanted = {
-        str(place): column if isinstance(column, Column) else Column(column) for place, column in enumerate(columns)
+        str(place): column if isinstance(column, Column) else Column(column)
+        for place, column in enumerate(columns)
     }
-    table = read_table(path, wanted, dict.fromkeys(wanted, units), Format(**layout), missing=missing)
+    table = read_table(
+        path, wanted, dict.fromkeys(wanted, units), Format(**layout), missing=missing
+    )
     assert table.lines is None
     assert table.place(2) == "row 3"
     return [column.tolist() for column in table.columns.values()]
@@ -56,8 +61,16 @@ def file(tmp_path):
     ("document", "columns", "layout"),
     [
         ({"run": {"t": [0, 1, 2], "at": {"F": [3, 4.5, 5]}}}, ["run.t", "run.at.F"], {}),
-        ({"data": [[0, 3], [1, 4.5], [2, 5]]}, [Column("data", index=1), Column("data", index=2)], {}),
-        ({"data": [[0, 1, 2], [3, 4.5, 5]]}, [Column("data", index=1), Column("data", index=2)], {"transposed": True}),
+        (
+            {"data": [[0, 3], [1, 4.5], [2, 5]]},
+            [Column("data", index=1), Column("data", index=2)],
+            {},
+        ),
+        (
+            {"data": [[0, 1, 2], [3, 4.5, 5]]},
+            [Column("data", index=1), Column("data", index=2)],
+            {"transposed": True},
+        ),
         ([[0, 3], [1, 4.5], [2, 5]], [1, 2], {}),
         ([{"t": 0, "F": 3}, {"t": 1, "F": 4.5}, {"F": 5, "t": 2, "note": "x"}], ["t", "F"], {}),
     ],
@@ -70,12 +83,16 @@ def test_shapes_of_json(file, document, columns, layout):
 def test_missing_values_of_json(file):
     file.write_text('{"t": [0, null, NaN, "NaN", "", "-"]}', encoding="utf-8")
     np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0] + [np.nan] * 5)
-    assert refusal(file, "t") == "f.json: row 2, column 't': missing (NaN); expected a finite number"
+    assert (
+        refusal(file, "t") == "f.json: row 2, column 't': missing (NaN); expected a finite number"
+    )
     file.write_text('[{"t": 0}, {"F": 1}]', encoding="utf-8")
     np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0, np.nan])
 
 
-@pytest.mark.parametrize("units", [{"F unit": "kN"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}])
+@pytest.mark.parametrize(
+    "units", [{"F unit": "kN"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}]
+)
 def test_units_next_to_arrays_of_json(file, units):
     file.write_text(json.dumps({"run": {"t": [0], "F": [1.5]} | units}), encoding="utf-8")
     assert values(file, "run.F", units="N") == [[1500.0]]
@@ -164,7 +181,10 @@ def matlab_73(tmp_path):
         file["none"].attrs["MATLAB_empty"] = 1
         put("text", [[ord(letter) for letter in "kN"]], "char")
         put("sparse/data", F)
-        file["sparse"].attrs["MATLAB_class"], file["sparse"].attrs["MATLAB_sparse"] = np.bytes_("double"), 6
+        file["sparse"].attrs["MATLAB_class"], file["sparse"].attrs["MATLAB_sparse"] = (
+            np.bytes_("double"),
+            6,
+        )
         put("#refs#/a", T)
 
     path = tmp_path / "g.mat"
@@ -227,9 +247,16 @@ def _element(kind, content):
 def _object_5(name, class_name):
     """A string, table or datetime as MATLAB stores it: without a shape, and with contents in an unnamed array."""
     flags = _element(6, struct.pack("<II", 17, 0))
-    numbers = _element(6, struct.pack("<II", 13, 0)) + _element(5, struct.pack("<ii", 6, 1)) + _element(1, b"")
+    numbers = (
+        _element(6, struct.pack("<II", 13, 0))
+        + _element(5, struct.pack("<ii", 6, 1))
+        + _element(1, b"")
+    )
     body = flags + _element(1, name) + _element(1, b"MCOS") + _element(1, class_name)
-    return _element(14, body + _element(14, numbers + _element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1))))
+    return _element(
+        14,
+        body + _element(14, numbers + _element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1))),
+    )
 
 
 @pytest.mark.parametrize("compressed", [False, True])
@@ -238,7 +265,11 @@ def test_arrays_next_to_objects_are_read_and_the_objects_named(tmp_path, compres
 
     savemat(tmp_path / "a.mat", {"t": T, "s": {"F": F}}, do_compression=compressed)
     plain = (tmp_path / "a.mat").read_bytes()
-    contents = _element(6, struct.pack("<II", 9, 0)) + _element(5, struct.pack("<ii", 1, 16)) + _element(1, b"")
+    contents = (
+        _element(6, struct.pack("<II", 9, 0))
+        + _element(5, struct.pack("<ii", 1, 16))
+        + _element(1, b"")
+    )
     elements = [
         _object_5(b"names", b"string"),
         _object_5(b"log", b"table"),
@@ -252,7 +283,10 @@ def test_arrays_next_to_objects_are_read_and_the_objects_named(tmp_path, compres
     assert values(path, "t", "s.F") == [T.tolist(), F.tolist()]
     assert [column for column, *_ in listed(path)] == ['"t"', '"s.F"']
     assert summarise_text(path)[0] == ["left out: 'names' (string), 'log' (table)"]
-    assert refusal(path, "log") == "b.mat: column 'log' is not read (table); save it as an array of numbers"
+    assert (
+        refusal(path, "log")
+        == "b.mat: column 'log' is not read (table); save it as an array of numbers"
+    )
 
 
 def test_cells_structures_and_objects_of_version_73(tmp_path):
@@ -304,13 +338,22 @@ def hdf5(tmp_path):
         file["filled"].attrs["_FillValue"] = np.array([-9.0])
         file["scaled"] = F
         file["scaled"].attrs["scale_factor"] = 2.0
-        file["half"], file["big"], file["small"] = F.astype("f2"), F.astype(">f8"), np.arange(6, dtype="i1")
+        file["half"], file["big"], file["small"] = (
+            F.astype("f2"),
+            F.astype(">f8"),
+            np.arange(6, dtype="i1"),
+        )
         file.create_dataset("packed", data=F, compression="gzip", shuffle=True, chunks=(2,))
-        file["records"] = np.array(list(zip(T, F, strict=True)), dtype=[("t", "f8"), ("F (kN)", "f4")])
+        file["records"] = np.array(
+            list(zip(T, F, strict=True)), dtype=[("t", "f8"), ("F (kN)", "f4")]
+        )
         file["bool"], file["text"], file["complex"] = F > 0, "kN", 1j * F
         file["words"] = np.array([b"a", b"b"])
         file["empty"] = h5py.Empty("f8")
-        file["broken link"], file["other file"] = h5py.SoftLink("/nowhere"), h5py.ExternalLink("none.h5", "/x")
+        file["broken link"], file["other file"] = (
+            h5py.SoftLink("/nowhere"),
+            h5py.ExternalLink("none.h5", "/x"),
+        )
         file["run"]["loop"] = file["/"]
         file["infinite"] = np.array([1.0, np.inf])
         file["nan"] = np.array([1.0, np.nan])
@@ -332,7 +375,9 @@ def test_missing_values_of_hdf5(hdf5):
     np.testing.assert_array_equal(values(hdf5, "filled", missing=True)[0], expected)
     assert "row 4, column 'filled': missing (NaN)" in refusal(hdf5, "filled")
     assert "row 2, column 'nan': missing (NaN)" in refusal(hdf5, "nan")
-    assert "row 2, column 'infinite': inf; expected a finite number" in refusal(hdf5, "infinite", missing=True)
+    assert "row 2, column 'infinite': inf; expected a finite number" in refusal(
+        hdf5, "infinite", missing=True
+    )
 
 
 # -- netCDF ----------------------------------------------------------------------------------------
@@ -348,7 +393,9 @@ def netcdf(request, tmp_path):
             file.createDimension(name, size)
 
         def put(name, kind, values, dimensions=("t",), **attributes):
-            variable = file.createVariable(name, kind, dimensions, fill_value=attributes.pop("_FillValue", None))
+            variable = file.createVariable(
+                name, kind, dimensions, fill_value=attributes.pop("_FillValue", None)
+            )
             variable.setncatts(attributes)
             variable.set_auto_maskandscale(False)
             variable[: len(values)] = values
@@ -370,7 +417,9 @@ def netcdf(request, tmp_path):
 
 
 def test_variables_of_netcdf(netcdf):
-    assert values(netcdf, "t", "record", Column("m", "kN", index=2), "bytes", units=("s", "N", "1")) == [
+    assert values(
+        netcdf, "t", "record", Column("m", "kN", index=2), "bytes", units=("s", "N", "1")
+    ) == [
         T.tolist(),
         T.tolist(),
         (1000 * F).tolist(),
@@ -393,7 +442,9 @@ def tdms(tmp_path):
             [
                 nptdms.ChannelObject("run", "t", T),
                 nptdms.ChannelObject("run", "F", F, properties=evenly),
-                nptdms.ChannelObject("run", "counts", np.arange(6, dtype="i2"), properties={"unit_string": ""}),
+                nptdms.ChannelObject(
+                    "run", "counts", np.arange(6, dtype="i2"), properties={"unit_string": ""}
+                ),
                 nptdms.ChannelObject("run", "words", ["a", "b"]),
                 nptdms.ChannelObject("run", "clock", np.array([1, 2], dtype="datetime64[s]")),
                 nptdms.ChannelObject("run", "bad", np.array([1.0, np.nan, np.inf])),
@@ -427,10 +478,14 @@ def test_a_recording_that_was_cut_short_is_refused(tdms, cut, capfd):
     ("library", "extra", "name", "content"),
     [("nptdms", "tdms", "f.tdms", b"TDSm"), ("h5py", "hdf5", "f.h5", b"\x89HDF\r\n\x1a\n")],
 )
-def test_without_the_library_the_message_says_how_to_install_it(tmp_path, monkeypatch, library, extra, name, content):
+def test_without_the_library_the_message_says_how_to_install_it(
+    tmp_path, monkeypatch, library, extra, name, content
+):
     (tmp_path / name).write_bytes(content)
     monkeypatch.setitem(sys.modules, library, None)
-    assert refusal(tmp_path / name, "t").endswith(f'is not installed; pip install "historysim[{extra}]"')
+    assert refusal(tmp_path / name, "t").endswith(
+        f'is not installed; pip install "historysim[{extra}]"'
+    )
 
 
 # -- measured records ------------------------------------------------------------------------------
@@ -446,7 +501,9 @@ def test_structures_and_cells_of_matlab_are_listed_by_their_numbers(tmp_path):
     savemat(tmp_path / "s.mat", {"tests": array, "cells": np.array(tests, dtype=object)})
     names = [listing.column for listing in describe(tmp_path / "s.mat")]
     assert names == [
-        f'"{each}.{field}"' for each in ("tests(1)", "tests(2)", "cells{1}", "cells{2}") for field in ("t", "F")
+        f'"{each}.{field}"'
+        for each in ("tests(1)", "tests(2)", "cells{1}", "cells{2}")
+        for field in ("t", "F")
     ]
     for name in ("tests(2).t", "cells{2}.t"):
         read = read_table(tmp_path / "s.mat", {"time": Column(name)}, {"time": "s"})
@@ -463,6 +520,10 @@ def test_the_bolted_joint():
     for key, name in (("z", "normzinterp"), ("p", "pzinterp")):
         np.testing.assert_array_equal(table.columns[key], expected[name][0])
         assert table.columns[key].shape == (1001,)
-    gap = read_table(BOLTED, {"gap": Column("mesoscale_xygap", index=3)}, {"gap": "m"}, missing=True)
+    gap = read_table(
+        BOLTED, {"gap": Column("mesoscale_xygap", index=3)}, {"gap": "m"}, missing=True
+    )
     np.testing.assert_array_equal(gap.columns["gap"], expected["mesoscale_xygap"][:, 2])
-    assert "row 1, column 3 of 'mesoscale_xygap': missing (NaN)" in refusal(BOLTED, Column("mesoscale_xygap", index=3))
+    assert "row 1, column 3 of 'mesoscale_xygap': missing (NaN)" in refusal(
+        BOLTED, Column("mesoscale_xygap", index=3)
+    )

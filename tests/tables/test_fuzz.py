@@ -30,7 +30,9 @@ def test_the_intact_files_hold_the_written_values(tmp_path, name):
     # the netCDF files hold integers of 0.001 kN
     error = 0.5 if name.endswith(".nc") else 0.0
     np.testing.assert_array_equal(table.columns["time"], TIME)
-    np.testing.assert_allclose(table.columns["force"], FORCE * factor, rtol=1e-15, atol=1.001 * error)
+    np.testing.assert_allclose(
+        table.columns["force"], FORCE * factor, rtol=1e-15, atol=1.001 * error
+    )
     assert table.units == UNITS
 
 
@@ -55,7 +57,24 @@ def test_damaged_files_are_read_or_refused(tmp_path, ending):
     check()
 
 
-CELLS = ["1", "-2.5", "1e3", "", "nan", "x", "1,5", '"3"', '"', "#", "t", "F", "(s)", "2 3", "0x1", "٣"]
+CELLS = [
+    "1",
+    "-2.5",
+    "1e3",
+    "",
+    "nan",
+    "x",
+    "1,5",
+    '"3"',
+    '"',
+    "#",
+    "t",
+    "F",
+    "(s)",
+    "2 3",
+    "0x1",
+    "٣",
+]
 #: texts that show each value of `CELLS`; values of other columns are 2 or 5
 NOTATIONS = {1.0: ["1"], -2.5: ["-2.5"], 1000.0: ["1e3"], 3.0: ["3"], 1.5: ["1,5"]}
 
@@ -66,15 +85,21 @@ NOTATIONS = {1.0: ["1"], -2.5: ["-2.5"], 1000.0: ["1e3"], 3.0: ["3"], 1.5: ["1,5
     delimiter=st.sampled_from([",", ";", "\t", " ", "|", " ; "]),
     columns=st.sampled_from([["t", "F"], ["t"], [1, 2], [2]]),
     missing=st.booleans(),
-    layout=st.sampled_from([{}, {"decimal": ","}, {"header": 1}, {"header": 0}, {"delimiter": ";"}, {"comment": ""}]),
+    layout=st.sampled_from(
+        [{}, {"decimal": ","}, {"header": 1}, {"header": 0}, {"delimiter": ";"}, {"comment": ""}]
+    ),
 )
-def test_random_lines_are_read_or_refused(tmp_path_factory, lines, delimiter, columns, missing, layout):
+def test_random_lines_are_read_or_refused(
+    tmp_path_factory, lines, delimiter, columns, missing, layout
+):
     path = tmp_path_factory.getbasetemp() / "lines.txt"
     path.write_text("\n".join(delimiter.join(line) for line in lines), encoding="utf-8")
     wanted = {str(column): Column(column) for column in columns}
     table = None
     try:
-        table = read_table(path, wanted, dict.fromkeys(wanted, "s"), Format(**layout), missing=missing)
+        table = read_table(
+            path, wanted, dict.fromkeys(wanted, "s"), Format(**layout), missing=missing
+        )
         describe(path, Format(**layout))
     except InputError as error:
         assert str(error).startswith("lines.txt: ")  # noqa: PT017 - any other outcome is a table
@@ -82,4 +107,6 @@ def test_random_lines_are_read_or_refused(tmp_path_factory, lines, delimiter, co
     for values in table.columns.values() if table else ():
         for number, value in zip(table.lines, values, strict=True):
             notations = NOTATIONS.get(value, ["2", "5"])
-            assert (missing and np.isnan(value)) or any(text in rows[number - 1] for text in notations)
+            assert (missing and np.isnan(value)) or any(
+                text in rows[number - 1] for text in notations
+            )

@@ -16,11 +16,38 @@ from historysim.tables.columns import resolve_unit
 GOLDEN = Path(__file__).with_name("messages.txt")
 STEP = "Step No. {}\nDuration = 1.5\nTime\tFz\ns\tmN\n0\t10\n0.5\t10.5\n1\t10\n"
 
-WORDS = ["abc", "inf", "#N/A", "1_0", "٣", "(0.5)", "0.5-", "1.5-101", "<0.5", "1,5", "1,500.2", "1.5 mN"]
+WORDS = [
+    "abc",
+    "inf",
+    "#N/A",
+    "1_0",
+    "٣",
+    "(0.5)",
+    "0.5-",
+    "1.5-101",
+    "<0.5",
+    "1,5",
+    "1,500.2",
+    "1.5 mN",
+]
 WORDS += ["1/2/2024 10:00"]
-WORDS = ["abc", "inf", "#N/A", "1_0", "٣", "(0.5)", "0.5-", "1.5-101", "<0.5", "1,5", "1,500.2", "1.5 mN"]
+WORDS = [
+    "abc",
+    "inf",
+    "#N/A",
+    "1_0",
+    "٣",
+    "(0.5)",
+    "0.5-",
+    "1.5-101",
+    "<0.5",
+    "1,5",
+    "1,500.2",
+    "1.5 mN",
+]
 WORDS += ["1/2/2024 10:00"]
-# content, columns, and settings of the format ("unit" is the SI unit of all columns, "missing" allows missing values)
+# content, columns, and settings of the format ("unit" is the SI unit of all columns, "missing"
+# allows missing values)
 TEXTS = [
     ("", ["t"], {}),
     ("t,F\n", ["t"], {}),
@@ -44,7 +71,10 @@ TEXTS = [
     ("F [N],F [V]\n0,1\n1,2\n", ["F"], {"unit": "N"}),
     ("1 July\nt (s)\tF (kN)\tT (degC)\n0\t1.5\t20\t21\n1\t2.5\t20\t21\n", ["t (s)"], {}),
     ("t,F\n0,1\n1,\n2,3\n", ["t", "F"], {}),
-    *((f"t;F\n0;1\n1;{word}\n2;3\n", ["t", "F"], {"delimiter": ";", "missing": True}) for word in WORDS),
+    *(
+        (f"t;F\n0;1\n1;{word}\n2;3\n", ["t", "F"], {"delimiter": ";", "missing": True})
+        for word in WORDS
+    ),
     ("t;F\n0;50 mN\n1;25\n2;1 mN\n", ["t", "F"], {"unit": "N"}),
     ("t;F\n0;50 mm\n1;25 mm\n", ["F"], {"unit": "N"}),
     ("t,F\n0,1\n1,-1x\n2,2\n3,-2x\n", ["t", "F"], {}),
@@ -106,7 +136,10 @@ def text(path, content, columns, options):
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     options = dict(options)
     unit, missing = options.pop("unit", "s"), options.pop("missing", False)
-    wanted = {str(number): name if isinstance(name, Column) else Column(name) for number, name in enumerate(columns)}
+    wanted = {
+        str(number): name if isinstance(name, Column) else Column(name)
+        for number, name in enumerate(columns)
+    }
     return read_table(path, wanted, dict.fromkeys(wanted, unit), Format(**options), missing=missing)
 
 
@@ -130,7 +163,10 @@ def binary_files(folder):
         file.createVariable("lists", file.createVLType("f8", "list"), ("t",))
     yield folder / "f.nc", "letters"
     yield folder / "f.nc", "lists"
-    savemat(folder / "f.mat", {"flag": np.array([True, False]), "m": np.ones((6, 3)), "wide": np.ones((3, 6))})
+    savemat(
+        folder / "f.mat",
+        {"flag": np.array([True, False]), "m": np.ones((6, 3)), "wide": np.ones((3, 6))},
+    )
     yield folder / "f.mat", "flag"
     yield folder / "f.mat", "m"
     yield folder / "f.mat", Column("wide", index=2)
@@ -144,16 +180,23 @@ def all_messages(folder):
             call()
         return f"{str(case)[:150]}\n    {refused.value}\n"
 
-    yield from (line((c, *rest), lambda c=c, rest=rest: text(folder / "f.txt", c, *rest)) for c, *rest in TEXTS)
+    yield from (
+        line((c, *rest), lambda c=c, rest=rest: text(folder / "f.txt", c, *rest))
+        for c, *rest in TEXTS
+    )
     for content, column in ARRAYS:
         (folder / "f.json").write_text(content, encoding="utf-8")
         wanted = column if isinstance(column, Column) else Column(column)
         yield line(
-            (content[:40], column), lambda wanted=wanted: read_table(folder / "f.json", {"t": wanted}, {"t": "s"})
+            (content[:40], column),
+            lambda wanted=wanted: read_table(folder / "f.json", {"t": wanted}, {"t": "s"}),
         )
     for path, column in binary_files(folder):
         wanted = column if isinstance(column, Column) else Column(column)
-        yield line((path.name, column), lambda path=path, wanted=wanted: read_table(path, {"t": wanted}, {"t": "s"}))
+        yield line(
+            (path.name, column),
+            lambda path=path, wanted=wanted: read_table(path, {"t": wanted}, {"t": "s"}),
+        )
     yield from (line(layout, lambda layout=layout: Format(**layout)) for layout in FORMATS)
     yield from (line(case, lambda case=case: resolve_unit(*case, "column 'F'")) for case in UNITS)
 

@@ -15,7 +15,9 @@ from historysim.tables.columns import field_unit, resolve_unit
 
 DATA = SHARED
 TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
-measured_files = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")
+measured_files = pytest.mark.skipif(
+    not DATA.is_dir(), reason="the folder of measured data is not there"
+)
 
 
 @pytest.fixture
@@ -29,14 +31,18 @@ def scratch(tmp_path_factory):
 
 
 def given_as(columns):
-    return {str(column): column if isinstance(column, Column) else Column(column) for column in columns}
+    return {
+        str(column): column if isinstance(column, Column) else Column(column) for column in columns
+    }
 
 
 def values(path, content, columns, units="s", *, missing=False, **layout):
     """Columns of a text, as lists."""
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     wanted = given_as(columns)
-    table = read_table(path, wanted, dict.fromkeys(wanted, units), Format(**layout), missing=missing)
+    table = read_table(
+        path, wanted, dict.fromkeys(wanted, units), Format(**layout), missing=missing
+    )
     return [column.tolist() for column in table.columns.values()]
 
 
@@ -114,7 +120,9 @@ def test_missing_values_are_nan_if_they_are_allowed(file):
 )
 @pytest.mark.parametrize("rows", [1, 3000])
 def test_numbers_as_other_programs_write_them(file, cells, expected, rows):
-    lines = [f"{row};{cell}\n" for row, cell in enumerate(cells)] + [f"{row};1 s\n" for row in range(3, rows)]
+    lines = [f"{row};{cell}\n" for row, cell in enumerate(cells)] + [
+        f"{row};1 s\n" for row in range(3, rows)
+    ]
     if "s" not in "".join(cells):
         lines = [line.replace(" s", "") for line in lines]
     [_, force] = values(file, "t;F\n" + "".join(lines), ["t", "F"])
@@ -122,7 +130,9 @@ def test_numbers_as_other_programs_write_them(file, cells, expected, rows):
 
 
 @given(
-    numbers=st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=1, max_size=30),
+    numbers=st.lists(
+        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=1, max_size=30
+    ),
     delimiter=st.sampled_from([",", ";", "\t", "|", " ", "&"]),
     decimal=st.sampled_from([".", ","]),
     form=st.sampled_from(["{!r}", "{:.17e}", "{:+.20g}"]),
@@ -131,7 +141,10 @@ def test_numbers_as_other_programs_write_them(file, cells, expected, rows):
 def test_numbers_are_read_exactly(scratch, numbers, delimiter, decimal, form, batch):
     if delimiter == decimal:
         delimiter = ";"
-    lines = [delimiter.join(form.format(number).replace(".", decimal) for number in row) for row in numbers]
+    lines = [
+        delimiter.join(form.format(number).replace(".", decimal) for number in row)
+        for row in numbers
+    ]
     content = "\n".join([delimiter.join(["t", "F"]), *lines])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(from_text, "BATCH_LINES", batch)
@@ -162,7 +175,10 @@ def test_the_encoding_is_found(file, encoding):
         (["28.02.2023 23:59:59", "1.3.2023 0:00:00"], [0, 1]),
         (["100:00:00", "101:00:00", ""], [0, 3600, math.nan]),
         (["11:59:59 PM", "12:00:01 AM", "12:00:02.5 am"], [0, 2, 3.5]),
-        (["2024-01-15T10:00:00+02:00", "2024-01-15T08:00:01.5Z", "2024-01-15T02:30:02-05:30"], [0, 1.5, 2]),
+        (
+            ["2024-01-15T10:00:00+02:00", "2024-01-15T08:00:01.5Z", "2024-01-15T02:30:02-05:30"],
+            [0, 1.5, 2],
+        ),
     ],
 )
 @pytest.mark.parametrize("name", ["t (hh:mm:ss)"])
@@ -227,9 +243,17 @@ def test_a_unit_that_contradicts_the_header_holds_and_is_told(file):
     content = "t,F (kN)\n0,1\n"
     assert values(file, content, [Column("F (kN)", unit="1e3 N")], "N") == [[1000.0]]
     assert values(file, content, [Column("F (kN)", unit="N")], "N") == [[1.0]]
-    told = {unit: read_table(file, {"F": Column("F", unit)}, {"F": "N"}).notices for unit in ("N", "1e3 N")}
-    assert told == {"N": ("column 'F (kN)': 'kN' in the file, taken as 'N', as unit says",), "1e3 N": ()}
-    assert refusal(file, content, ["F (kN)"], "m").startswith("f.txt: column 'F (kN)': 'kN' is not a unit of a length")
+    told = {
+        unit: read_table(file, {"F": Column("F", unit)}, {"F": "N"}).notices
+        for unit in ("N", "1e3 N")
+    }
+    assert told == {
+        "N": ("column 'F (kN)': 'kN' in the file, taken as 'N', as unit says",),
+        "1e3 N": (),
+    }
+    assert refusal(file, content, ["F (kN)"], "m").startswith(
+        "f.txt: column 'F (kN)': 'kN' is not a unit of a length"
+    )
 
 
 # -- listings --------------------------------------------------------------------------------------
@@ -268,7 +292,9 @@ def test_listings(file, content, expected):
 def test_a_wide_table_names_each_of_its_columns(file, monkeypatch):
     count = 5000
     names = ["t", *(f"c{index} [N]" for index in range(count)), "t"]
-    file.write_text("\n".join(",".join(row) for row in (names, *(["1.5"] * (count + 2) for _ in range(3)))))
+    file.write_text(
+        "\n".join(",".join(row) for row in (names, *(["1.5"] * (count + 2) for _ in range(3))))
+    )
     found = [listing.column for listing in describe(file)]
     assert found[0] == '{ column = "t", occurrence = 1 }'
     assert found[1:-1] == [f'"c{index} [N]"' for index in range(count)]
@@ -280,11 +306,18 @@ def test_a_wide_table_names_each_of_its_columns(file, monkeypatch):
 
 @measured_files
 def test_the_triaxial_record():
-    columns = {"t": Column(1, "s"), "p": Column(4, "MPa"), "F": Column(6, "kN"), "x": Column(8, "mm")}
+    columns = {
+        "t": Column(1, "s"),
+        "p": Column(4, "MPa"),
+        "F": Column(6, "kN"),
+        "x": Column(8, "mm"),
+    }
     table = read_table(TRIAXIAL, columns, {"t": "s", "p": ("N", "Pa"), "F": ("N", "Pa"), "x": "m"})
     expected = np.loadtxt(TRIAXIAL, skiprows=3, delimiter="\t", usecols=(0, 3, 5, 7), unpack=True)
     assert expected.shape == (4, 8663)
-    for found, values_in_file, factor in zip(table.columns.values(), expected, (1, 1e6, 1e3, 1e-3), strict=True):
+    for found, values_in_file, factor in zip(
+        table.columns.values(), expected, (1, 1e6, 1e3, 1e-3), strict=True
+    ):
         np.testing.assert_allclose(found, values_in_file * factor, rtol=1e-15)
     assert table.units == {"t": "s", "p": "Pa", "F": "N", "x": "m"}
     assert (table.lines[0], table.lines[-1]) == (4, 8666)

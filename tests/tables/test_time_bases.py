@@ -37,7 +37,11 @@ def write_tdms(path, channels):
     objects = []
     for name, (values, start, interval) in channels.items():
         date = np.datetime64(START) + np.timedelta64(round(start * 1e6), "us")
-        objects.append(nptdms.ChannelObject("g", name, values, {"wf_start_time": date, "wf_increment": interval}))
+        objects.append(
+            nptdms.ChannelObject(
+                "g", name, values, {"wf_start_time": date, "wf_increment": interval}
+            )
+        )
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment(objects)
     return "g/{}"
@@ -48,7 +52,9 @@ def write_tdms_offset(path, channels):
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment(
             [
-                nptdms.ChannelObject("g", name, values, {"wf_start_offset": start, "wf_increment": interval})
+                nptdms.ChannelObject(
+                    "g", name, values, {"wf_start_offset": start, "wf_increment": interval}
+                )
                 for name, (values, start, interval) in channels.items()
             ]
         )
@@ -89,7 +95,10 @@ def write_netcdf(path, channels):
 def write_matlab(path, channels):
     from scipy.io import savemat
 
-    tests = {name: {"data": values, "dt": dt, "t0": start} for name, (values, start, dt) in channels.items()}
+    tests = {
+        name: {"data": values, "dt": dt, "t0": start}
+        for name, (values, start, dt) in channels.items()
+    }
     savemat(path, tests)
     return "{}.data"
 
@@ -97,7 +106,11 @@ def write_matlab(path, channels):
 def write_json(path, channels):
     document = {}
     for name, (values, start, interval) in channels.items():
-        document |= {name: values.tolist(), f"{name}_dt": f"{1e3 * interval} ms", f"{name}_t0": start}
+        document |= {
+            name: values.tolist(),
+            f"{name}_dt": f"{1e3 * interval} ms",
+            f"{name}_t0": start,
+        }
     path.write_text(json.dumps(document), encoding="utf-8")
     return "{}"
 
@@ -115,7 +128,10 @@ FORMATS = {
 
 def write(path, start, interval):
     of_load = load(start + interval * np.arange(COUNT))
-    channels = {"u": (moved(INTERVAL * np.arange(COUNT)), 0.0, INTERVAL), "F": (of_load, start, interval)}
+    channels = {
+        "u": (moved(INTERVAL * np.arange(COUNT)), 0.0, INTERVAL),
+        "F": (of_load, start, interval),
+    }
     return FORMATS[path.name](path, channels)
 
 
@@ -139,7 +155,9 @@ def test_channels_are_joined_by_time(name, case, tmp_path):
     # a straight line between samples misses the curve by its second derivative × interval²/8
     bound = (2 * np.pi * interval) ** 2 / 8 * 1.01 + 1e-9
     np.testing.assert_allclose(table.columns["F"][inside], load(time)[inside], rtol=0, atol=bound)
-    with pytest.raises(InputError, match=r"different times: .* starts at .*expected columns of the same times"):
+    with pytest.raises(
+        InputError, match=r"different times: .* starts at .*expected columns of the same times"
+    ):
         read_table(tmp_path / name, columns, units)
 
 
@@ -147,13 +165,19 @@ def test_channels_are_joined_by_time(name, case, tmp_path):
 def test_a_scenario_joins_replay_and_response(name, tmp_path):
     start = 0.05
     names = write(tmp_path / name, start, INTERVAL)
-    columns = {"time": None, "normal_load": '{ constant = "9 N" }', "tangential_displacement": f'"{names.format("u")}"'}
+    columns = {
+        "time": None,
+        "normal_load": '{ constant = "9 N" }',
+        "tangential_displacement": f'"{names.format("u")}"',
+    }
     response = {"tangential_load": f'"{names.format("F")}"'}
     text = scenario_text(columns=columns, response=response, file=name)
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     measurement = hs.load(tmp_path / "s.toml").measurement()
     time = measurement.time
-    np.testing.assert_allclose(time, np.arange(start, INTERVAL * (COUNT - 0.5), INTERVAL), atol=1e-9)
+    np.testing.assert_allclose(
+        time, np.arange(start, INTERVAL * (COUNT - 0.5), INTERVAL), atol=1e-9
+    )
     np.testing.assert_allclose(measurement["tangential_displacement"], moved(time), atol=1e-9)
     np.testing.assert_allclose(measurement["tangential_load"], load(time), atol=1e-9)
     remarks = dict(measurement.remarks)
@@ -172,14 +196,19 @@ def test_times_of_tdms_channels_have_one_origin(tmp_path):
     ("changes", "problem"),
     [
         ({"F_t0": 9.0}, "without a common time: .*expected times that overlap"),
-        ({"F_start_time": "2026-01-05T10:00:00"}, "with different times: .*expected start and interval of each"),
+        (
+            {"F_start_time": "2026-01-05T10:00:00"},
+            "with different times: .*expected start and interval of each",
+        ),
         ({"w": [0.0] * COUNT}, "'w' has no start and interval"),
     ],
 )
 def test_channels_that_cannot_be_joined_are_refused(changes, problem, tmp_path):
     path = tmp_path / "a.json"
     write(path, 0.05, INTERVAL)
-    path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | changes), encoding="utf-8")
+    path.write_text(
+        json.dumps(json.loads(path.read_text(encoding="utf-8")) | changes), encoding="utf-8"
+    )
     columns = {name: Column(name) for name in ("u", "F", *({"w"} & changes.keys()))}
     with pytest.raises(InputError, match=f"columns {problem}|{problem}"):
         read_table(path, columns, dict.fromkeys(columns, "1"), by_time=True)

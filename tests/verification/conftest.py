@@ -1,6 +1,7 @@
 """The verification page: each test here is a case of it, writes its section, and compares it with the page.
 
-`python -m pytest tests/verification --page` writes the page and its pictures anew, with the slow cases.
+`python -m pytest tests/verification --page` writes the page and its pictures anew, with the slow
+cases.
 """
 
 import inspect
@@ -70,22 +71,33 @@ class Row(NamedTuple):
 
     def cells(self):
         bound = f"{self.bound:.2g}, {self.why}"
-        return [self.name, f"{self.expected:.6g}", f"{self.found:.6g}", f"{self.error:.0e}", self.of, bound]
+        return [
+            self.name,
+            f"{self.expected:.6g}",
+            f"{self.found:.6g}",
+            f"{self.error:.0e}",
+            self.of,
+            bound,
+        ]
 
 
 class Case:
     """A case of the page, as its test makes it.
 
-    The docstring of the test is its title, then paragraphs in Markdown: one says with what it is compared ("Compared
-    with **…**") and one where the model ends ("The model ends where …").
+    The docstring of the test is its title, then paragraphs in Markdown: one says with what it is
+    compared ("Compared with **…**") and one where the model ends ("The model ends where …").
     """
 
     def __init__(self, item):
         title, _, text = inspect.cleandoc(item.function.__doc__).partition("\n")
         self.name, self.title, self.text = item.name.removeprefix("test_"), title, text.strip()
         self.place = f"{item.path.name}::{item.name}"
-        assert "Compared with **" in self.text, f"{item.name}: its docstring does not say with what it is compared"
-        assert "The model ends " in self.text, f"{item.name}: its docstring does not say where the model ends"
+        assert "Compared with **" in self.text, (
+            f"{item.name}: its docstring does not say with what it is compared"
+        )
+        assert "The model ends " in self.text, (
+            f"{item.name}: its docstring does not say where the model ends"
+        )
         self.code, self.rows, self.drawn = "", [], None
 
     def shows(self, function, *arguments):
@@ -93,19 +105,28 @@ class Case:
         body = textwrap.dedent("".join(inspect.getsourcelines(function)[0][1:]))
         given = zip(inspect.signature(function).parameters, arguments, strict=True)
         self.code = "\n".join(
-            [*(given_as(*one) for one in given), re.sub(r"^return .*\n", "", body, flags=re.MULTILINE).rstrip()]
+            [
+                *(given_as(*one) for one in given),
+                re.sub(r"^return .*\n", "", body, flags=re.MULTILINE).rstrip(),
+            ]
         )
         return function(*arguments)
 
     def row(self, name, expected, found, bound, why="rounding", *, of="itself", scale=None):
         """Compare numbers, or arrays at their place of the largest difference, over a scale [in their unit]."""
-        expected, found = (each.ravel() for each in np.broadcast_arrays(*map(np.asarray, (expected, found))))
+        expected, found = (
+            each.ravel() for each in np.broadcast_arrays(*map(np.asarray, (expected, found)))
+        )
         scale = np.abs(expected).max() if scale is None else scale
         off = np.abs(found - expected) / scale
         worst = int(np.argmax(off)) if off.max() > bound / 10 else int(np.argmax(np.abs(expected)))
-        row = Row(name, float(expected[worst]), float(found[worst]), float(off.max()), of, bound, why)
+        row = Row(
+            name, float(expected[worst]), float(found[worst]), float(off.max()), of, bound, why
+        )
         assert np.all(np.isfinite([*expected, *found])), f"{self.name}: {name} is not finite"
-        assert row.error <= bound, f"{self.name}: {name} is {row.error:.2g} of {of} off, more than {bound:g}"
+        assert row.error <= bound, (
+            f"{self.name}: {name} is {row.error:.2g} of {of} off, more than {bound:g}"
+        )
         self.rows.append((row, scale))
 
     def picture(self, draw):
@@ -127,17 +148,23 @@ class Case:
         lines = ["| " + " | ".join(cells) + " |" for cells in table]
         # a line that began with % would be a comment of the site
         words = [
-            textwrap.fill(each.replace(" %", "\u00a0%"), 100, break_long_words=False).replace("\u00a0", " ")
+            textwrap.fill(each.replace(" %", "\u00a0%"), 100, break_long_words=False).replace(
+                "\u00a0", " "
+            )
             for each in self.text.split("\n\n")
         ]
         picture = f"![{self.title}](pictures/{self.name}.png)"
         code, place = f"```python\n{self.code}\n```", f"(`{self.place}`)"
-        return "\n\n".join([f"### {self.title}", *words[:-1], code, place, "\n".join(lines), picture, words[-1]])
+        return "\n\n".join(
+            [f"### {self.title}", *words[:-1], code, place, "\n".join(lines), picture, words[-1]]
+        )
 
     def compare(self, page):
         """Check that the page has the section, with the same words and code, and with these numbers to their digits."""
         again = "run python -m pytest tests/verification --page"
-        found = re.search(rf"^### {re.escape(self.title)}\n.*?(?=^##|\Z)", page, re.MULTILINE | re.DOTALL)
+        found = re.search(
+            rf"^### {re.escape(self.title)}\n.*?(?=^##|\Z)", page, re.MULTILINE | re.DOTALL
+        )
         assert found, f"{self.title} is not on the page; {again}"
         shown, own = found[0].strip(), self.section()
         assert blanked(shown) == blanked(own), again
@@ -155,7 +182,10 @@ def given_as(name, value):
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.ndarray) and value.size <= MOST_NUMBERS:
         return f"{name} = np.array({value.tolist()})"
-    if isinstance(value, str | float | int | tuple | list | dict) and len(repr(value)) <= MOST_CHARACTERS:
+    if (
+        isinstance(value, str | float | int | tuple | list | dict)
+        and len(repr(value)) <= MOST_CHARACTERS
+    ):
         return f"{name} = {pprint.pformat(value, width=90, sort_dicts=False)}"
     size = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
     return f"# {name}: {'an array' if size else 'made'}{size} by the test"
@@ -179,7 +209,9 @@ def blanked(section):
 
 
 def pytest_addoption(parser):
-    parser.addoption("--page", action="store_true", help="write the verification page and its pictures anew")
+    parser.addoption(
+        "--page", action="store_true", help="write the verification page and its pictures anew"
+    )
 
 
 def pytest_configure(config):
@@ -239,7 +271,9 @@ def pytest_sessionfinish(session, exitstatus):
         return
     # cases skipped for lack of another program stay unchanged
     before = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
-    for group, text in re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", before, re.MULTILINE | re.DOTALL):
+    for group, text in re.findall(
+        r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", before, re.MULTILINE | re.DOTALL
+    ):
         for section in re.findall(r"^### .*?(?=^### |\Z)", text, re.MULTILINE | re.DOTALL):
             title = section[4:].split("\n", 1)[0]
             if group in written and title in skipped(session):
@@ -249,17 +283,25 @@ def pytest_sessionfinish(session, exitstatus):
 
 def skipped(session):
     return {
-        inspect.cleandoc(item.function.__doc__).split("\n")[0] for item in session.items if item.stash.get(FAILED, True)
+        inspect.cleandoc(item.function.__doc__).split("\n")[0]
+        for item in session.items
+        if item.stash.get(FAILED, True)
     }
 
 
 def contents(written):
     """A table of all cases, with the error of each that is nearest to its bound."""
     lines = ["| case | compared with | error | bound |", "| --- | --- | --- | --- |"]
-    for title, section in itertools.chain.from_iterable(group.items() for group in ordered(written).values()):
+    for title, section in itertools.chain.from_iterable(
+        group.items() for group in ordered(written).values()
+    ):
         against = re.search(r"Compared with \*\*(.*?)\*\*", section.replace("\n", " "))[1]
-        rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line.startswith("| ")][2:]
-        *_, error, of, bound = max(rows, key=lambda row: float(row[3]) / (float(row[5].split(",")[0]) or 1))
+        rows = [
+            line.strip("| ").split(" | ") for line in section.splitlines() if line.startswith("| ")
+        ][2:]
+        *_, error, of, bound = max(
+            rows, key=lambda row: float(row[3]) / (float(row[5].split(",")[0]) or 1)
+        )
         anchor = re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
         lines.append(f"| [{title}](#{anchor}) | {against} | {error} of {of} | {bound} |")
     return "\n".join(lines) + "\n"
@@ -267,7 +309,8 @@ def contents(written):
 
 def body(written):
     return "".join(
-        f"\n## {group}\n\n" + "\n\n".join(cases.values()) + "\n" for group, cases in ordered(written).items()
+        f"\n## {group}\n\n" + "\n\n".join(cases.values()) + "\n"
+        for group, cases in ordered(written).items()
     )
 
 

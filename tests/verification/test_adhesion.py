@@ -10,12 +10,13 @@ from scipy.optimize import minimize, minimize_scalar
 def test_jkr(page):
     """A tip that adheres, by Johnson, Kendall and Roberts
 
-    Compared with **the least energy**: the elastic energy of a sphere pressed in by δ over a circle of radius a, less
-    the energy of adhesion and the work of the load, is minimised over a and δ. K. L. Johnson, K. Kendall and A. D.
-    Roberts, *Proc. R. Soc. A* 324 (1971) 301 give the pull-off, −3/2 πwR.
+    Compared with **the least energy**: the elastic energy of a sphere pressed in by δ over a circle
+    of radius a, less the energy of adhesion and the work of the load, is minimised over a and δ. K.
+    L. Johnson, K. Kendall and A. D. Roberts, *Proc. R. Soc. A* 324 (1971) 301 give the pull-off,
+    −3/2 πwR.
 
-    The model ends where the replay begins: adhesion is not in the history of loads. A run says which theory its
-    asperities would need.
+    The model ends where the replay begins: adhesion is not in the history of loads. A run says
+    which theory its asperities would need.
     """
 
     def jkr():
@@ -39,7 +40,12 @@ def test_jkr(page):
 
         # near enough: a start too far out is over the barrier, and comes apart
         start = [1.5, 2.0] if load >= 0 else [0.85, 0.2]
-        return minimize(potential, start, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-15}).x[0] * UNLOADED
+        return (
+            minimize(
+                potential, start, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-15}
+            ).x[0]
+            * UNLOADED
+        )
 
     pull_off, loads, radius = page.shows(jkr)
     page.row("pull-off [N]", -1.5 * PULL, pull_off, 1e-14)
@@ -56,10 +62,11 @@ def test_jkr(page):
 def test_dmt(page):
     """A stiff tip that adheres, by Derjaguin, Muller and Toporov
 
-    Compared with **Hertz under a greater load**, N + 2πwR: the attraction acts outside the contact and leaves its
-    shape alone (*J. Colloid Interface Sci.* 53, 1975, 314).
+    Compared with **Hertz under a greater load**, N + 2πwR: the attraction acts outside the contact
+    and leaves its shape alone (*J. Colloid Interface Sci.* 53, 1975, 314).
 
-    The model ends where the attraction bends the surfaces: then Maugis' theory is between this one and JKR.
+    The model ends where the attraction bends the surfaces: then Maugis' theory is between this one
+    and JKR.
     """
 
     def dmt():
@@ -88,12 +95,12 @@ def test_dmt(page):
 def test_maugis(page):
     """The map between DMT and JKR
 
-    Compared with **a row of springs** with a constant attraction out to the edge of the zone (`adhesive.py`), solved
-    by quadrature and bisection without Maugis' equations, over four decades of his parameter λ. Its least load is
-    sought by a minimiser.
+    Compared with **a row of springs** with a constant attraction out to the edge of the zone
+    (`adhesive.py`), solved by quadrature and bisection without Maugis' equations, over four decades
+    of his parameter λ. Its least load is sought by a minimiser.
 
-    The model ends where the attraction is not constant out to an edge (Dugdale's law): a real one falls with the gap,
-    and the pull-off of the same work differs by some per cent near λ = 1.
+    The model ends where the attraction is not constant out to an edge (Dugdale's law): a real one
+    falls with the gap, and the pull-off of the same work differs by some per cent near λ = 1.
     """
 
     def maugis(contacts):
@@ -129,10 +136,11 @@ def test_maugis(page):
 def test_in_a_run(page):
     """Which theory the asperities of a run would need
 
-    Compared with **Tabor's parameter** by hand, μ_T = (R w²/(E*² z₀³))^(1/3), and Maugis' λ = 1.16 μ_T.
+    Compared with **Tabor's parameter** by hand, μ_T = (R w²/(E*² z₀³))^(1/3), and Maugis' λ = 1.16
+    μ_T.
 
-    The model ends where the map of Johnson and Greenwood does: water and oil between the surfaces, and roughness upon
-    the summits, weaken adhesion.
+    The model ends where the map of Johnson and Greenwood does: water and oil between the surfaces,
+    and roughness upon the summits, weaken adhesion.
     """
 
     def tabor():

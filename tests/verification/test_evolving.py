@@ -12,16 +12,23 @@ MODULUS, SHEAR, HARDNESS, RATIO, MU = 43e9, 9.227e9, 5.5e9, 0.25, 0.2
 def test_yielding_laws(page):
     """First loading of a summit that yields
 
-    Compared with **the printed laws**: L. Kogut and I. Etsion (*J. Appl. Mech.* 69, 2002, 657), 1.40 x^1.263 and 0.94
-    x^1.146 for x = δ/δ_c from 6 to 110, and C. Thornton (*J. Appl. Mech.* 64, 1997, 383), straight in x.
+    Compared with **the printed laws**: L. Kogut and I. Etsion (*J. Appl. Mech.* 69, 2002, 657),
+    1.40 x^1.263 and 0.94 x^1.146 for x = δ/δ_c from 6 to 110, and C. Thornton (*J. Appl. Mech.* 64,
+    1997, 383), straight in x.
 
-    The model ends where a summit flows as a whole: beyond x = 110 the mean pressure is the hardness.
+    The model ends where a summit flows as a whole: beyond x = 110 the mean pressure is the
+    hardness.
     """
 
     def first_loading(x):
-        pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.227e9, hardness=5.5e9)
+        pair = hs.MaterialPair.from_moduli(
+            contact_modulus=43e9, shear_modulus=9.227e9, hardness=5.5e9
+        )
         found = {}
-        for law in (hs.yielding.KogutEtsion(poissons_ratio=0.25), hs.yielding.Thornton(poissons_ratio=0.25)):
+        for law in (
+            hs.yielding.KogutEtsion(poissons_ratio=0.25),
+            hs.yielding.Thornton(poissons_ratio=0.25),
+        ):
             known = law.of(pair)
             critical = known.critical_approach(np.array([1e-6]), pair)[0]
             loads, radii = known.first_loading(x * critical, np.full(x.size, 1e-6), pair)
@@ -31,8 +38,12 @@ def test_yielding_laws(page):
 
     x = np.array([8.0, 12.0, 25.0, 50.0, 90.0])
     found = page.shows(first_loading, x)
-    page.row("load, Kogut and Etsion", 1.40 * x**1.263, found["kogut-etsion"][0], 1e-10, of="at onset")
-    page.row("area, Kogut and Etsion", 0.94 * x**1.146, found["kogut-etsion"][1], 1e-10, of="at onset")
+    page.row(
+        "load, Kogut and Etsion", 1.40 * x**1.263, found["kogut-etsion"][0], 1e-10, of="at onset"
+    )
+    page.row(
+        "area, Kogut and Etsion", 0.94 * x**1.146, found["kogut-etsion"][1], 1e-10, of="at onset"
+    )
     page.row("load, Thornton", 1 + 1.5 * (x - 1), found["thornton"][0], 1e-10, of="at onset")
 
     @page.picture
@@ -47,19 +58,24 @@ def test_yielding_laws(page):
 def test_yielding_history(page):
     """A history in which summits yield
 
-    Compared with **springs in 1000 small steps** a move (`yielding_springs.py`) under three summits that yield by
-    Kogut and Etsion's law, on and on, with tractions in all.
+    Compared with **springs in 1000 small steps** a move (`yielding_springs.py`) under three summits
+    that yield by Kogut and Etsion's law, on and on, with tractions in all.
 
-    The model ends where friction itself makes a summit yield: the laws are for loads along the normal.
+    The model ends where friction itself makes a summit yield: the laws are for loads along the
+    normal.
     """
 
     def yields(height, radius, moves):
-        pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.227e9, hardness=5.5e9)
+        pair = hs.MaterialPair.from_moduli(
+            contact_modulus=43e9, shear_modulus=9.227e9, hardness=5.5e9
+        )
         law = hs.yielding.KogutEtsion(poissons_ratio=0.25)
         rough = hs.Ensemble(pair, height, radius, friction=0.2, yielding=law)
         state, found = rough.initial_state(), []
         for approach, displacement in moves:
-            state = rough.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+            state = rough.advance(
+                state, normal_displacement=approach, tangential_displacement=displacement
+            )
             found.append((state.normal_load, state.tangential_load, state.dissipated_energy))
         return np.array(found)
 
@@ -73,12 +89,29 @@ def test_yielding_history(page):
     expected = []
     for approach, displacement in moves:
         springs.go(approach, displacement, 1000)
-        expected.append((springs.normal_loads().sum(), springs.tangential_loads.sum(), springs.dissipated.sum()))
+        expected.append(
+            (springs.normal_loads().sum(), springs.tangential_loads.sum(), springs.dissipated.sum())
+        )
     expected = np.array(expected)
     limit = MU * expected[:, 0].max()
     page.row("normal load [N]", expected[:, 0], found[:, 0], 1e-11, of="the largest")
-    page.row("tangential load [N]", expected[:, 1], found[:, 1], 1e-3, "springs: first order", of="μN", scale=limit)
-    page.row("energy lost by friction [J]", expected[:, 2], found[:, 2], 4e-3, "springs: first order", of="all of it")
+    page.row(
+        "tangential load [N]",
+        expected[:, 1],
+        found[:, 1],
+        1e-3,
+        "springs: first order",
+        of="μN",
+        scale=limit,
+    )
+    page.row(
+        "energy lost by friction [J]",
+        expected[:, 2],
+        found[:, 2],
+        4e-3,
+        "springs: first order",
+        of="all of it",
+    )
 
     @page.picture
     def draw(axes):
@@ -93,11 +126,11 @@ def test_yielding_history(page):
 def test_wear_volume(page):
     """Volume worn off by sliding
 
-    Compared with **Archard's law by hand**, V = K N s/H (J. F. Archard, *J. Appl. Phys.* 24, 1953, 981), under a
-    constant load, with the distance s slid beyond the preliminary displacement.
+    Compared with **Archard's law by hand**, V = K N s/H (J. F. Archard, *J. Appl. Phys.* 24, 1953,
+    981), under a constant load, with the distance s slid beyond the preliminary displacement.
 
-    The model ends where debris stays in the contact. Volume that is lost in partial slip waits until the asperity
-    slides.
+    The model ends where debris stays in the contact. Volume that is lost in partial slip waits
+    until the asperity slides.
     """
 
     def worn():
@@ -133,8 +166,8 @@ FULL = 3 * 0.2 * 50e-3 / (
 def test_friction_laws(page):
     """Friction that depends on load and on the distance slid
 
-    Compared with **springs in small steps** (`evolving_springs.py`) whose coefficient follows the law step by step,
-    for three asperities; two runs of 200 and 400 steps a move tell their error.
+    Compared with **springs in small steps** (`evolving_springs.py`) whose coefficient follows the
+    law step by step, for three asperities; two runs of 200 and 400 steps a move tell their error.
 
     The model ends where friction depends on time and speed: laws know loads, areas and distances.
     """
@@ -149,7 +182,9 @@ def test_friction_laws(page):
             rough = hs.Ensemble(pair, **shape, friction=law, follow_sliding=True)
             state = rough.initial_state()
             for approach, displacement in moves:
-                state = rough.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+                state = rough.advance(
+                    state, normal_displacement=approach, tangential_displacement=displacement
+                )
                 found.append((state.tangential_load, state.dissipated_energy))
         return np.array(found)
 
@@ -159,7 +194,9 @@ def test_friction_laws(page):
         lambda n, _total, _r, _s: 0.4 * (np.maximum(n, 1e-30) / 0.01) ** -0.3,
         lambda _n, _total, _r, s: np.interp(s, [0.0, 0.05, 0.2], [0.5, 0.3, 0.4]),
     )
-    coarse, fine = (np.concatenate([evolved(law, moves, steps) for law in laws]) for steps in (200, 400))
+    coarse, fine = (
+        np.concatenate([evolved(law, moves, steps) for law in laws]) for steps in (200, 400)
+    )
     expected = 2 * fine - coarse
     error = 3 * np.abs(fine - coarse).max(axis=0) / np.abs(expected).max(axis=0)
     page.row(
@@ -171,7 +208,12 @@ def test_friction_laws(page):
         of="the largest",
     )
     page.row(
-        "energy lost [J]", expected[:, 1], found[:, 1], max(error[1], 2e-3), "springs: first order", of="all of it"
+        "energy lost [J]",
+        expected[:, 1],
+        found[:, 1],
+        max(error[1], 2e-3),
+        "springs: first order",
+        of="all of it",
     )
 
     @page.picture

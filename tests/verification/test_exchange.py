@@ -14,11 +14,11 @@ from historysim.exchange.reduced.reducing import VirginCurve
 def test_reduced_model(page):
     """A few springs in place of a contact, and their adversary
 
-    Compared with **the history that is worst**: it turns where the error of the virgin curve rises and falls, and
-    reaches the bound that the model states. 200 random histories stay below it.
+    Compared with **the history that is worst**: it turns where the error of the virgin curve rises
+    and falls, and reaches the bound that the model states. 200 random histories stay below it.
 
-    The model ends where the normal load changes: then there is no bound, and the error is told on histories of one's
-    own.
+    The model ends where the normal load changes: then there is no bound, and the error is told on
+    histories of one's own.
     """
 
     def adversary(contact, events, way, random):
@@ -33,9 +33,16 @@ def test_reduced_model(page):
     contact = rough()
     curve = VirginCurve(contact, 0.05)
     rng = np.random.default_rng(1)
-    random = [curve.end * rng.uniform(-1.3, 1.3, 60) * rng.uniform(0.9, 1) ** np.arange(60) for _ in range(200)]
+    random = [
+        curve.end * rng.uniform(-1.3, 1.3, 60) * rng.uniform(0.9, 1) ** np.arange(60)
+        for _ in range(200)
+    ]
     model, errors = page.shows(
-        adversary, contact, job(contact).events, lambda m: worst_history(curve, m.slip_displacement), random
+        adversary,
+        contact,
+        job(contact).events,
+        lambda m: worst_history(curve, m.slip_displacement),
+        random,
     )
     bound, limit = model.bound * model.friction_limit, model.friction_limit
     page.row("error of the adversary [N]", bound, errors[0][-1], 1e-8, of="μN", scale=limit)
@@ -54,10 +61,11 @@ def test_reduced_model(page):
 def test_fmu(page, monkeypatch):
     """A unit of co-simulation with rollbacks
 
-    Compared with **a replay by hand**: 400 random steps of an FMU under FMPy, a fifth of which go back to a state
-    that was saved before, give the same bits as `Stepper`, which returns as well.
+    Compared with **a replay by hand**: 400 random steps of an FMU under FMPy, a fifth of which go
+    back to a state that was saved before, give the same bits as `Stepper`, which returns as well.
 
-    The model ends where the contact evolves (wear, yielding, laws of friction): such a unit is refused.
+    The model ends where the contact evolves (wear, yielding, laws of friction): such a unit is
+    refused.
     """
     monkeypatch.setenv("CFLAGS", "-O0")
     pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")

@@ -14,11 +14,12 @@ UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 def test_random_histories(page):
     """Random histories of twelve asperities
 
-    Compared with **rows of 2000 Coulomb springs** under each asperity (`springs.py`), which know nothing of vertices.
-    Moves are drawn at random: loads and displacements in both channels, together and alone, with lift-off, new touch
-    and changes of friction.
+    Compared with **rows of 2000 Coulomb springs** under each asperity (`springs.py`), which know
+    nothing of vertices. Moves are drawn at random: loads and displacements in both channels,
+    together and alone, with lift-off, new touch and changes of friction.
 
-    The model ends where friction falls after a reversal (above), and where asperities press on one another (below).
+    The model ends where friction falls after a reversal (above), and where asperities press on one
+    another (below).
     """
 
     def random_history(contact, events):
@@ -33,14 +34,25 @@ def test_random_histories(page):
     events = to_events(moves)
     history = page.shows(random_history, contact, events)
     row = SpringRow(contact, contact.approach(0.1) * (1 + 1e-12), 2000)
-    rows = [(each.tangential_load.copy(), each.dissipated_energy.sum()) for each in follow(row, moves, substeps=50)]
+    rows = [
+        (each.tangential_load.copy(), each.dissipated_energy.sum())
+        for each in follow(row, moves, substeps=50)
+    ]
     loads, energies = np.array([each[0] for each in rows]), np.array([each[1] for each in rows])
     times = np.unique([event.time for event in events])
     at = [int(np.flatnonzero(history.time == time)[-1]) for time in times]
     limit = float((history.friction * history.normal_load).sum("asperity").max())
     found = history.tangential_load.values[at]
     total = history.total_tangential_load.values
-    page.row("total tangential load [N]", loads.sum(axis=1), total[at], 2.5e-7, "springs: 1/n²", of="μN", scale=limit)
+    page.row(
+        "total tangential load [N]",
+        loads.sum(axis=1),
+        total[at],
+        2.5e-7,
+        "springs: 1/n²",
+        of="μN",
+        scale=limit,
+    )
     page.row("of each asperity [N]", loads, found, 2.5e-7, "springs: 1/n²", of="μN", scale=limit)
     spent = history.total_dissipated_energy.values[at]
     page.row("energy lost [J]", energies, spent, 1e-5, "springs: 50 steps a ramp", of="all of it")
@@ -55,10 +67,11 @@ def test_random_histories(page):
 def test_theory_table(page):
     """A straight path after another
 
-    Compared with **a printed table**: seven ramps of both loads, worked out once by another program from the memory
-    function, for E* = R = 1, G* = 1/4 and μ = 1/2.
+    Compared with **a printed table**: seven ramps of both loads, worked out once by another program
+    from the memory function, for E* = R = 1, G* = 1/4 and μ = 1/2.
 
-    The model ends where a ramp is not straight. A measured record is replayed sample by sample, so it is.
+    The model ends where a ramp is not straight. A measured record is replayed sample by sample, so
+    it is.
     """
 
     def ramps(table):
@@ -86,11 +99,12 @@ def test_theory_table(page):
 def test_at_the_limit(page):
     """Loads at and beyond the limit of friction
 
-    Compared with **polylines in plain Python** (`polylines.py`), carried in 200 small steps a ramp. Two asperities
-    have coefficients of their own; requests go beyond what they hold, and `saturate` has them slide at the limit.
+    Compared with **polylines in plain Python** (`polylines.py`), carried in 200 small steps a ramp.
+    Two asperities have coefficients of their own; requests go beyond what they hold, and `saturate`
+    has them slide at the limit.
 
-    The model ends where the contact slides far: there is no inertia, and the displacement is the nearest at which the
-    load is the limit.
+    The model ends where the contact slides far: there is no inertia, and the displacement is the
+    nearest at which the load is the limit.
     """
 
     def beyond(targets):
@@ -98,23 +112,50 @@ def test_at_the_limit(page):
         two = hs.Ensemble(pair, summit_height=[0.0, -0.3], summit_radius=1.0, friction=[0.18, 0.8])
         state, found = two.initial_state(), []
         for normal, tangential in targets:
-            state = two.advance(state, normal_load=normal, tangential_load=tangential, saturate=True)
-            found.append((state.tangential_load, state.tangential_displacement, state.dissipated_energy))
+            state = two.advance(
+                state, normal_load=normal, tangential_load=tangential, saturate=True
+            )
+            found.append(
+                (state.tangential_load, state.tangential_displacement, state.dissipated_energy)
+            )
         return np.array(found)
 
     targets = [(0.45, 0.0), (0.87, 1.74), (0.13, 0.3), (0.93, 0.41)]
     found = page.shows(beyond, targets)
     coarse, fine = (walked(targets, steps) for steps in (100, 200))
     settled = 2 * fine - coarse
-    page.row("tangential load [N]", fine[:, 0], found[:, 0], 1e-9, "rounding of 200 steps", of="the largest")
-    page.row("displacement [m]", settled[:, 1], found[:, 1], 1e-5, "200 steps, first order", of="the largest")
-    page.row("energy lost [J]", settled[:, 2], found[:, 2], 2e-3, "200 steps, first order", of="all of it")
+    page.row(
+        "tangential load [N]",
+        fine[:, 0],
+        found[:, 0],
+        1e-9,
+        "rounding of 200 steps",
+        of="the largest",
+    )
+    page.row(
+        "displacement [m]",
+        settled[:, 1],
+        found[:, 1],
+        1e-5,
+        "200 steps, first order",
+        of="the largest",
+    )
+    page.row(
+        "energy lost [J]",
+        settled[:, 2],
+        found[:, 2],
+        2e-3,
+        "200 steps, first order",
+        of="all of it",
+    )
 
     @page.picture
     def draw(axes):
         normal = np.linspace(0, 1, 50)
         oracle = Polylines([0.0, -0.3], 1.0, [0.18, 0.8])
-        axes.plot(normal, [oracle.limit_at(oracle.approach_at(n)) for n in normal], "0.6", label="limit")
+        axes.plot(
+            normal, [oracle.limit_at(oracle.approach_at(n)) for n in normal], "0.6", label="limit"
+        )
         axes.plot(*np.array(targets).T, "--o", ms=3, label="asked for")
         axes.plot(np.array(targets)[:, 0], found[:, 0], "-s", ms=3, label="found")
         axes.set(xlabel="normal load (N)", ylabel="tangential load (N)")
@@ -131,8 +172,8 @@ def walked(targets, steps):
 def test_energy_balance(page):
     """Work is stored or lost
 
-    Compared with **the first law**: over a random path at a constant approach, the work ∫ T dU by quadrature over 200
-    parts of each event is what is stored and what is lost.
+    Compared with **the first law**: over a random path at a constant approach, the work ∫ T dU by
+    quadrature over 200 parts of each event is what is stored and what is lost.
 
     The model ends where heat changes the materials: energies are mechanical, and nothing warms up.
     """
@@ -154,7 +195,12 @@ def test_energy_balance(page):
     page.row("work [J]", work, stored + lost[-1], 1e-4, "trapezoids of 1/200")
     # the lost energy never falls
     page.row(
-        "smallest change of the lost energy [J]", 0.0, min(np.diff(lost).min(), 0.0), 0.0, "it never falls", scale=1.0
+        "smallest change of the lost energy [J]",
+        0.0,
+        min(np.diff(lost).min(), 0.0),
+        0.0,
+        "it never falls",
+        scale=1.0,
     )
 
     @page.picture
@@ -166,9 +212,11 @@ def test_energy_balance(page):
 def test_same_numbers(page):
     """The log gives the same numbers
 
-    Compared with **a second replay, event by event**, in which the state becomes bytes and is read again after each.
+    Compared with **a second replay, event by event**, in which the state becomes bytes and is read
+    again after each.
 
-    The model ends where the version changes: a log says which version made it, and `historysim verify` what differs.
+    The model ends where the version changes: a log says which version made it, and `historysim
+    verify` what differs.
     """
 
     def twice(moves):
@@ -176,20 +224,35 @@ def test_same_numbers(page):
         rough = hs.Ensemble(pair, np.linspace(-0.02, 0, 50), summit_radius=1.0, friction=0.4)
         events = []
         for time, approach, displacement in moves:
-            events += [hs.NormalDisplacement(time, approach), hs.TangentialDisplacement(time, displacement)]
+            events += [
+                hs.NormalDisplacement(time, approach),
+                hs.TangentialDisplacement(time, displacement),
+            ]
         history = hs.replay(rough, events)
         state, again = rough.initial_state(), []
         for _, approach, displacement in moves:
             state = hs.State.from_bytes(state.to_bytes())
-            state = rough.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+            state = rough.advance(
+                state, normal_displacement=approach, tangential_displacement=displacement
+            )
             again.append((state.tangential_load, state.dissipated_energy))
         return history, np.array(again)
 
     rng = np.random.default_rng(9)
-    moves = np.column_stack([np.arange(160.0), rng.uniform(0.005, 0.03, 160), rng.uniform(-0.01, 0.01, 160)])
+    moves = np.column_stack(
+        [np.arange(160.0), rng.uniform(0.005, 0.03, 160), rng.uniform(-0.01, 0.01, 160)]
+    )
     history, again = page.shows(twice, moves)
-    page.row("tangential load [N]", history.total_tangential_load.values, again[:, 0], 0.0, "the same bits")
-    page.row("energy lost [J]", history.total_dissipated_energy.values, again[:, 1], 0.0, "the same bits")
+    page.row(
+        "tangential load [N]",
+        history.total_tangential_load.values,
+        again[:, 0],
+        0.0,
+        "the same bits",
+    )
+    page.row(
+        "energy lost [J]", history.total_dissipated_energy.values, again[:, 1], 0.0, "the same bits"
+    )
 
     @page.picture
     def draw(axes):

@@ -30,14 +30,15 @@ MEASURED = {
 def test_oblique_impacts(page):
     """Measured oblique impacts
 
-    Compared with **the experiment of Kharaz, Gorham and Salman** (*Powder Technol.* 120, 2001, 281): spheres of
-    aluminium oxide of 5 mm hit thick glass at 3.9 m/s under many angles. Their points are as read from the figures of
-    Y. C. Chung and J. Y. Ooi (*Granular Matter* 13, 2011, 643) by the authors of Kratos. The friction coefficient,
-    0.092, is theirs, and nothing is fitted. The impact is integrated with `ContactBatch`
-    (`tests/scripts/impacts.py`).
+    Compared with **the experiment of Kharaz, Gorham and Salman** (*Powder Technol.* 120, 2001,
+    281): spheres of aluminium oxide of 5 mm hit thick glass at 3.9 m/s under many angles. Their
+    points are as read from the figures of Y. C. Chung and J. Y. Ooi (*Granular Matter* 13, 2011,
+    643) by the authors of Kratos. The friction coefficient, 0.092, is theirs, and nothing is
+    fitted. The impact is integrated with `ContactBatch` (`tests/scripts/impacts.py`).
 
-    The model ends where the materials lose energy by themselves: the measured normal restitution is 0.98, and here it
-    is 1. Points below 9° are left out; there a few degrees of spin before the impact decide.
+    The model ends where the materials lose energy by themselves: the measured normal restitution is
+    0.98, and here it is 1. Points below 9° are left out; there a few degrees of spin before the
+    impact decide.
     """
 
     def rebounds(angles):
@@ -69,11 +70,11 @@ def test_oblique_impacts(page):
 def test_impacts_along_the_normal(page):
     """Impacts along the normal
 
-    Compared with **the closed forms of Hertz** for the greatest load and the duration, in tests 1 and 2 of Chung and
-    Ooi (2011): glass, limestone and two alloys.
+    Compared with **the closed forms of Hertz** for the greatest load and the duration, in tests 1
+    and 2 of Chung and Ooi (2011): glass, limestone and two alloys.
 
-    The model ends where the time step does: the leap-frog method is the reader's, in 2000 steps, and the contact
-    itself has no step.
+    The model ends where the time step does: the leap-frog method is the reader's, in 2000 steps,
+    and the contact itself has no step.
     """
 
     def hits():
@@ -84,7 +85,10 @@ def test_impacts_along_the_normal(page):
         return cases, found
 
     cases, found = page.shows(hits)
-    loads, expected = [each.greatest_load for each in found], np.array([each.greatest_load for each in cases])
+    loads, expected = (
+        [each.greatest_load for each in found],
+        np.array([each.greatest_load for each in cases]),
+    )
     page.row("greatest load [N]", expected, loads, 3e-6, "leap-frog, 2000 steps", of="the largest")
     page.row(
         "duration [s]", [each.duration for each in cases], [each.duration for each in found], 2 / impacts.STEPS,
@@ -102,11 +106,11 @@ def test_impacts_along_the_normal(page):
 def test_intervals(page):
     """Intervals of a fit hold the truth as often as they say
 
-    Compared with **100 simulated records** of a ball whose friction and stiffness are known, with the noise of an
-    instrument (seeds 0 to 99): how many intervals of 95 % hold the truth.
+    Compared with **100 simulated records** of a ball whose friction and stiffness are known, with
+    the noise of an instrument (seeds 0 to 99): how many intervals of 95 % hold the truth.
 
-    The model ends where the record does not come from the model: then the fit says so in a note. The page of the
-    tests has more kinds of noise and scatter.
+    The model ends where the record does not come from the model: then the fit says so in a note.
+    The page of the tests has more kinds of noise and scatter.
     """
 
     def intervals():
@@ -117,14 +121,21 @@ def test_intervals(page):
         return friction, stiffness, np.sum(loops), reach
 
     friction, stiffness, loops, reach = page.shows(intervals)
-    for name, held in (("friction", friction), ("stiffness in series", stiffness), ("friction of loops", loops)):
+    for name, held in (
+        ("friction", friction),
+        ("stiffness in series", stiffness),
+        ("friction of loops", loops),
+    ):
         page.row(f"{name}: intervals of 100", 95, held, 6, "binomial, once in 200", of="1", scale=1)
 
     @page.picture
     def draw(axes):
         axes.set_xscale("log")
         axes.hist(
-            100 * np.array(reach), bins=np.geomspace(0.01, 3, 40), label=["friction", "stiffness"], color=["0.3", "0.7"]
+            100 * np.array(reach),
+            bins=np.geomspace(0.01, 3, 40),
+            label=["friction", "stiffness"],
+            color=["0.3", "0.7"],
         )
         axes.set(xlabel="half width of the interval (%)", ylabel="records")
 
@@ -132,10 +143,11 @@ def test_intervals(page):
 def test_recovered_parameters(page):
     """A fit finds what a record was made with
 
-    Compared with **the truth of a simulated record** without noise: 16 loops of a ball at two loads, from a start
-    that is 30 % off.
+    Compared with **the truth of a simulated record** without noise: 16 loops of a ball at two
+    loads, from a start that is 30 % off.
 
-    The model ends where two parameters do the same to a loop: then the interval is wide, and the fit says so.
+    The model ends where two parameters do the same to a loop: then the interval is wide, and the
+    fit says so.
     """
 
     def recovered():
@@ -160,16 +172,20 @@ def test_recovered_parameters(page):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
+@pytest.mark.skipif(
+    not DAMPER.is_file(), reason="the measured record of a friction damper is not there"
+)
 def test_damper(page):
     """Loops of a measured friction damper
 
-    Compared with **sums over the rows of the record** by quadrature, and the plateaus one reads off its picture: a
-    banded rotary friction device, 14 s at 0.5 Hz (A. Downey and others, *Eng. Struct.* 113, 2016; data of the ARTS
-    Laboratory, CC BY-SA 4.0). A ball behind a spring is fitted to it.
+    Compared with **sums over the rows of the record** by quadrature, and the plateaus one reads off
+    its picture: a banded rotary friction device, 14 s at 0.5 Hz (A. Downey and others, *Eng.
+    Struct.* 113, 2016; data of the ARTS Laboratory, CC BY-SA 4.0). A ball behind a spring is fitted
+    to it.
 
-    The model ends here: one sphere does not know the backlash of the device, and its misfit is 204 times the noise.
-    The fit says so in its notes, names a free play of 3 mm, and its energy per loop is 10 % off.
+    The model ends here: one sphere does not know the backlash of the device, and its misfit is 204
+    times the noise. The fit says so in its notes, names a free play of 3 mm, and its energy per
+    loop is 10 % off.
     """
 
     def damper(scenario):
@@ -184,15 +200,32 @@ def test_damper(page):
     page.row("whole loops", 6, len(loops), 0, "one in 2 s", of="1", scale=1)
     pieces = sum(np.trapezoid(load[a : b + 1], displacement[a : b + 1]) for a, b in loops.left_out)
     ends = loops.ends[:, [0, 2]]
-    closing = ((displacement[ends[:, 0]] - displacement[ends[:, 1]]) * load[ends].mean(axis=1)).sum()
+    closing = (
+        (displacement[ends[:, 0]] - displacement[ends[:, 1]]) * load[ends].mean(axis=1)
+    ).sum()
     work = np.trapezoid(load, displacement)
     # loops are closed by straight lines
-    page.row("work on the damper [J]", work, loops.dissipated_energy.sum() - closing + pieces, 1e-6, "the same rows")
+    page.row(
+        "work on the damper [J]",
+        work,
+        loops.dissipated_energy.sum() - closing + pieces,
+        1e-6,
+        "the same rows",
+    )
     plateaus = 4448.2216 * np.array([3.15, 4.1])
     sides = [loops.statistics("friction_force", side).mean for side in ("forward", "backward")]
-    page.row("friction force forward and backward [N]", plateaus, sides, 0.03, "reading of a picture", of="the larger")
+    page.row(
+        "friction force forward and backward [N]",
+        plateaus,
+        sides,
+        0.03,
+        "reading of a picture",
+        of="the larger",
+    )
     measured, found = loops.dissipated_energy[1:].mean(), model.dissipated_energy[1:].mean()
-    page.row("energy per loop of the fitted ball [J]", measured, found, 0.2, "known: not the right model")
+    page.row(
+        "energy per loop of the fitted ball [J]", measured, found, 0.2, "known: not the right model"
+    )
 
     @page.picture
     def draw(axes):

@@ -26,11 +26,11 @@ def virgin(displacement, limit=LIMIT, full=FULL):
 def test_hertz(page):
     """A ball is pressed on a flat
 
-    Compared with **the closed form of Hertz** (K. L. Johnson, *Contact Mechanics*, 1985, equations 4.22 to 4.24),
-    with the moduli of silicon and float glass from Table B.1 of the thesis.
+    Compared with **the closed form of Hertz** (K. L. Johnson, *Contact Mechanics*, 1985, equations
+    4.22 to 4.24), with the moduli of silicon and float glass from Table B.1 of the thesis.
 
-    The model ends where the contact is no longer small compared with the ball, where the materials yield, and where
-    they adhere. Each run looks at all three.
+    The model ends where the contact is no longer small compared with the ball, where the materials
+    yield, and where they adhere. Each run looks at all three.
     """
 
     def hertz():
@@ -43,7 +43,9 @@ def test_hertz(page):
 
     loads, contacts = page.shows(hertz)
     radius = (0.75 * loads * RADIUS / MODULUS) ** (1 / 3)
-    page.row("contact radius at 200 mN [m]", radius, [each.contact_radius for each in contacts], 1e-14)
+    page.row(
+        "contact radius at 200 mN [m]", radius, [each.contact_radius for each in contacts], 1e-14
+    )
     page.row("approach [m]", radius**2 / RADIUS, [each.approach for each in contacts], 1e-14)
     peak = 1.5 * loads / (np.pi * radius**2)
     page.row("pressure in the middle [Pa]", peak, [each.pressure(0.0) for each in contacts], 1e-14)
@@ -59,11 +61,11 @@ def test_hertz(page):
 def test_cattaneo_mindlin(page):
     """A ball is displaced along the flat
 
-    Compared with **the closed forms of Cattaneo (1938) and Mindlin (1949)** for virgin loading, and of Mindlin and
-    Deresiewicz (1953) for the energy of a closed loop.
+    Compared with **the closed forms of Cattaneo (1938) and Mindlin (1949)** for virgin loading, and
+    of Mindlin and Deresiewicz (1953) for the energy of a closed loop.
 
-    The model ends where ν of unlike materials couples normal and tangential displacements (Dundurs' β is taken as 0):
-    that is a few per cent of the slip annulus for silicon on glass.
+    The model ends where ν of unlike materials couples normal and tangential displacements (Dundurs'
+    β is taken as 0): that is a few per cent of the slip annulus for silicon on glass.
     """
 
     def loop():
@@ -86,12 +88,19 @@ def test_cattaneo_mindlin(page):
     energy = 9 * LIMIT**2 / (10 * CONTACT_RADIUS * SHEAR)
     energy *= 1 - (1 - f) ** (5 / 3) - 5 * f / 6 * (1 + (1 - f) ** (2 / 3))
     # the energies at the ends of a loop differ by it
-    at = [float(history.total_dissipated_energy.sel(step=history.time == t).values[-1]) for t in (1.0, 3.0)]
+    at = [
+        float(history.total_dissipated_energy.sel(step=history.time == t).values[-1])
+        for t in (1.0, 3.0)
+    ]
     page.row("energy of the loop [J]", energy, at[1] - at[0], 1e-12)
 
     @page.picture
     def draw(axes):
-        axes.plot(1e9 * history.tangential_displacement, 1e3 * history.total_tangential_load, label="found")
+        axes.plot(
+            1e9 * history.tangential_displacement,
+            1e3 * history.total_tangential_load,
+            label="found",
+        )
         axes.plot(1e9 * displacement[::4], 1e3 * load[::4], "k.", label="Mindlin")
         axes.set(xlabel="displacement (nm)", ylabel="tangential load (mN)")
 
@@ -99,11 +108,11 @@ def test_cattaneo_mindlin(page):
 def test_tractions(page):
     """Tractions after two reversals
 
-    Compared with **the sum of Hertzian ellipses** that Mindlin and Deresiewicz (1953) print for a contact that is
-    loaded, unloaded and loaded again.
+    Compared with **the sum of Hertzian ellipses** that Mindlin and Deresiewicz (1953) print for a
+    contact that is loaded, unloaded and loaded again.
 
-    The model ends where a spherical cap is no good picture of the summit. Tractions across the motion, which a
-    Poisson's ratio above 0 brings near the edge, are left out.
+    The model ends where a spherical cap is no good picture of the summit. Tractions across the
+    motion, which a Poisson's ratio above 0 brings near the edge, are left out.
     """
 
     def tractions():
@@ -118,7 +127,9 @@ def test_tractions(page):
     asperity = page.shows(tractions)
     turns = np.array([9e-3, -4e-3, 2e-3])
     # each turn changes the load by twice that of the ellipse that slips back
-    spans = np.cbrt(1 - np.array([turns[0] / 1, (turns[0] - turns[1]) / 2, (turns[2] - turns[1]) / 2]) / LIMIT)
+    spans = np.cbrt(
+        1 - np.array([turns[0] / 1, (turns[0] - turns[1]) / 2, (turns[2] - turns[1]) / 2]) / LIMIT
+    )
     r = np.linspace(0, 0.999, 400) * CONTACT_RADIUS
 
     def ellipse(radius):
@@ -129,9 +140,21 @@ def test_tractions(page):
     printed += 2 * (ellipse(CONTACT_RADIUS) - third)
     peak = MU * 1.5 * LOAD / (np.pi * CONTACT_RADIUS**2)
     # near an edge of slip a rounding of its radius is its square root in the ellipse
-    page.row("traction [Pa]", printed, asperity.traction(r), 1e-7, "√rounding at an edge", of="μp₀", scale=peak)
-    carried = quad(lambda x: 2 * np.pi * x * float(asperity.traction(x)), 0, CONTACT_RADIUS, limit=400)[0]
-    page.row("their integral [N]", 2e-3, carried, 1e-5, "quadrature over kinks", of="μN", scale=LIMIT)
+    page.row(
+        "traction [Pa]",
+        printed,
+        asperity.traction(r),
+        1e-7,
+        "√rounding at an edge",
+        of="μp₀",
+        scale=peak,
+    )
+    carried = quad(
+        lambda x: 2 * np.pi * x * float(asperity.traction(x)), 0, CONTACT_RADIUS, limit=400
+    )[0]
+    page.row(
+        "their integral [N]", 2e-3, carried, 1e-5, "quadrature over kinks", of="μN", scale=LIMIT
+    )
 
     @page.picture
     def draw(axes):
@@ -143,7 +166,8 @@ def test_tractions(page):
 
 
 PATHS = {
-    # normal and tangential load at the end, of those at the start; what comes before: virgin, unloading, reloading
+    # normal and tangential load at the end, of those at the start; what comes before: virgin,
+    # unloading, reloading
     "T rises": ("virgin", 1.0, 0.75),
     "T falls": ("unloading", 1.0, -0.2),
     "T rises again": ("reloading", 1.0, 0.3),
@@ -183,9 +207,9 @@ def compliance_along(kind, normal, tangential):
 def test_eleven_paths(page):
     """The eleven paths of Mindlin and Deresiewicz
 
-    Compared with **the tangential compliances of Mindlin and Deresiewicz** (*J. Appl. Mech.* 20, 1953, 327) for each
-    kind of straight path, integrated by quadrature: normal loads that stay, rise or fall, tangential ones that rise,
-    fall or rise again, with slip or without.
+    Compared with **the tangential compliances of Mindlin and Deresiewicz** (*J. Appl. Mech.* 20,
+    1953, 327) for each kind of straight path, integrated by quadrature: normal loads that stay,
+    rise or fall, tangential ones that rise, fall or rise again, with slip or without.
 
     The model ends where a path is not straight between two events: then more events are needed.
     """
@@ -198,7 +222,9 @@ def test_eleven_paths(page):
             state = ball.advance(ball.initial_state(), normal_load=50e-3)
             for load in start[before]:  # of μN
                 state = ball.advance(state, tangential_load=load * 10e-3)
-            end = ball.advance(state, normal_load=normal * 50e-3, tangential_load=tangential * 10e-3)
+            end = ball.advance(
+                state, normal_load=normal * 50e-3, tangential_load=tangential * 10e-3
+            )
             found[name] = end.tangential_displacement - state.tangential_displacement
         return found
 
@@ -210,20 +236,27 @@ def test_eleven_paths(page):
     def draw(axes):
         for before, normal, tangential in PATHS.values():
             start = START[before][-1]
-            axes.annotate("", (normal, tangential), (1, start), arrowprops={"arrowstyle": "->", "lw": 1})
+            axes.annotate(
+                "", (normal, tangential), (1, start), arrowprops={"arrowstyle": "->", "lw": 1}
+            )
             axes.plot(1, start, "k.", ms=3)
         axes.plot([0.7, 1.1], [0.7, 1.1], "0.6")
-        axes.set(xlim=(0.7, 1.6), ylim=(-0.5, 1.1), xlabel="N over N at the start", ylabel="T over μN at the start")
+        axes.set(
+            xlim=(0.7, 1.6),
+            ylim=(-0.5, 1.1),
+            xlabel="N over N at the start",
+            ylabel="T over μN at the start",
+        )
 
 
 def test_nested_reversals(page):
     """Loops within loops
 
-    Compared with **Masing's rule**: after a turn the virgin curve of twice the size is followed, and a closed loop is
-    forgotten, so that T comes back to the bit.
+    Compared with **Masing's rule**: after a turn the virgin curve of twice the size is followed,
+    and a closed loop is forgotten, so that T comes back to the bit.
 
-    The model ends where the coefficient of friction or the normal load changes on the way: then the memory itself is
-    asked, as in the cases below.
+    The model ends where the coefficient of friction or the normal load changes on the way: then the
+    memory itself is asked, as in the cases below.
     """
 
     def nested():
@@ -243,8 +276,12 @@ def test_nested_reversals(page):
     for k in range(2, 7):
         way = turns[k] - turns[k - 1]
         expected[k] = expected[k - 1] + math.copysign(2 * virgin(abs(way) / 2), way)
-    page.row("loads where it turns inward [N]", expected[1:7], load[at][1:7], 1e-14, of="μN", scale=LIMIT)
-    page.row("loads on the way out [N]", load[at][[5, 4, 3, 2, 1]], load[at][7:12], 0.0, "the same bits")
+    page.row(
+        "loads where it turns inward [N]", expected[1:7], load[at][1:7], 1e-14, of="μN", scale=LIMIT
+    )
+    page.row(
+        "loads on the way out [N]", load[at][[5, 4, 3, 2, 1]], load[at][7:12], 0.0, "the same bits"
+    )
 
     @page.picture
     def draw(axes):
@@ -256,10 +293,11 @@ def test_nested_reversals(page):
 def test_behind_a_spring(page):
     """A contact behind the spring of an instrument
 
-    Compared with **the root of drive = U(T) + T/k**, with Mindlin's U of virgin loading, found by bisection.
+    Compared with **the root of drive = U(T) + T/k**, with Mindlin's U of virgin loading, found by
+    bisection.
 
-    The model ends where the drive is not met between two events: there the path is straight in the displacement of
-    the contact. More events, or substeps, make it as fine as wanted.
+    The model ends where the drive is not met between two events: there the path is straight in the
+    displacement of the contact. More events, or substeps, make it as fine as wanted.
     """
 
     def driven():
@@ -267,16 +305,23 @@ def test_behind_a_spring(page):
         ball = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
         drives = np.arange(1, 7) * 5e-9
         events = [hs.NormalLoad(0.0, 50e-3)]
-        events += [hs.TangentialDisplacement(1.0 + k, float(drive)) for k, drive in enumerate(drives)]
+        events += [
+            hs.TangentialDisplacement(1.0 + k, float(drive)) for k, drive in enumerate(drives)
+        ]
         history = hs.replay(ball, events, instrument=hs.Instrument(lateral_stiffness=5e5))
         return drives, history
 
     drives, history = page.shows(driven)
-    expected = [brentq(lambda u, d=d: u + virgin(u) / 5e5 - d, 0, d, xtol=1e-22, rtol=1e-14) for d in drives]
+    expected = [
+        brentq(lambda u, d=d: u + virgin(u) / 5e5 - d, 0, d, xtol=1e-22, rtol=1e-14) for d in drives
+    ]
     found = history.tangential_displacement.values[-drives.size :]
     page.row("displacement of the contact [m]", expected, found, 1e-12)
     page.row(
-        "tangential load [N]", virgin(np.array(expected)), history.total_tangential_load.values[-drives.size :], 1e-12
+        "tangential load [N]",
+        virgin(np.array(expected)),
+        history.total_tangential_load.values[-drives.size :],
+        1e-12,
     )
 
     @page.picture
@@ -289,9 +334,10 @@ def test_behind_a_spring(page):
 def test_fall_of_friction(page):
     """Friction falls under a load
 
-    Compared with **300 rings under Coulomb's law** (`rings.py`), which find the minimum of complementary energy. In
-    virgin loading the springs of the memory are exact. After reversals a fall may leave tractions beyond the limit
-    inside the contact, and the result says how far (`largest_traction_ratio`).
+    Compared with **300 rings under Coulomb's law** (`rings.py`), which find the minimum of
+    complementary energy. In virgin loading the springs of the memory are exact. After reversals a
+    fall may leave tractions beyond the limit inside the contact, and the result says how far
+    (`largest_traction_ratio`).
 
     The model ends where that ratio is large, as in the last row: there the ratio is 1.94.
     """
@@ -321,14 +367,26 @@ def test_fall_of_friction(page):
             rings.to(load=turn * 2 / 3)
         expected.append(rings.to(friction=0.5 * factor))
     for (name, (_, factor)), state, rings in zip(paths.items(), found, expected, strict=True):
-        bound, why = (2e-5, "300 rings: 1/n²") if "deep" not in name else (0.04, "known: the model ends")
+        bound, why = (
+            (2e-5, "300 rings: 1/n²") if "deep" not in name else (0.04, "known: the model ends")
+        )
         limit = factor * 2 / 3
-        page.row(f"T, {name} [N]", rings.tangential_load, state.tangential_load, bound, why, of="μN", scale=limit)
+        page.row(
+            f"T, {name} [N]",
+            rings.tangential_load,
+            state.tangential_load,
+            bound,
+            why,
+            of="μN",
+            scale=limit,
+        )
 
     @page.picture
     def draw(axes):
         r = np.linspace(0, 1, 300)
-        for name, state, rings, colour in zip(paths, found, expected, ("C0", "C1", "C2"), strict=True):
+        for name, state, rings, colour in zip(
+            paths, found, expected, ("C0", "C1", "C2"), strict=True
+        ):
             axes.plot(r, ball.asperity(0, state).traction(r), colour, label=name)
             edges = np.sqrt(np.cumsum(rings.area) / np.pi)
             axes.plot(edges[::12], rings.traction[::12], ".", color=colour, ms=3)

@@ -16,15 +16,16 @@ FOLDER = Path(__file__).parents[2] / "data"
 def test_greenwood_williamson(page):
     """Greenwood and Williamson's surface
 
-    Compared with **Hertz over Gaussian heights by quadrature**, as J. A. Greenwood and J. B. P. Williamson (*Proc. R.
-    Soc. A* 295, 1966, 300) write their integrals.
+    Compared with **Hertz over Gaussian heights by quadrature**, as J. A. Greenwood and J. B. P.
+    Williamson (*Proc. R. Soc. A* 295, 1966, 300) write their integrals.
 
-    The model ends where summits press on one another, at areas above a few per cent of the nominal one, and where
-    their radii differ with their heights.
+    The model ends where summits press on one another, at areas above a few per cent of the nominal
+    one, and where their radii differ with their heights.
     """
 
     def greenwood_williamson():
-        steel = hs.theory.GreenwoodWilliamson(115e9, 8e-6, 0.6e-6, 2e10, 1e-6)  # E*, R, σ, density, A₀
+        # E*, R, σ, density, A₀
+        steel = hs.theory.GreenwoodWilliamson(115e9, 8e-6, 0.6e-6, 2e10, 1e-6)
         separation = np.array([0.5, 1.0, 2.0, 3.0]) * 0.6e-6
         load, area = steel.normal_load(separation), steel.contact_area(separation)
         return separation, load, area
@@ -36,7 +37,9 @@ def test_greenwood_williamson(page):
         )[0]  # fmt: skip
 
     separation, load, area = page.shows(greenwood_williamson)
-    loads = [integral(lambda depth: 4 / 3 * 115e9 * math.sqrt(8e-6) * depth**1.5, d) for d in separation]
+    loads = [
+        integral(lambda depth: 4 / 3 * 115e9 * math.sqrt(8e-6) * depth**1.5, d) for d in separation
+    ]
     areas = [integral(lambda depth: math.pi * 8e-6 * depth, d) for d in separation]
     page.row("load [N]", loads, load, 1e-9, "quadrature")
     page.row("area [m²]", areas, area, 1e-9, "quadrature")
@@ -51,12 +54,12 @@ def test_greenwood_williamson(page):
 def test_ensemble_of_drawn_summits(page):
     """An ensemble of drawn summits
 
-    Compared with **Greenwood and Williamson's integrals**: ten ensembles of 2000 summits each, drawn with the seeds 0
-    to 9, under the load of the integral at a separation of one deviation. The bound is four standard errors of the
-    mean.
+    Compared with **Greenwood and Williamson's integrals**: ten ensembles of 2000 summits each,
+    drawn with the seeds 0 to 9, under the load of the integral at a separation of one deviation.
+    The bound is four standard errors of the mean.
 
-    The model ends where the statistics do: one surface has one set of summits, and its highest few decide at low
-    loads.
+    The model ends where the statistics do: one surface has one set of summits, and its highest few
+    decide at low loads.
     """
 
     def drawn():
@@ -73,7 +76,13 @@ def test_ensemble_of_drawn_summits(page):
     expected_load = float(integral.normal_load(0.6e-6))
     areas = page.shows(drawn)
     bound = 4 * areas.std(ddof=1) / math.sqrt(10) / areas.mean()
-    page.row("mean real area [m²]", float(integral.contact_area(0.6e-6)), areas.mean(), bound, "4 standard errors")
+    page.row(
+        "mean real area [m²]",
+        float(integral.contact_area(0.6e-6)),
+        areas.mean(),
+        bound,
+        "4 standard errors",
+    )
 
     @page.picture
     def draw(axes):
@@ -85,8 +94,8 @@ def test_ensemble_of_drawn_summits(page):
 def test_preliminary_displacement(page):
     """Preliminary displacement and the critical asperity
 
-    Compared with **Hertz's law for each summit, by bisection** on the total load, and Mindlin's θμδ of each
-    (`hertz_sums.py`), for the 200 summits of `data/summits_200.csv`.
+    Compared with **Hertz's law for each summit, by bisection** on the total load, and Mindlin's θμδ
+    of each (`hertz_sums.py`), for the 200 summits of `data/summits_200.csv`.
 
     The model ends where the body turns or bends: all summits share one displacement.
     """
@@ -119,9 +128,21 @@ def test_preliminary_displacement(page):
     page.row("of each asperity [m]", own, each, 1e-12, of="the largest")
     order = np.argsort(own[depth > 0])
     critical = int(np.flatnonzero(depth > 0)[order[-1]])
-    page.row("number of the critical asperity", critical, int(np.ravel(slides)[-1]), 0.0, "a whole number", scale=1)
     page.row(
-        "asperities that touch", (depth > 0).sum(), int((last.contact_radius > 0).sum()), 0.0, "a whole number", scale=1
+        "number of the critical asperity",
+        critical,
+        int(np.ravel(slides)[-1]),
+        0.0,
+        "a whole number",
+        scale=1,
+    )
+    page.row(
+        "asperities that touch",
+        (depth > 0).sum(),
+        int((last.contact_radius > 0).sum()),
+        0.0,
+        "a whole number",
+        scale=1,
     )
 
     @page.picture
@@ -134,9 +155,9 @@ def test_preliminary_displacement(page):
 def test_random_surface(page):
     """A random surface, and its summits
 
-    Compared with **Nayak's density of summits** (*J. Lubr. Technol.* 93, 1971, 398), m₄/(6√3 π m₂), and the moments
-    of the prescribed autocorrelation exp(−2.3 r²/β²). The bound is four standard errors over eight seeds, and the
-    step of the grid.
+    Compared with **Nayak's density of summits** (*J. Lubr. Technol.* 93, 1971, 398), m₄/(6√3 π m₂),
+    and the moments of the prescribed autocorrelation exp(−2.3 r²/β²). The bound is four standard
+    errors over eight seeds, and the step of the grid.
 
     The model ends where heights are not Gaussian.
     """
@@ -162,6 +183,8 @@ def test_random_surface(page):
 
     @page.picture
     def draw(axes):
-        image = axes.imshow(1e9 * first.heights[:128, :128].T, origin="lower", extent=(0, 128, 0, 128), cmap="gray")
+        image = axes.imshow(
+            1e9 * first.heights[:128, :128].T, origin="lower", extent=(0, 128, 0, 128), cmap="gray"
+        )
         axes.figure.colorbar(image, label="height (nm)")
         axes.set(xlabel="x (µm)", ylabel="y (µm)")

@@ -8,7 +8,15 @@ import numpy as np
 
 from historysim.asperities.law import LAWS, FrictionLaw
 from historysim.basics.arguments import Floats, as_floats
-from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, choice
+from historysim.basics.fields import (
+    Force,
+    Number,
+    Pressure,
+    Quantity,
+    SurfaceEnergy,
+    at_least,
+    choice,
+)
 from historysim.basics.units import as_float, joules_per_area, newtons, pascals, quantity_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -28,8 +36,8 @@ class PowerLaw(FrictionLaw):
     exponent : float
         n > -1, so that the friction force vanishes with the load.
     load : {"own", "total"}
-        The load of the asperity, or of the surface. With the total load all asperities keep one coefficient, as a
-        tribometer measures it (Winogrodzka's Chapter 4).
+        The load of the asperity, or of the surface. With the total load all asperities keep one
+        coefficient, as a tribometer measures it (Winogrodzka's Chapter 4).
 
     Examples
     --------
@@ -74,16 +82,17 @@ class PowerLaw(FrictionLaw):
 class ShearStrength(FrictionLaw):
     """Friction of a constant interfacial shear strength τ0 on the contact area of each asperity: T_max = τ0 A.
 
-    Bowden and Tabor (1950). On a sphere in Hertz contact μ varies as N^(-1/3). The tractions themselves stay those
-    of Coulomb's law with that coefficient, μ p: the strength limits the asperity as a whole and not each point.
+    Bowden and Tabor (1950). On a sphere in Hertz contact μ varies as N^(-1/3). The tractions
+    themselves stay those of Coulomb's law with that coefficient, μ p: the strength limits the
+    asperity as a whole and not each point.
 
     Parameters
     ----------
     shear_strength : float
         τ0 ≥ 0 [Pa].
     area : {"hertz", "jkr"}
-        Area at the normal load: of Hertz, or of Johnson, Kendall and Roberts (1971) with a work of adhesion. The
-        contact itself stays that of Hertz: JKR is taken for the limit alone.
+        Area at the normal load: of Hertz, or of Johnson, Kendall and Roberts (1971) with a work of
+        adhesion. The contact itself stays that of Hertz: JKR is taken for the limit alone.
     work_of_adhesion : float, optional
         W ≥ 0 [J/m²], for "jkr"; at 0 its area is that of Hertz.
 
@@ -109,14 +118,22 @@ class ShearStrength(FrictionLaw):
         """Check that a work of adhesion is given exactly if the area needs it."""
         if (self.area == "jkr") != (self.work_of_adhesion is not None):
             value = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
-            expected = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
+            expected = (
+                "that of the pair, for the JKR area"
+                if self.area == "jkr"
+                else "none, or area = 'jkr'"
+            )
             raise InputError(f"ShearStrength: work_of_adhesion is {value}; expected {expected}")
 
     @property
     def text(self) -> str:
         """The law in a line."""
         strength = quantity_text(self.shear_strength, "Pa")
-        area = "Hertz area" if self.area == "hertz" else f"JKR area, W = {self.work_of_adhesion:g} J/m²"
+        area = (
+            "Hertz area"
+            if self.area == "hertz"
+            else f"JKR area, W = {self.work_of_adhesion:g} J/m²"
+        )
         return f"Bowden-Tabor: shear strength {strength} on the {area} of each asperity; tractions as Coulomb's"
 
 
@@ -164,9 +181,13 @@ class SlidFriction(FrictionLaw):
                 f"SlidFriction: {rows} distances, {len(self.coefficient)} coefficients; expected as many, two or more"
             )
         if self.distance[0] != 0 or min(np.diff(self.distance)) <= 0:
-            raise InputError("SlidFriction: distance does not rise from 0; expected ascending distances, the first 0")
+            raise InputError(
+                "SlidFriction: distance does not rise from 0; expected ascending distances, the first 0"
+            )
         if min(self.coefficient) < 0:
-            raise InputError(f"SlidFriction: coefficient is {min(self.coefficient):g}; expected 0 or more")
+            raise InputError(
+                f"SlidFriction: coefficient is {min(self.coefficient):g}; expected 0 or more"
+            )
 
     def at_start(self, count: int) -> Floats:
         """Return the coefficients before anything has slid (asperity)."""
@@ -178,7 +199,11 @@ class SlidFriction(FrictionLaw):
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_law``."""
-        table = {"rows": len(self.distance), "distance": self.distance, "coefficients": self.coefficient}
+        table = {
+            "rows": len(self.distance),
+            "distance": self.distance,
+            "coefficients": self.coefficient,
+        }
         return super().core(pair) | table
 
     @property

@@ -1,20 +1,23 @@
 """One elastic contact of a sphere and a flat that adhere, after JKR, DMT and Maugis, and which of them holds when.
 
-Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for scalars. A normal
-load N [N] presses the surfaces together when it is positive and pulls when it is negative; pull-off loads are negative.
-A contact has ``summit_radius`` R [m], ``contact_modulus`` E* [Pa], ``work_of_adhesion`` W [J/m²] and
-``equilibrium_separation`` z0 [m], all > 0; W may be 0 in JKR and DMT, where the contact is then Hertz's. Maugis is
-solved for parameters λ from 1e-12 to 1e12.
+Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for
+scalars. A normal load N [N] presses the surfaces together when it is positive and pulls when it is
+negative; pull-off loads are negative. A contact has ``summit_radius`` R [m], ``contact_modulus`` E*
+[Pa], ``work_of_adhesion`` W [J/m²] and ``equilibrium_separation`` z0 [m], all > 0; W may be 0 in
+JKR and DMT, where the contact is then Hertz's. Maugis is solved for parameters λ from 1e-12 to
+1e12.
 
-In JKR adhesion acts inside the contact only, in DMT outside it only. In Maugis a constant attraction σ0 acts outside
-it, 16 W/(9√3 z0), up to a gap of W/σ0. That holds for any Maugis parameter λ, with DMT at λ → 0 and JKR at λ → ∞.
+In JKR adhesion acts inside the contact only, in DMT outside it only. In Maugis a constant
+attraction σ0 acts outside it, 16 W/(9√3 z0), up to a gap of W/σ0. That holds for any Maugis
+parameter λ, with DMT at λ → 0 and JKR at λ → ∞.
 
-Every function raises `InputError` for a number that is not finite or out of its range, and `LoadError` for a load
-beyond pull-off.
+Every function raises `InputError` for a number that is not finite or out of its range, and
+`LoadError` for a load beyond pull-off.
 
-Johnson, Kendall and Roberts, *Proc. R. Soc. A* 324 (1971) 301-313; Derjaguin, Muller and Toporov, *J. Colloid Interface
-Sci.* 53 (1975) 314-326; Maugis, *J. Colloid Interface Sci.* 150 (1992) 243-269; Tabor, *J. Colloid Interface Sci.* 58
-(1977) 2-13; Johnson and Greenwood, *J. Colloid Interface Sci.* 192 (1997) 326-333.
+Johnson, Kendall and Roberts, *Proc. R. Soc. A* 324 (1971) 301-313; Derjaguin, Muller and Toporov,
+*J. Colloid Interface Sci.* 53 (1975) 314-326; Maugis, *J. Colloid Interface Sci.* 150 (1992)
+243-269; Tabor, *J. Colloid Interface Sci.* 58 (1977) 2-13; Johnson and Greenwood, *J. Colloid
+Interface Sci.* 192 (1997) 326-333.
 """
 
 import enum
@@ -32,9 +35,12 @@ from historysim.errors import InputError, LoadError
 
 # λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3).
 MAUGIS_OVER_TABOR: float = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
-LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12  # Maugis parameters between which all digits are found
-DMT_BELOW, JKR_ABOVE = 0.1, 5.0  # Maugis parameters below which `regime` takes DMT, and above which it takes JKR
-NEGLIGIBLE = 0.05  # the share that `regime` neglects: of adhesion in the load, of the elastic compression in z0
+# Maugis parameters between which all digits are found
+LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12
+# Maugis parameters below which `regime` takes DMT, and above which it takes JKR
+DMT_BELOW, JKR_ABOVE = 0.1, 5.0
+# the share that `regime` neglects: of adhesion in the load, of the elastic compression in z0
+NEGLIGIBLE = 0.05
 
 
 class Elastic(TypedDict):
@@ -72,10 +78,14 @@ def maugis_parameter(**contact: Unpack[Adhesive]) -> Floats:
     return parameter
 
 
-def load_parameter(normal_load: ArrayLike, *, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
+def load_parameter(
+    normal_load: ArrayLike, *, summit_radius: ArrayLike, work_of_adhesion: ArrayLike
+) -> Floats:
     """Return the load parameter N/(πWR) [1], negative where the load pulls; W > 0."""
     work = as_floats("work_of_adhesion", work_of_adhesion, above=0)
-    return as_floats("normal_load", normal_load) / (np.pi * work * as_floats("summit_radius", summit_radius, above=0))
+    return as_floats("normal_load", normal_load) / (
+        np.pi * work * as_floats("summit_radius", summit_radius, above=0)
+    )
 
 
 def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
@@ -167,7 +177,8 @@ def _units_and_parameter(**contact: Unpack[Adhesive]) -> tuple[_State, Floats]:
     return _units(**elastic), _solvable(maugis_parameter(**contact))
 
 
-# -- Maugis's equations ------------------------------------------------------------------------------
+# -- Maugis's equations
+# ------------------------------------------------------------------------------
 #
 #     A = a/(πWR²/K)^(1/3),   P = N/(πWR),   K = 4 E*/3
 #
@@ -228,24 +239,30 @@ def _crossing(falling: Callable[[Floats], Floats], start: Floats) -> Floats:
 
 def _brackets(t: Floats) -> tuple[Floats, Floats]:
     """Return t + (t² - 1) arctan t and t arctan t - m + 1, the brackets of the first equation."""
-    # where t is small and digits of t - arctan t are lost, the second bracket or the Hertz load outweighs it
+    # where t is small and digits of t - arctan t are lost, the second bracket or the Hertz load
+    # outweighs it
     angle = np.arctan(t)
     return t - angle + t**2 * angle, t * angle - t**2 / (1 + np.hypot(1, t))
 
 
 def _load_slope(t: Floats, parameter: Floats) -> Floats:
     """Return dP/dA along the curve, by the total differentials of the equations."""
-    # the differences of large numbers in them cancel in closed form, which leaves Hertz's slope less positive terms
+    # the differences of large numbers in them cancel in closed form, which leaves Hertz's slope
+    # less positive terms
     radius, angle, square = _radius_at(t, parameter), np.arctan(t), 1 + t**2
     bending, neck = parameter * radius, 4 / 3 * parameter**2
     v = angle - t / square
     w = t**2 / (square * (1 + np.sqrt(square)))
     both = 2 * bending * t * (angle + t / square) + 2 * neck * (angle - w * t)
-    slope: Floats = 3 * radius**2 - 4 * bending * (bending * (v + 2 * t * angle**2) + neck * (w + angle**2)) / both
+    slope: Floats = (
+        3 * radius**2
+        - 4 * bending * (bending * (v + 2 * t * angle**2) + neck * (w + angle**2)) / both
+    )
     return slope
 
 
-# -- the adhesion map -------------------------------------------------------------------------------
+# -- the adhesion map
+# -------------------------------------------------------------------------------
 
 
 class Regime(enum.StrEnum):
@@ -263,16 +280,19 @@ class Regime(enum.StrEnum):
         return self.value.upper() if self in {Regime.DMT, Regime.JKR} else self.value.capitalize()
 
 
-def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | npt.NDArray[np.object_]:
+def regime(
+    maugis_parameter: ArrayLike, load_parameter: ArrayLike
+) -> Regime | npt.NDArray[np.object_]:
     """Return the zone of a contact in the adhesion map, a `Regime` for scalars.
 
-    The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5 %. The zone is the
-    first of these that holds:
+    The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5
+    %. The zone is the first of these that holds:
 
-    - Hertz, above `hertz_boundary`: adhesion is at most 5 % of the load. This includes contacts that are rigid, too,
-      since Hertz gives their contact radius.
-    - JKR for λ > 5, and Maugis for λ ≥ 0.1. At these limits, which are commonly quoted and a choice, the pull-off load
-      of Maugis differs by 0.4 % from that of JKR and by 2.5 % from that of DMT.
+    - Hertz, above `hertz_boundary`: adhesion is at most 5 % of the load. This includes contacts
+      that are rigid, too, since Hertz gives their contact radius.
+    - JKR for λ > 5, and Maugis for λ ≥ 0.1. At these limits, which are commonly quoted and a
+      choice, the pull-off load of Maugis differs by 0.4 % from that of JKR and by 2.5 % from that
+      of DMT.
     - rigid (Bradley) below `rigid_boundary`: the elastic compression is less than 5 % of z0.
     - DMT for the rest.
 
@@ -281,11 +301,13 @@ def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | n
     maugis_parameter : array_like
         λ [1], between 1e-12 and 1e12.
     load_parameter : array_like
-        N/(πWR) [1], negative where it pulls, and no less than the pull-off load: -2 for λ < 0.1, that of Maugis
-        beyond.
+        N/(πWR) [1], negative where it pulls, and no less than the pull-off load: -2 for λ < 0.1,
+        that of Maugis beyond.
     """
     parameter = _solvable(maugis_parameter)
-    pull_off = np.where(parameter < DMT_BELOW, -2.0, _state_at(_load_turn(parameter), parameter).load)
+    pull_off = np.where(
+        parameter < DMT_BELOW, -2.0, _state_at(_load_turn(parameter), parameter).load
+    )
     load = _clip_to_pull_off("load_parameter", load_parameter, pull_off, "πWR")
     # the first condition that holds
     zone = np.select(
@@ -305,8 +327,8 @@ def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | n
 def hertz_boundary(maugis_parameter: ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1] from which on adhesion is at most 5 % of the load.
 
-    Adhesion is the Hertz load 4E*a³/(3R) at the contact radius, less N. The boundary, found with Maugis, is 40 for
-    λ → 0 (DMT, with an adhesion of 2πWR) and 2520 for λ → ∞ (JKR).
+    Adhesion is the Hertz load 4E*a³/(3R) at the contact radius, less N. The boundary, found with
+    Maugis, is 40 for λ → 0 (DMT, with an adhesion of 2πWR) and 2520 for λ → ∞ (JKR).
     """
     parameter = _solvable(maugis_parameter)
 
@@ -321,8 +343,11 @@ def hertz_boundary(maugis_parameter: ArrayLike) -> Floats:
 def rigid_boundary(maugis_parameter: ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1] below which the elastic compression is less than 5 % of z0; λ > 0.
 
-    The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid spheres. Over z0 it is
-    (9√3 π/32) λ (N/(πWR) + 2)^(2/3), so that λ > 0.0206 leaves only loads that pull.
+    The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid
+    spheres. Over z0 it is (9√3 π/32) λ (N/(πWR) + 2)^(2/3), so that λ > 0.0206 leaves only loads
+    that pull.
     """
-    unit_over_separation = 9 * math.sqrt(3) * math.pi / 32 * as_floats("maugis_parameter", maugis_parameter, above=0)
+    unit_over_separation = (
+        9 * math.sqrt(3) * math.pi / 32 * as_floats("maugis_parameter", maugis_parameter, above=0)
+    )
     return (NEGLIGIBLE / unit_over_separation) ** 1.5 - 2

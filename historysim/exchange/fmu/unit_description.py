@@ -48,7 +48,8 @@ class UnitVariable:
     causality: str = "output"
     variability: str = "continuous"
     kind: str = "real"  #: or "integer", "boolean"
-    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)  #: its C macro is ``V_`` and this key
+    #: its C macro is ``V_`` and this key
+    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)
 
 
 _END = "at the end of the next step"
@@ -59,10 +60,22 @@ NORMAL = {
 }
 TANGENTIAL = {
     "load": ("prescribed_tangential_load", "N", f"total tangential load {_END}"),
-    "displacement": ("prescribed_tangential_displacement", "m", f"rigid tangential displacement {_END}"),
+    "displacement": (
+        "prescribed_tangential_displacement",
+        "m",
+        f"rigid tangential displacement {_END}",
+    ),
 }
-DRIVEN = ("prescribed_drive_displacement", "m", f"displacement of the instrument's drive, U + T/k, {_END}")
-FACTOR = ("friction_factor", "", "factor on all friction coefficients of the start state, 0 or more")
+DRIVEN = (
+    "prescribed_drive_displacement",
+    "m",
+    f"displacement of the instrument's drive, U + T/k, {_END}",
+)
+FACTOR = (
+    "friction_factor",
+    "",
+    "factor on all friction coefficients of the start state, 0 or more",
+)
 _DRIVE = "displacement of the instrument's drive, U + T/k; that of the contact where the instrument is rigid"
 _SIDE = "on the side of the last step"
 _HELD = "whether a tangential load is held at the friction limit, since more was asked for"
@@ -73,12 +86,22 @@ OUTPUTS = (
     UnitVariable("approach", "m", f"{_APPROACH}; negative is a gap"),
     UnitVariable("tangential_displacement", "m", "rigid tangential displacement of the contact"),
     UnitVariable("drive_displacement", "m", _DRIVE),
-    UnitVariable("tangential_stiffness", "N/m", f"dT/dU of the contact at a held approach, {_SIDE}"),
-    UnitVariable("coupling_stiffness", "N/m", f"dT/dd at a held displacement, d the approach, {_SIDE}"),
+    UnitVariable(
+        "tangential_stiffness", "N/m", f"dT/dU of the contact at a held approach, {_SIDE}"
+    ),
+    UnitVariable(
+        "coupling_stiffness", "N/m", f"dT/dd at a held displacement, d the approach, {_SIDE}"
+    ),
     UnitVariable("normal_stiffness", "N/m", "dN/dd, d the approach"),
     UnitVariable("dissipated_energy", "J", "energy that friction has taken since nothing touched"),
     UnitVariable("slipping_share", "", "share of the contact area outside the stick radii"),
-    UnitVariable("contact_count", "", "asperities, or patches, that touch", variability="discrete", kind="integer"),
+    UnitVariable(
+        "contact_count",
+        "",
+        "asperities, or patches, that touch",
+        variability="discrete",
+        kind="integer",
+    ),
     UnitVariable("saturated", "", _HELD, variability="discrete", kind="boolean"),
 )
 
@@ -88,7 +111,8 @@ def variables(
 ) -> tuple[UnitVariable, ...]:
     """Return all variables of a unit, by the control of its channels and its number of tangential directions.
 
-    A unit with an instrument in series is ``driven``; the slipping fraction exists if contact areas are known.
+    A unit with an instrument in series is ``driven``; the slipping fraction exists if contact areas
+    are known.
     """
     tangential_input = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
     table = (
@@ -99,21 +123,35 @@ def variables(
         UnitVariable("time", "s", "time", "independent"),
     )
     return (
-        table if directions == 1 else tuple(component for entry in table for component in _split_into_components(entry))
+        table
+        if directions == 1
+        else tuple(component for entry in table for component in _split_into_components(entry))
     )
 
 
 def _split_into_components(variable: UnitVariable) -> Iterator[UnitVariable]:
     """Yield the variables that replace a variable in two tangential directions: itself, components, or none."""
     if variable.name == "tangential_stiffness":
-        for suffix, derivative in (("xx", "dTx/dUx"), ("xy", "dTx/dUy, which is dTy/dUx,"), ("yy", "dTy/dUy")):
+        for suffix, derivative in (
+            ("xx", "dTx/dUx"),
+            ("xy", "dTx/dUy, which is dTy/dUx,"),
+            ("yy", "dTy/dUy"),
+        ):
             key = variable.key if suffix == "xx" else f"{variable.key}_{suffix.upper()}"
             yield attrs.evolve(
-                variable, name=f"{variable.name}_{suffix}", key=key, text=variable.text.replace("dT/dU", derivative)
+                variable,
+                name=f"{variable.name}_{suffix}",
+                key=key,
+                text=variable.text.replace("dT/dU", derivative),
             )
     elif "tangential" in variable.name or "drive" in variable.name:
         yield attrs.evolve(variable, name=f"{variable.name}_x", text=f"{variable.text}; in x")
-        yield attrs.evolve(variable, name=f"{variable.name}_y", key=f"{variable.key}_Y", text=f"{variable.text}; in y")
+        yield attrs.evolve(
+            variable,
+            name=f"{variable.name}_y",
+            key=f"{variable.key}_Y",
+            text=f"{variable.text}; in y",
+        )
     elif variable.name != "coupling_stiffness":
         yield variable
 
@@ -147,7 +185,9 @@ def model_description(unit: Unit, version: int) -> bytes:
         for name, value in ABILITIES[version].items()
         if unit.directions == 1 or not name.startswith("providesDirectional")
     }
-    interface = ET.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **capabilities})
+    interface = ET.SubElement(
+        root, "CoSimulation", {"modelIdentifier": unit.identifier, **capabilities}
+    )
     if version == 2:
         files = ET.SubElement(interface, "SourceFiles")
         for name in unit.sources:
@@ -176,29 +216,52 @@ def build_description(unit: Unit) -> bytes:
 
 def _list_variables(root: ET.Element, unit: Unit, version: int) -> None:
     """Add the variables and the dependencies of outputs on inputs."""
-    declarations, structure = (ET.SubElement(root, name) for name in ("ModelVariables", "ModelStructure"))
+    declarations, structure = (
+        ET.SubElement(root, name) for name in ("ModelVariables", "ModelStructure")
+    )
     # version 2 counts variables from 1 and does not list the time, which is last
     listed = [
-        unit_variable for unit_variable in unit.variables if version == 3 or unit_variable.causality != "independent"
+        unit_variable
+        for unit_variable in unit.variables
+        if version == 3 or unit_variable.causality != "independent"
     ]
     number = {
-        unit_variable.name: str(index) for index, unit_variable in enumerate(listed, start=1 if version == 2 else 0)
+        unit_variable.name: str(index)
+        for index, unit_variable in enumerate(listed, start=1 if version == 2 else 0)
     }
     for reference, variable in enumerate(listed):
-        attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.text}
+        attributes = {
+            "name": variable.name,
+            "valueReference": str(reference),
+            "description": variable.text,
+        }
         attributes |= {"causality": variable.causality, "variability": variable.variability}
         # the initial value of an input or parameter is exact by default
-        typed = {"start": repr(float(unit.starts[variable.name]))} if variable.name in unit.starts else {}
-        typed |= {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
+        typed = (
+            {"start": repr(float(unit.starts[variable.name]))}
+            if variable.name in unit.starts
+            else {}
+        )
+        typed |= (
+            {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
+        )
         typed |= {"unit": variable.unit} if variable.unit else {}
         if version == 2:
-            ET.SubElement(ET.SubElement(declarations, "ScalarVariable", attributes), TYPES[2][variable.kind], typed)
+            ET.SubElement(
+                ET.SubElement(declarations, "ScalarVariable", attributes),
+                TYPES[2][variable.kind],
+                typed,
+            )
         else:
             ET.SubElement(declarations, TYPES[3][variable.kind], attributes | typed)
     inputs, outputs = (
-        [number[v.name] for v in listed if v.causality == causality] for causality in ("input", "output")
+        [number[v.name] for v in listed if v.causality == causality]
+        for causality in ("input", "output")
     )
-    for tag, dependencies in (("Output", " ".join(inputs)), ("InitialUnknown", number["friction_factor"])):
+    for tag, dependencies in (
+        ("Output", " ".join(inputs)),
+        ("InitialUnknown", number["friction_factor"]),
+    ):
         parent = ET.SubElement(structure, f"{tag}s") if version == 2 else structure
         name, index_name = ("Unknown", "index") if version == 2 else (tag, "valueReference")
         for output in outputs:

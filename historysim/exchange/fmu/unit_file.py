@@ -28,7 +28,13 @@ from historysim.basics.units import duration_text, seconds
 from historysim.basics.wording import Notify, join_words, progress_bar, silent
 from historysim.errors import InputError, InstallationError
 from historysim.exchange import CONSTANT, EVOLVES, Exportable, Exported, resolve_export
-from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_description, model_description, variables
+from historysim.exchange.fmu.unit_description import (
+    OUTPUTS,
+    Unit,
+    build_description,
+    model_description,
+    variables,
+)
 from historysim.loads.event_sequence import is_planar
 from historysim.memory import get_include
 from historysim.replaying import Replay
@@ -91,9 +97,9 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
 ) -> None:
     """Write a contact as a co-simulation unit (FMU): plain C with the exact memory, independent of Python.
 
-    Each ``doStep`` moves the contact along a straight path from its state to the inputs, in one exact update for any
-    step size; if the path turns in two tangential directions, the accuracy is set by ``rings``. States can be saved,
-    restored and serialised, bit for bit.
+    Each ``doStep`` moves the contact along a straight path from its state to the inputs, in one
+    exact update for any step size; if the path turns in two tangential directions, the accuracy is
+    set by ``rings``. States can be saved, restored and serialised, bit for bit.
 
     Parameters
     ----------
@@ -104,19 +110,20 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     at : float, optional
         Start from the state at this time [s]; by default without contact.
     normal, tangential : {"load", "displacement"}
-        Input that controls this channel. The normal displacement is the approach from first touch; with an instrument
-        the tangential displacement is the displacement of its drive.
+        Input that controls this channel. The normal displacement is the approach from first touch;
+        with an instrument the tangential displacement is the displacement of its drive.
     saturate : bool, optional
-        Hold a tangential load beyond the friction limit at the limit; by default as in the scenario. Otherwise such a
-        step is discarded with a message, and the state is unchanged.
+        Hold a tangential load beyond the friction limit at the limit; by default as in the
+        scenario. Otherwise such a step is discarded with a message, and the state is unchanged.
     directions : {1, 2}, optional
-        Tangential directions; by default as many as the events have. With two, inputs and outputs of the tangential
-        channel end in ``_x`` and ``_y``, and there are no directional derivatives.
+        Tangential directions; by default as many as the events have. With two, inputs and outputs
+        of the tangential channel end in ``_x`` and ``_y``, and there are no directional
+        derivatives.
     fmi : {2, 3}
         Version of the standard: 2.0 or 3.0.
     platforms : sequence of str, optional
-        Platforms to compile for, by the names of FMI 3.0, such as ``"x86_64-windows"``; for those other than this one
-        the package ``ziglang`` has to be installed. By default this one.
+        Platforms to compile for, by the names of FMI 3.0, such as ``"x86_64-windows"``; for those
+        other than this one the package ``ziglang`` has to be installed. By default this one.
     force : bool
         Also replace a file that is not a unit of historysim.
     progress : bool
@@ -148,9 +155,13 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     events = resolved.replay.events
     if at is not None and len(events) and at > events[-1].time:
         last_time = duration_text(events[-1].time)
-        notify(f"{resolved.name}: its last event is at {last_time}; the unit starts from the state after it")
+        notify(
+            f"{resolved.name}: its last event is at {last_time}; the unit starts from the state after it"
+        )
     saturate = resolved.replay.saturate if saturate is None else saturate
-    controls = Controls(normal, tangential, saturate, _resolve_directions(resolved.replay, directions))
+    controls = Controls(
+        normal, tangential, saturate, _resolve_directions(resolved.replay, directions)
+    )
     with replacing(output) as unfinished:
         # the compiler's temporary files may meet the same limit: the error then names the unit
         files = unit_files(resolved, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
@@ -163,9 +174,13 @@ def _resolve_directions(job: Replay, requested: int | None) -> int:
     """Return the number of tangential directions of a unit; InputError if the contact does not support it."""
     planar = is_planar(job.events)
     if requested not in {None, 1, 2} or isinstance(requested, bool):
-        raise InputError(f"directions is {requested!r}; expected 1 or 2, or None for the number in the events")
+        raise InputError(
+            f"directions is {requested!r}; expected 1 or 2, or None for the number in the events"
+        )
     if requested == 1 and planar:
-        raise InputError("directions is 1, and the events move in two tangential directions; expected 2, or None")
+        raise InputError(
+            "directions is 1, and the events move in two tangential directions; expected 2, or None"
+        )
     if requested == 2 and job.ensemble.direction_limit:
         raise InputError(
             f"directions is 2, and {job.ensemble.direction_limit} supports one tangential direction only; expected 1"
@@ -197,7 +212,9 @@ def unit_files(
     elif state.memory.line.evolved:
         raise InputError(f"{EVOLVES}, which a co-simulation unit does not support; {CONSTANT}")
     curves = ensemble.curves if isinstance(ensemble, Patches) else None
-    resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _serialise_curve(curves)})
+    resources = {"contact.bin": state.to_bytes()} | (
+        {} if curves is None else {"curve.bin": _serialise_curve(curves)}
+    )
     identifier = re.sub(r"\W", "_", source.name, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"contact_{identifier}"
     table = variables(
@@ -215,9 +232,14 @@ def unit_files(
     others = variables(controls.normal, controls.tangential, driven=True, areas=True, directions=2)
     absent = sorted({variable.key for variable in (*OUTPUTS, *others)} - keys)
     numbered = [*enumerate(variable.key for variable in table), *enumerate(absent, start=1000)]
-    settings = _settings(job, controls, curves) | {f"V_{key}": str(number) for number, key in numbered}
+    settings = _settings(job, controls, curves) | {
+        f"V_{key}": str(number) for number, key in numbered
+    }
     token = _digest({**code, **resources, "settings": repr(settings), "fmi": str(fmi)})
-    defines = "".join(f"#define {name} {value}\n" for name, value in {**settings, "MODEL_TOKEN": f'"{token}"'}.items())
+    defines = "".join(
+        f"#define {name} {value}\n"
+        for name, value in {**settings, "MODEL_TOKEN": f'"{token}"'}.items()
+    )
     code["model.h"] = f"/* What is particular to this contact. */\n{defines}"
     unit = Unit(
         identifier=identifier,
@@ -225,7 +247,13 @@ def unit_files(
         text=source.title or "a rough frictional contact with its exact memory",
         token=token,
         variables=table,
-        starts=dict(zip((*inputs, "friction_factor"), (*_start_values(job, state, controls), 1.0), strict=True)),
+        starts=dict(
+            zip(
+                (*inputs, "friction_factor"),
+                (*_start_values(job, state, controls), 1.0),
+                strict=True,
+            )
+        ),
         sources=sorted(name for name in code if name.endswith(".c")),
         directions=controls.directions,
     )
@@ -235,7 +263,9 @@ def unit_files(
     files["documentation/index.html"] = _render_page(unit, controls, at)
     if fmi == 3:
         files["sources/buildDescription.xml"] = build_description(unit)
-    with progress_bar(progress, "platform", len(platforms), desc="compiling", leave=False) as advance:
+    with progress_bar(
+        progress, "platform", len(platforms), desc="compiling", leave=False
+    ) as advance:
         for name in platforms:
             folder = FOLDERS_OF_2.get(name, name) if fmi == 2 else name
             ending = ENDINGS[name.partition("-")[2]]
@@ -246,7 +276,9 @@ def unit_files(
 
 def this_platform() -> str:
     """Return the name of the current platform in FMI 3.0."""
-    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
+        platform.machine().lower(), platform.machine().lower()
+    )
     return f"{machine}-{ {'win32': 'windows', 'darwin': 'darwin'}.get(sys.platform, 'linux') }"
 
 
@@ -278,7 +310,9 @@ def compile_unit(code: Mapping[str, str], target: str) -> bytes:
         library = Path(folder, "unit")
         sources = [str(Path(folder, name)) for name in code if name.endswith(".c")]
         try:
-            compile_shared([*command, *options()], sources, library, windows=target.endswith("windows"))
+            compile_shared(
+                [*command, *options()], sources, library, windows=target.endswith("windows")
+            )
         except RuntimeError as error:
             raise InstallationError(f"the unit cannot be compiled for {target}: {error}") from None
         return library.read_bytes()
@@ -330,7 +364,14 @@ def _serialise_curve(curves: NormalCurves) -> bytes:
     """Serialise a normal curve as ``resources/curve.bin``; see `unit.c`."""
     area = np.zeros(curves.approach.size) if curves.area is None else curves.area.sum(axis=1)
     first_touch = np.sort(curves.first_touch)
-    arrays = [[curves.approach.size, first_touch.size], [0.0], curves.approach, [0.0], area, first_touch]
+    arrays = [
+        [curves.approach.size, first_touch.size],
+        [0.0],
+        curves.approach,
+        [0.0],
+        area,
+        first_touch,
+    ]
     return np.concatenate([np.asarray(array, dtype="<f8") for array in arrays]).tobytes()
 
 
@@ -350,8 +391,14 @@ def _render_page(unit: Unit, controls: Controls, at: float | None) -> bytes:
         f"<td>{escape(variable.text)}</td></tr>"
         for variable in unit.variables
     )
-    beyond = "is held at the limit: output <code>saturated</code>" if controls.saturate else "discards the step"
-    start = "nothing has touched yet" if at is None or math.isinf(-at) else f"the state at t = {at:g} s"
+    beyond = (
+        "is held at the limit: output <code>saturated</code>"
+        if controls.saturate
+        else "discards the step"
+    )
+    start = (
+        "nothing has touched yet" if at is None or math.isinf(-at) else f"the state at t = {at:g} s"
+    )
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(unit.name)}</title></head><body>
 <h1>{escape(unit.name)}</h1><p>{escape(unit.text)}</p>

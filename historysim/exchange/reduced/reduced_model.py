@@ -47,11 +47,14 @@ class Scaling:
 
     def interpolate(self, normal_load: Floats) -> tuple[Floats, Floats]:
         """Interpolate stiffnesses and limits (step, spring) at normal loads (step) [N]."""
-        row = np.clip(np.searchsorted(self.normal_load, normal_load) - 1, 0, self.normal_load.size - 2)
+        row = np.clip(
+            np.searchsorted(self.normal_load, normal_load) - 1, 0, self.normal_load.size - 2
+        )
         low, high = self.normal_load[row], self.normal_load[row + 1]
         fraction = np.clip((normal_load - low) / (high - low), 0.0, 1.0)[:, np.newaxis]
         stiffness, limit = (
-            (1.0 - fraction) * table[row] + fraction * table[row + 1] for table in (self.stiffness, self.limit)
+            (1.0 - fraction) * table[row] + fraction * table[row + 1]
+            for table in (self.stiffness, self.limit)
         )
         return stiffness, limit
 
@@ -69,7 +72,8 @@ class ReducedModel:
     limit : array (spring)
         Force at which each spring slides [N]; the sum is the friction limit of the contact.
     bound : float
-        Largest error of the tangential load, over the friction limit, of any history at that normal load.
+        Largest error of the tangential load, over the friction limit, of any history at that normal
+        load.
     energy_bound : float
         Largest error of the energy dissipated in a closed loop [J], at that normal load.
     virgin_displacement, virgin_load : array (point)
@@ -109,8 +113,8 @@ class ReducedModel:
     def force(self, displacement: ArrayLike, normal_load: ArrayLike | None = None) -> Floats:
         """Return the tangential load at the end of each step, starting unstrained [N].
 
-        In a step all springs are strained by the displacement increment, with their mean stiffness in the step, and are
-        limited by their slip force at its end.
+        In a step all springs are strained by the displacement increment, with their mean stiffness
+        in the step, and are limited by their slip force at its end.
 
         Parameters
         ----------
@@ -125,7 +129,10 @@ class ReducedModel:
             If numbers are not finite, or normal loads are given for a model without `scaling`.
         """
         path = np.atleast_1d(as_floats("displacement", displacement))
-        stiffness, limit = (np.broadcast_to(values, (path.size, len(self))) for values in (self.stiffness, self.limit))
+        stiffness, limit = (
+            np.broadcast_to(values, (path.size, len(self)))
+            for values in (self.stiffness, self.limit)
+        )
         if normal_load is not None:
             stiffness, limit = self._springs_at(
                 np.atleast_1d(as_floats("normal_load", normal_load, least=0.0)), path.shape
@@ -145,7 +152,9 @@ class ReducedModel:
                 "the model holds at a single normal load; expected no normal_load, or a model of a range of loads"
             )
         if loads.shape != shape:
-            raise InputError(f"normal_load has shape {loads.shape}; expected the shape of displacement, {shape}")
+            raise InputError(
+                f"normal_load has shape {loads.shape}; expected the shape of displacement, {shape}"
+            )
         if loads.size and loads.max() > self.scaling.normal_load[-1] * (1 + 1e-9):
             raise InputError(
                 f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, "
@@ -166,7 +175,9 @@ class ReducedModel:
             "bound_of_energy": self.energy_bound,
         }
         errors = {f"error of {name}": value for name, value in self.errors.items()}
-        columns = {name: ("spring", getattr(self, name), {"units": unit}) for name, unit in units.items()}
+        columns = {
+            name: ("spring", getattr(self, name), {"units": unit}) for name, unit in units.items()
+        }
         identity = {"content": CONTENT, "title": self.title or "sliding springs in parallel"}
         springs = xr.Dataset(columns, attrs=identity | bounds | errors)
         if self.scaling is None:
@@ -183,7 +194,8 @@ class ReducedModel:
         limit = self.friction_limit
         bound = f"{self.bound:.3g} of the friction limit ({quantity_text(self.bound * limit, 'N')})"
         errors = [
-            (f"found on {name}", f"{value:.3g} of the largest friction limit") for name, value in self.errors.items()
+            (f"found on {name}", f"{value:.3g} of the largest friction limit")
+            for name, value in self.errors.items()
         ]
         lines = [
             ("springs", str(len(self))),
@@ -196,7 +208,12 @@ class ReducedModel:
             *errors,
         ]
         if self.scaling is not None:
-            lines.append(("normal load varies", "springs go with it by a table; the errors found there are no bounds"))
+            lines.append(
+                (
+                    "normal load varies",
+                    "springs go with it by a table; the errors found there are no bounds",
+                )
+            )
         return lines
 
     def as_dict(self) -> dict[str, Any]:
@@ -220,7 +237,9 @@ class ReducedModel:
         }
         if self.scaling is not None:
             columns = attrs.astuple(self.scaling, recurse=False)
-            content["with_normal_load"] = {name: column.tolist() for name, column in zip(SCALED, columns, strict=True)}
+            content["with_normal_load"] = {
+                name: column.tolist() for name, column in zip(SCALED, columns, strict=True)
+            }
         return content
 
     @classmethod
@@ -235,17 +254,23 @@ class ReducedModel:
                 stiffness=as_floats("stiffness_N_per_m", content["stiffness_N_per_m"], above=0.0),
                 limit=as_floats("limit_N", content["limit_N"], above=0.0),
                 bound=scalar("bound", content["bound_of_load_over_friction_limit"], least=0.0),
-                energy_bound=scalar("energy bound", content["bound_of_energy_of_a_closed_loop_J"], least=0.0),
+                energy_bound=scalar(
+                    "energy bound", content["bound_of_energy_of_a_closed_loop_J"], least=0.0
+                ),
                 virgin_displacement=as_floats("displacement_m", curve["displacement_m"], least=0.0),
                 virgin_load=as_floats("tangential_load_N", curve["tangential_load_N"], least=0.0),
                 title=str(content["title"]),
-                scaling=table and Scaling(*(as_floats(name, table[name], least=0.0) for name in SCALED)),
+                scaling=table
+                and Scaling(*(as_floats(name, table[name], least=0.0) for name in SCALED)),
                 errors={
-                    name: scalar(name, value) for name, value in content["errors_found_over_friction_limit"].items()
+                    name: scalar(name, value)
+                    for name, value in content["errors_found_over_friction_limit"].items()
                 },
             )
         except (KeyError, TypeError, AttributeError) as error:
-            raise InputError(f"not a reduced model of this version ({error}); create it again") from error
+            raise InputError(
+                f"not a reduced model of this version ({error}); create it again"
+            ) from error
         row = model.stiffness.shape
         pairs = [(model.limit, row), (model.virgin_load, model.virgin_displacement.shape)]
         if model.scaling is not None:
@@ -296,7 +321,11 @@ class ReducedModel:
             return
         content = {"generator": f"historysim {__version__}", **self.as_dict()}
         with replacing(path) as unfinished:
-            unfinished.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8", newline="\n")
+            unfinished.write_text(
+                json.dumps(content, indent=1, allow_nan=False) + "\n",
+                encoding="utf-8",
+                newline="\n",
+            )
 
 
 @FILES.register
@@ -334,8 +363,8 @@ AMPLITUDE = 0.8  # amplitude of the loop over the displacement at gross slip
 class ReducedPicture(Picture):
     """The virgin curve and a loop of a contact and of its reduced model, the band of the bound, and the springs.
 
-    Tangential load over displacement at the normal load of the model; below it, the slip force of each spring over its
-    slip displacement.
+    Tangential load over displacement at the normal load of the model; below it, the slip force of
+    each spring over its slip displacement.
     """
 
     kind, of, size, own_figure = "reduced", (ReducedModel,), (COLUMN, 120.0), True
@@ -364,7 +393,11 @@ def _branches(model: ReducedModel) -> tuple[list[Floats], list[Floats]]:
     within = model.virgin_displacement <= AMPLITUDE * model.virgin_displacement[-1]
     displacement, load = model.virgin_displacement[within], model.virgin_load[within]
     # at a constant normal load a branch is the virgin curve, twice as large (Masing)
-    return [displacement, displacement[-1] - 2 * displacement, 2 * displacement - displacement[-1]], [
+    return [
+        displacement,
+        displacement[-1] - 2 * displacement,
+        2 * displacement - displacement[-1],
+    ], [
         load,
         load[-1] - 2 * load,
         2 * load - load[-1],
@@ -378,7 +411,9 @@ def _loop_chart(model: ReducedModel) -> Chart:
     # one band per branch, since a band is a function of the displacement
     for branch, name in zip(np.split(np.arange(along.size), 3), ("bound", None, None), strict=True):
         look = {"color": FAINT, "alpha": 0.3, "linewidth": 0, "label": name, "zorder": 1}
-        items.append(Shape("fill_between", (along[branch], load[branch] - band, load[branch] + band), look))
+        items.append(
+            Shape("fill_between", (along[branch], load[branch] - band, load[branch] + band), look)
+        )
     items.append(Curve(along, load, "contact", {"color": INK, "linewidth": 0.9}))
     dashes = {"color": SPRINGS, "linewidth": 0.7, "linestyle": "--"}
     items.append(Curve(along, reduced, f"{len(model)} springs", dashes))
@@ -389,10 +424,17 @@ def _loop_chart(model: ReducedModel) -> Chart:
 def reduced_page(model: ReducedModel) -> str:
     """Render a reduced model as one self-contained HTML page."""
     columns = ((model.stiffness, "N/m"), (model.limit, "N"), (model.slip_displacement, "m"))
-    texts = [[quantity_text(value, unit).replace(" ", NO_BREAK) for value in values] for values, unit in columns]
+    texts = [
+        [quantity_text(value, unit).replace(" ", NO_BREAK) for value in values]
+        for values, unit in columns
+    ]
     rows = [(str(number), *row) for number, row in enumerate(zip(*texts, strict=True), start=1)]
-    bounded = "At a constant normal load the bounds hold for every history, nested reversals and all."
-    unbounded = "Where the normal load varies no bound is known; the errors that were found are no bounds."
+    bounded = (
+        "At a constant normal load the bounds hold for every history, nested reversals and all."
+    )
+    unbounded = (
+        "Where the normal load varies no bound is known; the errors that were found are no bounds."
+    )
     warning = [] if model.scaling is None else [paragraph(unbounded, "warning")]
     return page(
         model.title or "Reduced model",
@@ -400,6 +442,8 @@ def reduced_page(model: ReducedModel) -> str:
             Section("Summary", (table(model.summary()),)),
             Section("Validity", (paragraph(bounded), *warning)),
             Section("Picture", (picture(ReducedPicture().figure(model), CAPTION),)),
-            Section("Springs", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)),
+            Section(
+                "Springs", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)
+            ),
         ],
     )

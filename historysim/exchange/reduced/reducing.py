@@ -38,12 +38,16 @@ class VirginCurve:
         """The unstrained state."""
         loaded = self.ensemble.advance(self.ensemble.initial_state(), normal_load=self.normal_load)
         # holding the approach is equivalent, since it is constant at a constant load
-        return self.ensemble.advance(loaded, normal_displacement=loaded.approach, tangential_displacement=0.0)
+        return self.ensemble.advance(
+            loaded, normal_displacement=loaded.approach, tangential_displacement=0.0
+        )
 
     @cached_property
     def end(self) -> float:
         """Displacement at which gross slip starts [m]: max θ μ_i (d - h_i)."""
-        reach = self.ensemble.friction * np.maximum(self.rest.approach - self.ensemble.first_touch, 0.0)
+        reach = self.ensemble.friction * np.maximum(
+            self.rest.approach - self.ensemble.first_touch, 0.0
+        )
         return float(self.ensemble.displacement_ratio * reach.max())
 
     def evaluate(self, displacement: ArrayLike) -> tuple[Floats, Floats]:
@@ -61,7 +65,9 @@ class VirginCurve:
     def check(self) -> None:
         """Raise InputError if springs in parallel cannot follow the curve, or if there is no friction."""
         if not self.end > 0.0:
-            raise InputError("friction is 0 everywhere; expected a contact that supports a tangential load")
+            raise InputError(
+                "friction is 0 everywhere; expected a contact that supports a tangential load"
+            )
         _, slope = self.evaluate(np.linspace(0.0, self.end, 257))
         if (np.diff(slope) > STEEPER * slope[0]).any():
             raise InputError(
@@ -117,12 +123,16 @@ def _optimal_nodes(curve: VirginCurve, elements: int) -> Floats:
         by_node = above[:-1] + below[1:]
         # dx_i/dlog w_k = (w_k if node i is above width k, else 0) - x_i w_k/total
         share = width / curve.end
-        by_width = np.append(np.cumsum(by_node[::-1])[::-1], 0.0) * width - share * (by_node @ node[1:-1])
+        by_width = np.append(np.cumsum(by_node[::-1])[::-1], 0.0) * width - share * (
+            by_node @ node[1:-1]
+        )
         scale = 2.0 / ends[-1]
         return scale * float(error.sum()), scale * by_width
 
     if elements > 1:
-        solution = minimize(sum_and_gradient, np.log(widths), jac=True, method="L-BFGS-B", options={"maxiter": 500})
+        solution = minimize(
+            sum_and_gradient, np.log(widths), jac=True, method="L-BFGS-B", options={"maxiter": 500}
+        )
         if solution.fun < sum_and_gradient(np.log(widths))[0]:
             widths = np.diff(nodes(solution.x))
     node: Floats = np.cumsum(widths) * (curve.end / widths.sum())
@@ -161,13 +171,17 @@ def _energy_bound(curve: VirginCurve, ends: Floats, load: Floats, chord: Floats)
     fractions = np.linspace(0.0, 1.0, PARTS + 1)
     displacement = ends[:-1, None] + fractions * np.diff(ends)[:, None]
     force, slope = curve.evaluate(displacement)
-    error = np.maximum(force - load[:-1, None] - chord[:, None] * (displacement - ends[:-1, None]), 0.0)
+    error = np.maximum(
+        force - load[:-1, None] - chord[:, None] * (displacement - ends[:-1, None]), 0.0
+    )
     slope = slope - chord[:, None]
     width = np.diff(displacement, axis=1)
     under = 0.5 * width * (error[:, :-1] + error[:, 1:])
     bend = np.maximum(slope[:, :-1] - slope[:, 1:], 0.0)
     over = under + width**2 * bend / 8.0
-    integral_below, integral_above = (np.cumsum(areas).reshape(areas.shape) for areas in (under, over))
+    integral_below, integral_above = (
+        np.cumsum(areas).reshape(areas.shape) for areas in (under, over)
+    )
     highest = np.maximum(error[:, :-1], error[:, 1:]) + width * bend / 4.0
     lowest = np.minimum(displacement[:, :-1] * error[:, :-1], displacement[:, 1:] * error[:, 1:])
     upper = 8.0 * integral_above - 4.0 * lowest
@@ -185,14 +199,19 @@ SAME = 1e-9  # relative tolerance for equal normal loads
 
 
 def reduce(
-    source: Exportable, *, elements: int = 32, normal_load: float | None = None, notify: Notify = silent
+    source: Exportable,
+    *,
+    elements: int = 32,
+    normal_load: float | None = None,
+    notify: Notify = silent,
 ) -> ReducedModel:
     """Approximate a contact by sliding springs in parallel (Jenkins, Maxwell slip, discrete Iwan).
 
-    The springs minimise the error bound at a normal load, which holds for every history at that load (proven in the
-    README of `historysim.exchange`). They represent the contact only: an instrument in series has to be modelled by the
-    other program. If the scenario varies the normal load, the springs are tabulated over it, and the errors are
-    measured on the history of the scenario and on random histories, without a proven bound.
+    The springs minimise the error bound at a normal load, which holds for every history at that
+    load (proven in the README of `historysim.exchange`). They represent the contact only: an
+    instrument in series has to be modelled by the other program. If the scenario varies the normal
+    load, the springs are tabulated over it, and the errors are measured on the history of the
+    scenario and on random histories, without a proven bound.
 
     Parameters
     ----------
@@ -201,26 +220,36 @@ def reduce(
     elements : int
         Number of springs, 1 to 1000.
     normal_load : float, optional
-        Normal load of the model [N], > 0; by default the largest load at which the contact is moved.
+        Normal load of the model [N], > 0; by default the largest load at which the contact is
+        moved.
     notify : callable, optional
         Receives notices for the user.
 
     Raises
     ------
     InputError
-        If the source cannot be used, its asperities evolve, it has no friction, or an argument is out of range.
+        If the source cannot be used, its asperities evolve, it has no friction, or an argument is
+        out of range.
     LoadError
         If the contact cannot support a load of the scenario.
     """
-    if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
-        raise InputError(f"elements is {elements!r}; expected a whole number from 1 to {MOST_ELEMENTS}")
+    if (
+        not isinstance(elements, int)
+        or isinstance(elements, bool)
+        or not 1 <= elements <= MOST_ELEMENTS
+    ):
+        raise InputError(
+            f"elements is {elements!r}; expected a whole number from 1 to {MOST_ELEMENTS}"
+        )
     resolved = resolve_export(source, notify)
     if is_planar(resolved.replay.events):
         raise InputError("sliding springs have one tangential direction; the events have two")
     ensemble = resolved.ensemble
     changes = resolved.replay.changes
     if changes.friction or changes.evolve:
-        raise InputError(f"{EVOLVES}, which springs with a constant limit cannot represent; {CONSTANT}")
+        raise InputError(
+            f"{EVOLVES}, which springs with a constant limit cannot represent; {CONSTANT}"
+        )
     loads, displacement, forces = _replay_history(resolved.replay)
     moved = loads[np.append(False, np.diff(displacement) != 0.0)]
     moved = moved[moved > 0.0]
@@ -229,7 +258,9 @@ def reduce(
             "the scenario never moves its contact tangentially under a load; expected normal_load of the model "
             "(--normal-load)"
         )
-    load = float(moved.max()) if normal_load is None else scalar("normal_load", normal_load, above=0.0)
+    load = (
+        float(moved.max()) if normal_load is None else scalar("normal_load", normal_load, above=0.0)
+    )
     curve = VirginCurve(ensemble, load)
     curve.check()
     node, at_node, bound, energy_bound = place_nodes(curve, elements)
@@ -249,9 +280,13 @@ def reduce(
     # the first row is reached by a joint path from the state without contact
     if (moved.size and np.ptp(moved) > SAME * moved.max()) or displacement[0] != 0.0:
         largest_load = max(load, float(loads.max()))
-        model = attrs.evolve(model, scaling=_tabulate_springs(ensemble, node / curve.end, largest_load))
+        model = attrs.evolve(
+            model, scaling=_tabulate_springs(ensemble, node / curve.end, largest_load)
+        )
     smallest_load = float(moved.min()) if moved.size else load
-    return attrs.evolve(model, errors=_measure_errors(model, ensemble, smallest_load, (loads, displacement, forces)))
+    return attrs.evolve(
+        model, errors=_measure_errors(model, ensemble, smallest_load, (loads, displacement, forces))
+    )
 
 
 def _springs(node: Floats, load: Floats) -> tuple[Floats, Floats]:
@@ -282,7 +317,10 @@ def _tabulate_springs(ensemble: IntegratedBody, fraction: Floats, largest_load: 
 
 
 def _measure_errors(
-    model: ReducedModel, ensemble: IntegratedBody, smallest_load: float, history: tuple[Floats, Floats, Floats]
+    model: ReducedModel,
+    ensemble: IntegratedBody,
+    smallest_load: float,
+    history: tuple[Floats, Floats, Floats],
 ) -> dict[str, float]:
     """Return the largest errors on the history of the scenario and on random histories, over the friction limit."""
     loads, displacement, forces = history
@@ -296,7 +334,9 @@ def _measure_errors(
     worst = 0.0
     for _ in range(RANDOM_HISTORIES):
         load, path, exact = _random_history(model, ensemble, smallest_load, rng)
-        worst = max(worst, float(np.abs(model.force(path, load if varies else None) - exact).max()) / scale)
+        worst = max(
+            worst, float(np.abs(model.force(path, load if varies else None) - exact).max()) / scale
+        )
     errors[f"{RANDOM_HISTORIES} random histories"] = worst
     return errors
 

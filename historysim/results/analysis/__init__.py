@@ -5,7 +5,8 @@ from typing import Any
 
 from historysim.results.queries import all_queries, earlier_names
 
-# Python looks up modules as names first: those of this package are not queries and need no import of all queries
+# Python looks up modules as names first: those of this package are not queries and need no import
+# of all queries
 _MODULES = {module.name for module in pkgutil.iter_modules(__path__)}
 
 

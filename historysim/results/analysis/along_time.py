@@ -17,19 +17,24 @@ OF_THE_RESULT = ("complete", "id", "log_digest")  # attributes of the result onl
 
 @query(table="loop,start_time")
 def friction_loops(
-    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+    history: xr.Dataset,
+    *,
+    dead_band: float | None = None,
+    skip: int = 0,
+    definitions: Definitions = DEFAULT,
 ) -> Loops:
     """Return the friction loops of a history, and their quantities.
 
-    Loops of a measured record are found in the same way, so the two can be compared. The history is interpolated
-    linearly between its recorded steps (see ``substeps``).
+    Loops of a measured record are found in the same way, so the two can be compared. The history is
+    interpolated linearly between its recorded steps (see ``substeps``).
 
     Parameters
     ----------
     history : xarray.Dataset
         With or without asperities.
     dead_band : float, optional
-        The smallest swing of the tangential displacement that counts [m]; by default 5 % of its range.
+        The smallest swing of the tangential displacement that counts [m]; by default 5 % of its
+        range.
     skip : int
         Number of loops left out at the start.
     definitions : Definitions
@@ -44,27 +49,37 @@ def friction_loops(
 
 
 @query(table="loop,start_time")
-def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0) -> xr.Dataset:
+def energy_per_cycle(
+    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0
+) -> xr.Dataset:
     """Return the energy that friction dissipates in each loop, of every asperity and of all of them.
 
-    This is the rise of the dissipated energy from the start of a friction loop to its end. ∮ T dU of `friction_loops`
-    differs by the change of the elastic energy, unless the loop is closed.
+    This is the rise of the dissipated energy from the start of a friction loop to its end. ∮ T dU
+    of `friction_loops` differs by the change of the elastic energy, unless the loop is closed.
 
-    ``total_energy`` (loop) [J], ``energy`` (loop, asperity) [J] where it is recorded, and the times of beginning and
-    end [s] as coordinates. ``dead_band`` [m], ``skip`` and errors: `friction_loops`.
+    ``total_energy`` (loop) [J], ``energy`` (loop, asperity) [J] where it is recorded, and the times
+    of beginning and end [s] as coordinates. ``dead_band`` [m], ``skip`` and errors:
+    `friction_loops`.
     """
     check_recorded(history)
     loops = loops_of_history(history, dead_band=dead_band, skip=skip)
     ends = loops.ends[:, [0, 2]]
     time = history["time"].values[ends]
     variables = {}
-    sources = {"total_energy": ("total_dissipated_energy", ", all asperities"), "energy": ("dissipated_energy", "")}
+    sources = {
+        "total_energy": ("total_dissipated_energy", ", all asperities"),
+        "energy": ("dissipated_energy", ""),
+    }
     for name, (source, of) in sources.items():
         if source in history:
             # only the steps at the ends of loops are read
-            start_energy, end_energy = (history[source].isel(step=column).values for column in ends.T)
+            start_energy, end_energy = (
+                history[source].isel(step=column).values for column in ends.T
+            )
             along = ("loop", *history[source].dims[1:])
-            variables[name] = describe(along, end_energy - start_energy, f"energy per cycle{of}", "J")
+            variables[name] = describe(
+                along, end_energy - start_energy, f"energy per cycle{of}", "J"
+            )
     coordinates: dict[str, Any] = {
         "loop": describe("loop", loops.number, "loop of the history, from 0"),
         "start_time": describe("loop", time[:, 0], "start of the loop", "s"),
@@ -79,12 +94,13 @@ def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, ski
 def time_series(history: xr.Dataset, asperity: int | None = None, form: str = "wide") -> xr.Dataset:
     """Return a history along its time in place of ``step``: all of it, or of one asperity.
 
-    CDO and other tools expect time as a dimension. It is named ``elapsed_time`` here, since CF counts ``time`` from a
-    date.
+    CDO and other tools expect time as a dimension. It is named ``elapsed_time`` here, since CF
+    counts ``time`` from a date.
 
-    The variables of the history along ``elapsed_time`` [s], and ``asperity`` unless one is selected by its label.
-    Values are read when they are used. The form ``"totals"`` omits variables of asperities; ``"long"`` has a row for
-    each time and asperity with the totals of that time, as spreadsheets and data frames group them.
+    The variables of the history along ``elapsed_time`` [s], and ``asperity`` unless one is selected
+    by its label. Values are read when they are used. The form ``"totals"`` omits variables of
+    asperities; ``"long"`` has a row for each time and asperity with the totals of that time, as
+    spreadsheets and data frames group them.
 
     InputError: an asperity that is not recorded, another form, or a Dataset that is not a history.
     """

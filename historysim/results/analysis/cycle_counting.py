@@ -36,34 +36,38 @@ LOADS = {
 def cycles(history: xr.Dataset, asperity: int | None = None) -> xr.Dataset:
     """Return the closed loops of the tangential load and the residue, with their energies.
 
-    Each row is an excursion from a start, where slip began in one direction, to a reversal. It is closed if the contact
-    later slips on from its start, in the other direction: then it remembers what it would remember without the
-    excursion. All other rows are residue: half cycles. A row that has not ended yet is still remembered. The energy
-    of a closed loop is that dissipated from its start to its end, without the rows that ended within this time; the sum
-    of all rows is the total dissipated energy. At a constant normal load the closed rows are the full cycles of the
-    rainflow count of U (ASTM E1049), and the residue its half cycles; the first loading of a contact, which is half a
-    loop around zero, ends as such. At other loads no rainflow count exists.
+    Each row is an excursion from a start, where slip began in one direction, to a reversal. It is
+    closed if the contact later slips on from its start, in the other direction: then it remembers
+    what it would remember without the excursion. All other rows are residue: half cycles. A row
+    that has not ended yet is still remembered. The energy of a closed loop is that dissipated from
+    its start to its end, without the rows that ended within this time; the sum of all rows is the
+    total dissipated energy. At a constant normal load the closed rows are the full cycles of the
+    rainflow count of U (ASTM E1049), and the residue its half cycles; the first loading of a
+    contact, which is half a loop around zero, ends as such. At other loads no rainflow count
+    exists.
 
     Parameters
     ----------
     history : xarray.Dataset
-        With its events: from `historysim.replay`, or the result of a run with its log or embedded events.
+        With its events: from `historysim.replay`, or the result of a run with its log or embedded
+        events.
     asperity : int, optional
         Label of an asperity. By default the contact as a whole, which has one friction coefficient.
 
     Returns
     -------
     xarray.Dataset
-        Along ``cycle``, in the order of their starts: ``start_time``, ``reversal_time`` and ``end_time`` [s], which is
-        NaN while the cycle is remembered; ``start_`` and ``reversal_`` of ``tangential_displacement`` [m],
-        ``tangential_load`` and ``normal_load`` [N]; ``_mean`` and ``_range`` of the first two; ``dissipated_energy``
-        [J] and ``closed``.
+        Along ``cycle``, in the order of their starts: ``start_time``, ``reversal_time`` and
+        ``end_time`` [s], which is NaN while the cycle is remembered; ``start_`` and ``reversal_``
+        of ``tangential_displacement`` [m], ``tangential_load`` and ``normal_load`` [N]; ``_mean``
+        and ``_range`` of the first two; ``dissipated_energy`` [J] and ``closed``.
 
     Raises
     ------
     InputError
-        A history without its events, two tangential directions, several coefficients without ``asperity``, friction or
-        geometry that change, inclined asperities, or an asperity that does not exist.
+        A history without its events, two tangential directions, several coefficients without
+        ``asperity``, friction or geometry that change, inclined asperities, or an asperity that
+        does not exist.
     """
 
     def count(job: Replay) -> xr.Dataset | InputError:
@@ -122,7 +126,8 @@ class Excursion:
     start: Instant
     label: float
     turn: Instant
-    reverses: "Excursion | None"  #: the one from whose slip it turned back; None if nothing slipped before
+    #: the one from whose slip it turned back; None if nothing slipped before
+    reverses: "Excursion | None"
     energy: float = 0.0  #: dissipated while it was the active one [J]
 
 
@@ -193,7 +198,9 @@ class CycleCounter:
         begin, end = float(path["begin"][0]), float(path["end"][0])
         return self._instant(state, share, begin + share * (end - begin), values, energy)
 
-    def _instant(self, state: State, share: float, time: float, values: dict[str, float], energy: float) -> Instant:
+    def _instant(
+        self, state: State, share: float, time: float, values: dict[str, float], energy: float
+    ) -> Instant:
         line = state.memory.line
         approach = float(line.approach)
         polyline = None
@@ -201,10 +208,17 @@ class CycleCounter:
             vertices = state.vertices(self.group)
             vertices = vertices[np.searchsorted(vertices["label"], self.base, side="right") :]
             polyline = Polyline(vertices, vertices["label"], vertices["slope"])
-        position = approach, float(line.displacement), float(line.normal_load), float(line.tangential_load)
+        position = (
+            approach,
+            float(line.displacement),
+            float(line.normal_load),
+            float(line.tangential_load),
+        )
         return Instant(share, time, state, *position, polyline, values, energy)
 
-    def _crossing(self, measure: Callable[[Instant], float], lower: Instant, upper: Instant, scale: float) -> Instant:
+    def _crossing(
+        self, measure: Callable[[Instant], float], lower: Instant, upper: Instant, scale: float
+    ) -> Instant:
         """Return the moment at which a growing measure becomes zero, by the Illinois method."""
         below, above = measure(lower), measure(upper)
         if above <= 0.0:
@@ -234,7 +248,9 @@ class CycleCounter:
     def _find_edge(self, label: float, lower: Instant, upper: Instant) -> Instant:
         """Return the moment at which the contact edge is at a label."""
         sign = 1.0 if upper.approach > lower.approach else -1.0
-        return self._crossing(lambda there: sign * (there.approach - label), lower, upper, abs(lower.approach))
+        return self._crossing(
+            lambda there: sign * (there.approach - label), lower, upper, abs(lower.approach)
+        )
 
     def _find_front(self, vertex: Any, sign: float, lower: Instant, upper: Instant) -> Instant:
         """Return the moment at which a slip front reaches a vertex, or sliding the start of an excursion."""
@@ -266,7 +282,12 @@ class CycleCounter:
         path["parts"], path["recorded"], path["first_row"] = 1, 1, 0
         self.path = path
         end = self._replay_share(1.0)
-        here = attrs.evolve(self.here, share=0.0, time=float(path["begin"][0]), values=self.here.values or end.values)
+        here = attrs.evolve(
+            self.here,
+            share=0.0,
+            time=float(path["begin"][0]),
+            values=self.here.values or end.values,
+        )
         while here.share < 1.0:
             there = self._next_cut(here, end)
             self._move(here, there)
@@ -277,7 +298,11 @@ class CycleCounter:
         """Return the end of the path, or the moment before at which the edge meets a vertex, or the asperity."""
         if here.polyline is None:
             begins_apart = here.approach < self.base - TIE * abs(self.base + end.approach)
-            return self._find_edge(self.base, here, end) if begins_apart and end.polyline is not None else end
+            return (
+                self._find_edge(self.base, here, end)
+                if begins_apart and end.polyline is not None
+                else end
+            )
         if end.approach >= here.approach:
             return end
         tie = TIE * here.approach
@@ -302,7 +327,9 @@ class CycleCounter:
             if not goes_on:
                 turns_back = active is not None and active.sign == -sign and edge_slope == -slope
                 reverses = active if turns_back else None
-                self.excursions.append(Excursion(self.started, sign, here, here.approach, here, reverses))
+                self.excursions.append(
+                    Excursion(self.started, sign, here, here.approach, here, reverses)
+                )
                 self.started += 1
             front = self._front(there, slope)
             if polyline is not None:
@@ -336,7 +363,9 @@ class CycleCounter:
             return there.approach
         return float(polyline.label[-2]) if polyline.label.size > 1 else self.base
 
-    def _pass_older_fronts(self, here: Instant, there: Instant, polyline: Polyline, front: float) -> None:
+    def _pass_older_fronts(
+        self, here: Instant, there: Instant, polyline: Polyline, front: float
+    ) -> None:
         """End the excursions whose vertices the active front passes, in this order."""
         tie = TIE * max(here.approach, there.approach)
         moment = here
@@ -361,7 +390,11 @@ class CycleCounter:
                 start = older.start
                 beyond = sign * (there.displacement - start.displacement)
                 beyond -= self.friction * (there.approach - start.approach)
-                reach = abs(there.displacement) + abs(start.displacement) + self.friction * there.approach
+                reach = (
+                    abs(there.displacement)
+                    + abs(start.displacement)
+                    + self.friction * there.approach
+                )
                 if beyond < -TIE * reach:
                     return
                 moment = self._find_front(start, sign, moment, there)
@@ -387,7 +420,10 @@ class CycleCounter:
             if there.polyline is not None and outer.label < there.approach - tie:
                 return
             index = min(polyline.find_first(outer.label - tie), polyline.label.size - 1)
-            lies_on_slope = outer.label > self.base + tie and polyline.slope[index] == -outer.sign * self.friction
+            lies_on_slope = (
+                outer.label > self.base + tie
+                and polyline.slope[index] == -outer.sign * self.friction
+            )
             follows = len(self.excursions) > 1 and self.excursions[-2] is outer.reverses
             self._end(outer, closed=lies_on_slope and follows, time=there.time)
             self.excursions.pop()
@@ -405,7 +441,9 @@ class CycleCounter:
 
     def dataset(self) -> xr.Dataset:
         """Return the rows so far in the order of their starts."""
-        remembered = [Ended(excursion, excursion.energy, False, np.nan) for excursion in self.excursions]
+        remembered = [
+            Ended(excursion, excursion.energy, False, np.nan) for excursion in self.excursions
+        ]
         rows = sorted([*self.ended, *remembered], key=lambda row: row.excursion.number)
         instants = {
             "start": [row.excursion.start for row in rows],
@@ -416,24 +454,40 @@ class CycleCounter:
             times = np.array([instant.time for instant in instants[turn]], dtype=float)
             data[f"{turn}_time"] = describe("cycle", times, f"time at the {text}", "s")
         end_time = np.array([row.time for row in rows], dtype=float)
-        data["end_time"] = describe("cycle", end_time, "time at which it is forgotten, NaN while remembered", "s")
+        data["end_time"] = describe(
+            "cycle", end_time, "time at which it is forgotten, NaN while remembered", "s"
+        )
         for name, (quantity, unit) in LOADS.items():
             first, second = (
-                np.array([instant.values[name] for instant in instants[turn]], dtype=float) for turn in TURNS
+                np.array([instant.values[name] for instant in instants[turn]], dtype=float)
+                for turn in TURNS
             )
-            data[f"start_{name}"] = describe("cycle", first, f"{quantity} at the start of the cycle", unit)
-            data[f"reversal_{name}"] = describe("cycle", second, f"{quantity} at the reversal of the cycle", unit)
+            data[f"start_{name}"] = describe(
+                "cycle", first, f"{quantity} at the start of the cycle", unit
+            )
+            data[f"reversal_{name}"] = describe(
+                "cycle", second, f"{quantity} at the reversal of the cycle", unit
+            )
             if name != "normal_load":
-                data[f"{name}_mean"] = describe("cycle", (first + second) / 2, f"mean of the {quantity}", unit)
-                data[f"{name}_range"] = describe("cycle", abs(second - first), f"range of the {quantity}", unit)
+                data[f"{name}_mean"] = describe(
+                    "cycle", (first + second) / 2, f"mean of the {quantity}", unit
+                )
+                data[f"{name}_range"] = describe(
+                    "cycle", abs(second - first), f"range of the {quantity}", unit
+                )
         energy = np.array([row.energy for row in rows], dtype=float)
-        # springs may slip while no excursion is active, on a path that is curved in the displacements
+        # springs may slip while no excursion is active, on a path that is curved in the
+        # displacements
         energy[-1:] += self.here.energy - self.counted_energy
-        data["dissipated_energy"] = describe("cycle", energy, "energy dissipated by the cycle alone", "J")
+        data["dissipated_energy"] = describe(
+            "cycle", energy, "energy dissipated by the cycle alone", "J"
+        )
         closed = np.array([row.closed for row in rows], dtype=bool)
         data["closed"] = describe("cycle", closed, "closed loop (1), or residue: half a cycle (0)")
         subject = "the contact as a whole" if self.asperity is None else f"asperity {self.asperity}"
-        coords = {"cycle": describe("cycle", np.arange(len(rows)), "cycle, in the order of the starts")}
+        coords = {
+            "cycle": describe("cycle", np.arange(len(rows)), "cycle, in the order of the starts")
+        }
         return xr.Dataset(data, coords, {"title": f"Cycles of {subject}"})
 
 
@@ -446,7 +500,9 @@ def _check(job: Replay, asperity: int | None) -> None:
             "field and no reversal closes a loop; expected one number for each tangential load or displacement"
         )
     if not isinstance(ensemble, Ensemble | Patches):
-        raise InputError("cycles need level asperities, and these are inclined; expected hs.Ensemble, without slopes")
+        raise InputError(
+            "cycles need level asperities, and these are inclined; expected hs.Ensemble, without slopes"
+        )
     laws = getattr(ensemble, "laws", {})
     if laws or getattr(ensemble, "follow_sliding", False):
         cause = " and ".join(laws) or "follow_sliding"
@@ -469,8 +525,12 @@ def _check(job: Replay, asperity: int | None) -> None:
             )
         return
     if isinstance(ensemble, Patches):
-        raise InputError("asperity: patches of normal curves share one memory; expected cycles() of the whole contact")
+        raise InputError(
+            "asperity: patches of normal curves share one memory; expected cycles() of the whole contact"
+        )
     count = len(ensemble)
     is_label = isinstance(asperity, int | np.integer) and not isinstance(asperity, bool)
     if not is_label or not 0 <= asperity < count:
-        raise InputError(f"asperity {asperity!r} does not exist; expected a label from 0 to {count - 1:,}")
+        raise InputError(
+            f"asperity {asperity!r} does not exist; expected a label from 0 to {count - 1:,}"
+        )

@@ -54,10 +54,11 @@ def summary(history: "xr.Dataset") -> list[tuple[str, str]]:
     Returns
     -------
     list of (label, text)
-        Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
-        the peak normal load, which asperity slides first and which last, dissipated energy, what has evolved, steps at
-        which the tangential load was held at the limit, a warning for each assumption of the model that does not
-        hold, and a note where recorded steps are too far apart to show how slip spreads.
+        Steps and duration, asperities touched, peak loads, preliminary displacement and critical
+        asperity at the peak normal load, which asperity slides first and which last, dissipated
+        energy, what has evolved, steps at which the tangential load was held at the limit, a
+        warning for each assumption of the model that does not hold, and a note where recorded steps
+        are too far apart to show how slip spreads.
     """
     return summary_lines(history)
 
@@ -76,16 +77,30 @@ def summary_lines(history: History) -> list[tuple[str, str]]:
     try:
         limit = capacity(history)
     except InputError:
-        reason = "the asperities are inclined" if SLOPE in history else "not all asperities that touch are recorded"
+        reason = (
+            "the asperities are inclined"
+            if SLOPE in history
+            else "not all asperities that touch are recorded"
+        )
         lines.append(("preliminary displacement", f"not available: {reason}"))
     else:
         lines += [
-            ("preliminary displacement", _preliminary(normal, limit, changes=present_friction(history).changes)),
-            ("critical asperity", f"{limit.asperity[peak]}, the last to slide" if limit.displacement[peak] else "none"),
+            (
+                "preliminary displacement",
+                _preliminary(normal, limit, changes=present_friction(history).changes),
+            ),
+            (
+                "critical asperity",
+                f"{limit.asperity[peak]}, the last to slide"
+                if limit.displacement[peak]
+                else "none",
+            ),
         ]
     with suppress(InputError):
         lines.append(("first to slide", _first_to_slide(history)))
-    lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
+    lines.append(
+        ("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J"))
+    )
     lines += _evolution_lines(history)
     if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
@@ -115,7 +130,10 @@ def _preliminary(normal: Floats, limit: Capacity, *, changes: bool) -> str:
         of_it = np.flatnonzero(friction == coefficient)
         at = of_it[normal[of_it].argmax()]
         where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
-        reach, load = quantity_text(float(displacement[at]), "m"), quantity_text(float(normal[at]), "N")
+        reach, load = (
+            quantity_text(float(displacement[at]), "m"),
+            quantity_text(float(normal[at]), "N"),
+        )
         lines.append(f"{reach}{where} under {load}")
     return f"{', '.join(lines)}, loaded from rest"
 
@@ -124,12 +142,19 @@ def _evolution_lines(history: History) -> list[tuple[str, str]]:
     """Return lines on slid distance, wear, yielding and forgotten reversals."""
     lines = []
     if "total_slid_distance" in history:
-        lines.append(("summed sliding distance", quantity_text(history["total_slid_distance"].values[-1], "m")))
+        lines.append(
+            (
+                "summed sliding distance",
+                quantity_text(history["total_slid_distance"].values[-1], "m"),
+            )
+        )
     if "worn_volume" in history:
         worn = history["worn_volume"].isel(step=-1).values
         lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
     if "total_yielding_energy" in history:
-        share = float(history["yielded_load_share"].values[int(history["total_normal_load"].values.argmax())])
+        share = float(
+            history["yielded_load_share"].values[int(history["total_normal_load"].values.argmax())]
+        )
         text = f"{100 * share:.0f} % of the peak normal load on asperities that have yielded"
         if "yielded_depth" in history:
             depth = float(history["yielded_depth"].isel(step=-1).values.max())
@@ -144,7 +169,11 @@ def _evolution_lines(history: History) -> list[tuple[str, str]]:
 
 def _contact_text(history: History) -> str:
     count = int(history["contact_count"].values.max())
-    total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
+    total = (
+        f" of {history.attrs['number_of_asperities']:,}"
+        if "number_of_asperities" in history.attrs
+        else ""
+    )
     if not is_complete(history) or SLOPE in history:
         return f"{count:,}{total} at one time"
     separation = history["separation"].values

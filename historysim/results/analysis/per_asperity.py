@@ -26,7 +26,8 @@ RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
 def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     """Return c/a of each asperity at each step: 1 in full stick, 0 in gross slip, NaN where it does not touch.
 
-    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches.
+    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or
+    patches.
     """
     check_recorded(history, "stick_radius", "contact_radius")
 
@@ -34,7 +35,9 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
         return _ratio(stick, contact, math.nan)
 
     text = "stick radius over contact radius"
-    return _derive(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
+    return _derive(
+        history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text
+    )
 
 
 @query(per_step=True)
@@ -45,7 +48,9 @@ def slope_load(history: xr.Dataset) -> xr.DataArray:
     """
     check_recorded(history, "normal_load")
     if SLOPE not in history or not is_complete(history):
-        raise InputError('the history is not of all asperities of an inclined contact; expected slopes, record = "all"')
+        raise InputError(
+            'the history is not of all asperities of an inclined contact; expected slopes, record = "all"'
+        )
     sine = history[SLOPE] / np.hypot(1.0, history[SLOPE])
     load = (history["normal_load"] * sine).sum("asperity").rename("slope_load")
     return load.assign_attrs(units="N", long_name="tangential load that needs no friction")
@@ -55,7 +60,8 @@ def slope_load(history: xr.Dataset) -> xr.DataArray:
 def mean_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the mean pressure of each asperity or patch [Pa], N over its contact area; 0 where it does not touch.
 
-    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches without areas.
+    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches
+    without areas.
     """
     return _pressure(history, "mean_pressure", "mean pressure of the asperity")
 
@@ -64,7 +70,8 @@ def mean_pressure(history: xr.Dataset) -> xr.DataArray:
 def peak_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the greatest pressure of each asperity [Pa], 3N/(2πa²) in its middle (Hertz); 0 where it does not touch.
 
-    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or patches.
+    Along ``step`` and ``asperity``, computed when it is read. InputError: no asperities, or
+    patches.
     """
     check_recorded(history, "contact_radius")
     return _pressure(history, "peak_pressure", "greatest pressure of the asperity", PEAK_OVER_MEAN)
@@ -78,7 +85,11 @@ def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
     """
     check_recorded(history, "real_contact_area")
     area = history["real_contact_area"]
-    pressure = (history["total_normal_load"] / area.where(area > 0)).fillna(0.0).rename("total_mean_pressure")
+    pressure = (
+        (history["total_normal_load"] / area.where(area > 0))
+        .fillna(0.0)
+        .rename("total_mean_pressure")
+    )
     return pressure.assign_attrs(units="Pa", long_name="mean pressure of the real contact area")
 
 
@@ -101,13 +112,14 @@ def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> 
 def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.DataArray:
     """Return the tangential stiffness of each asperity at each step, dT/dU at a fixed approach [N/m].
 
-    An asperity with the stick radius c has 8 G* c while the displacement continues, which is 0 where it slides; at a
-    reversal all of the contact sticks again and it has 8 G* a (Mindlin 1949). The sum over all asperities that
-    touch is the recorded ``tangential_stiffness`` (onward), except where a fall of friction lets discs inside a stick
-    zone slide.
+    An asperity with the stick radius c has 8 G* c while the displacement continues, which is 0
+    where it slides; at a reversal all of the contact sticks again and it has 8 G* a (Mindlin 1949).
+    The sum over all asperities that touch is the recorded ``tangential_stiffness`` (onward), except
+    where a fall of friction lets discs inside a stick zone slide.
 
-    ``direction`` is "onward" or "reversed". Along ``step`` and ``asperity``, computed when it is read; 0 where an
-    asperity does not touch. InputError: another direction, or a history without asperities or of patches.
+    ``direction`` is "onward" or "reversed". Along ``step`` and ``asperity``, computed when it is
+    read; 0 where an asperity does not touch. InputError: another direction, or a history without
+    asperities or of patches.
     """
     if direction not in RADIUS:
         raise InputError(f"direction is {direction!r}; expected 'onward' or 'reversed'")
@@ -118,16 +130,23 @@ def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.D
         return factor * radius
 
     text = f"tangential stiffness of the asperity, displacement {direction}"
-    return _derive(history, "tangential_stiffness", stiffness, [RADIUS[direction]], units="N m-1", long_name=text)
+    return _derive(
+        history,
+        "tangential_stiffness",
+        stiffness,
+        [RADIUS[direction]],
+        units="N m-1",
+        long_name=text,
+    )
 
 
 @query(planar=True)
 def dissipated_power(history: xr.Dataset) -> xr.DataArray:
     """Return the mean power that each asperity dissipates over the time up to each step [W].
 
-    The energy dissipated since the step before over the time since then; 0 at the first step. Times the lengths of the
-    steps, the powers add up to the dissipated energy. Along ``step`` and ``asperity``, computed when it is read.
-    InputError: no asperities.
+    The energy dissipated since the step before over the time since then; 0 at the first step. Times
+    the lengths of the steps, the powers add up to the dissipated energy. Along ``step`` and
+    ``asperity``, computed when it is read. InputError: no asperities.
     """
     check_recorded(history, "dissipated_energy")
     energy = history["dissipated_energy"]
@@ -140,7 +159,9 @@ def dissipated_power(history: xr.Dataset) -> xr.DataArray:
         return _ratio(np.asarray(energy) - np.asarray(previous), duration, 0.0)
 
     text = "power that the asperity dissipates, mean since the step before"
-    return _derive(history, "dissipated_power", power, [energy, previous, durations], units="W", long_name=text)
+    return _derive(
+        history, "dissipated_power", power, [energy, previous, durations], units="W", long_name=text
+    )
 
 
 def _pressure(history: xr.Dataset, name: str, text: str, factor: float = 1.0) -> xr.DataArray:
@@ -169,7 +190,9 @@ class _Derived(BackendArray):
         self._compute, self._sources = compute, sources
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._compute_at)
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER, self._compute_at
+        )
 
     def _compute_at(self, key: tuple[Any, ...]) -> Floats:
         where = dict(zip(self.dims, key, strict=True))
@@ -198,6 +221,8 @@ def _derive(
         answer.attrs = dict(attributes)
         return answer
     array = _Derived(compute, [array_source.variable for array_source in arrays])
-    coordinates = {key: value for key, value in history.coords.items() if set(value.dims) <= set(array.dims)}
+    coordinates = {
+        key: value for key, value in history.coords.items() if set(value.dims) <= set(array.dims)
+    }
     lazy = xr.Variable(array.dims, indexing.LazilyIndexedArray(array), attributes)
     return xr.DataArray(lazy, coordinates, name=name)

@@ -1,7 +1,8 @@
 """The preliminary displacement of a surface, the asperity that decides it, and the work between rest and sliding.
 
-Closed forms: README of `historysim.contact`. A branch from one sliding direction to the other is the virgin curve
-T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)] (Cattaneo; Mindlin), doubled (Masing).
+Closed forms: README of `historysim.contact`. A branch from one sliding direction to the other is
+the virgin curve T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)] (Cattaneo; Mindlin), doubled
+(Masing).
 """
 
 from collections.abc import Callable
@@ -41,12 +42,18 @@ DISPLACEMENTS = {
 def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     """Return the preliminary displacement [m]: the tangential displacement at which the last asperity of all slides.
 
-    δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from the virgin
-    state at the present normal load and friction (Mindlin 1949). Along ``step``; 0 where nothing touches. InputError: a
-    history without some or all of the asperities that touch.
+    δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading
+    from the virgin state at the present normal load and friction (Mindlin 1949). Along ``step``; 0
+    where nothing touches. InputError: a history without some or all of the asperities that touch.
     """
     greatest = capacity(history).displacement
-    return _along_steps(history, greatest, "preliminary_displacement", "preliminary displacement of the surface", "m")
+    return _along_steps(
+        history,
+        greatest,
+        "preliminary_displacement",
+        "preliminary displacement of the surface",
+        "m",
+    )
 
 
 @query(per_step=True, planar=True)
@@ -64,8 +71,8 @@ def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
 def drift(history: "xr.Dataset", first: int | str, second: int | str) -> float:
     """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1| [m].
 
-    Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
-    does not have, or as for `preliminary_displacement`.
+    Steps are positions, where negative ones count from the end, or names of states. InputError: a
+    step that the history does not have, or as for `preliminary_displacement`.
     """
     first_position, second_position = (resolve_step(step, history) for step in (first, second))
     greatest = capacity(history).displacement
@@ -78,10 +85,12 @@ def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
 
     Along ``step``, 0 where nothing touches:
 
-    - ``virgin``: from rest until the last asperity slides, δ = max_i θ μ_i δ_i: `preliminary_displacement`.
+    - ``virgin``: from rest until the last asperity slides, δ = max_i θ μ_i δ_i:
+      `preliminary_displacement`.
     - ``reversal_to_slip``: from a reversal out of sliding until all slides the other way, 2 δ.
     - ``zero_load_to_slip``: on that branch, from T = 0 on; 2^(1/3) δ on a sphere.
-    - ``residual``: the displacement at T = 0, after loading from rest to δ; (2^(1/3) - 1) δ on a sphere.
+    - ``residual``: the displacement at T = 0, after loading from rest to δ; (2^(1/3) - 1) δ on a
+      sphere.
 
     InputError: a history without some or all of the asperities that touch, or of patches.
     """
@@ -103,9 +112,9 @@ def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
 def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mechanical work of pre-sliding at the normal load of each step [J]: the area of the closed loop ±δ.
 
-    The loop turns where the last asperity slides, at the preliminary displacement δ, so it has no flat parts. Its area
-    is 8 ∫ F du - 4 δ F(δ) = Σ μ_i N_i (4 δ - 3.2 θ μ_i δ_i); 0.8 μ N δ of one asperity. Along ``step``; 0 where nothing
-    touches. InputError: as for `branch_displacements`.
+    The loop turns where the last asperity slides, at the preliminary displacement δ, so it has no
+    flat parts. Its area is 8 ∫ F du - 4 δ F(δ) = Σ μ_i N_i (4 δ - 3.2 θ μ_i δ_i); 0.8 μ N δ of one
+    asperity. Along ``step``; 0 where nothing touches. InputError: as for `branch_displacements`.
     """
 
     def work(virgin: _Virgin) -> tuple[float]:
@@ -137,14 +146,18 @@ def capacity(history: History) -> Capacity:
     check_all_recorded(history)
     friction, ratio = present_friction(history), displacement_ratio(history)
     separation, labels = history["separation"].values, history["asperity"].values
-    result = Capacity(np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size))
+    result = Capacity(
+        np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size)
+    )
     steady = not friction.changes and CHANGING_HEIGHT not in history
     columns = _leading(history, friction.at(0)) if steady else np.arange(labels.size)
     if not columns.size:
         return result
     for rows in step_blocks(history, columns.size):
         height = shape_in_step(history, "summit_height", rows)[..., columns]
-        coefficient = np.broadcast_to(friction.at(rows), (separation[rows].size, labels.size))[:, columns]
+        coefficient = np.broadcast_to(friction.at(rows), (separation[rows].size, labels.size))[
+            :, columns
+        ]
         reach = ratio * coefficient * (height - separation[rows, np.newaxis])
         critical = reach.argmax(axis=1)
         result.asperity[rows] = labels[columns[critical]]
@@ -185,7 +198,9 @@ class _Virgin:
     @classmethod
     def from_history(cls, history: History, step: int, separation: float) -> Self:
         """Return the virgin curve for the asperities of a step, with their friction at the step."""
-        height, radius = (shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius"))
+        height, radius = (
+            shape_in_step(history, f"summit_{name}", step) for name in ("height", "radius")
+        )
         coefficient = np.broadcast_to(present_friction(history).at(step), height.shape)
         holds = (height > separation) & (coefficient > 0)
         approach, friction = height[holds] - separation, coefficient[holds]
@@ -197,8 +212,8 @@ class _Virgin:
 def first_loading(history: History, normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
     """Return u [m] and F(u) [N] of first loading at a normal load [N], from rest until the last asperity slides.
 
-    The asperities are those of the first step, with the friction that they have there; a load that more asperities
-    would carry than are recorded needs ``record = "all"``.
+    The asperities are those of the first step, with the friction that they have there; a load that
+    more asperities would carry than are recorded needs ``record = "all"``.
     """
     from scipy import optimize
 
@@ -209,11 +224,19 @@ def first_loading(history: History, normal_load: float, points: int = 101) -> tu
     modulus, highest = float(history.attrs["contact_modulus"]), int(height.argmax())
 
     def missing(depth: float) -> float:
-        loads = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height[highest] + depth, 0) ** 1.5
+        loads = (
+            4
+            / 3
+            * modulus
+            * np.sqrt(radius)
+            * np.maximum(height - height[highest] + depth, 0) ** 1.5
+        )
         return float(loads.sum()) - target_load
 
     # alone the highest one would be pressed most
-    upper_approach = float(hertz.approach(2 * target_load, summit_radius=radius[highest], contact_modulus=modulus))
+    upper_approach = float(
+        hertz.approach(2 * target_load, summit_radius=radius[highest], contact_modulus=modulus)
+    )
     depth = optimize.brentq(missing, 0.0, upper_approach, xtol=1e-300, rtol=1e-15)
     virgin = _Virgin.from_history(history, 0, height[highest] - depth)
     # dense where the curve bends most, at its end
@@ -222,7 +245,9 @@ def first_loading(history: History, normal_load: float, points: int = 101) -> tu
     return u, (virgin.limit * (1 - stuck**3)).sum(axis=1)
 
 
-def _evaluate_each_load(history: History, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+def _evaluate_each_load(
+    history: History, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int
+) -> Floats:
     """Evaluate a function of the virgin curve at each step (step, count); 0 without frictional contact."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)

@@ -23,15 +23,22 @@ def describe(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, An
 
 def has_patches(history: History) -> bool:
     """Return whether the recorded asperities are patches, of normal curves or of full interaction."""
-    return bool(history.sizes.get("asperity")) and not {"summit_radius", "contact_radius"} & history.variables.keys()
+    return (
+        bool(history.sizes.get("asperity"))
+        and not {"summit_radius", "contact_radius"} & history.variables.keys()
+    )
 
 
 def check_recorded(history: History, *names: str) -> None:
     """Check that a history holds variables of its asperities; InputError with the reason otherwise."""
     if not hasattr(history, "sizes"):
-        raise InputError(f"{brief(history)} is not a history; expected a Dataset from historysim, as hs.open gives")
+        raise InputError(
+            f"{brief(history)} is not a history; expected a Dataset from historysim, as hs.open gives"
+        )
     if "total_normal_load" not in history:
-        raise InputError("this Dataset is not a history; expected one from historysim, with all its variables")
+        raise InputError(
+            "this Dataset is not a history; expected one from historysim, with all its variables"
+        )
     missing = [name for name in names if name not in history]
     if not missing:
         return
@@ -54,7 +61,9 @@ def check_recorded(history: History, *names: str) -> None:
 def check_any(history: History) -> None:
     """Check that there is an asperity to show; InputError if none ever touches."""
     if not history.sizes.get("asperity"):
-        raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
+        raise InputError(
+            'no asperity ever touches, so there is none to show; press harder, or record = "all"'
+        )
 
 
 def check_all_recorded(history: History) -> None:
@@ -75,8 +84,12 @@ def is_complete(history: History) -> bool:
     """Return whether all asperities that touch are recorded."""
     if SLOPE in history:
         count = history["contact_count"].values
-        states = ((rows, history["slip_state"].isel(step=rows).values) for rows in step_blocks(history))
-        return all(((state != SEPARATED).sum(axis=1) == count[rows]).all() for rows, state in states)
+        states = (
+            (rows, history["slip_state"].isel(step=rows).values) for rows in step_blocks(history)
+        )
+        return all(
+            ((state != SEPARATED).sum(axis=1) == count[rows]).all() for rows, state in states
+        )
     if "summit_height" not in history or "friction" not in history:
         return False
     largest_count = int(history["contact_count"].values.max())
@@ -89,20 +102,30 @@ def is_complete(history: History) -> bool:
     if CHANGING_HEIGHT in history:
         room = max(1e-9, rounding) * max(scale, np.abs(separation).max())
         count, lowest = history["contact_count"].values, separation[:, np.newaxis] - room
-        heights = ((rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in step_blocks(history))
-        return all(((height > lowest[rows]).sum(axis=1) >= count[rows]).all() for rows, height in heights)
+        heights = (
+            (rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in step_blocks(history)
+        )
+        return all(
+            ((height > lowest[rows]).sum(axis=1) >= count[rows]).all() for rows, height in heights
+        )
     room = rounding * max(scale, abs(float(separation.min())))
-    return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= largest_count
+    return (
+        int((history["summit_height"].values > float(separation.min()) - room).sum())
+        >= largest_count
+    )
 
 
 SLOPE = "slope"  # coordinate of a history of inclined asperities
-CHANGING_HEIGHT = "present_summit_height"  # variable of a history in which the geometry of asperities changes
+# variable of a history in which the geometry of asperities changes
+CHANGING_HEIGHT = "present_summit_height"
 
 
 def shape_in_step(history: History, name: str, steps: object) -> Floats:
     """Return ``summit_height`` or ``summit_radius`` [m] at a step (asperity), or where they change at steps, too."""
     changing = f"present_{name}"
-    values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
+    values: Floats = (
+        history[changing].isel(step=steps) if changing in history else history[name]
+    ).values
     return values
 
 
@@ -120,9 +143,13 @@ def find_column(asperity: int, history: History) -> int:
     if isinstance(asperity, bool) or matches.size != 1:
         labels = history["asperity"].values
         expected = (
-            f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
+            f"one of {', '.join(map(str, labels))}"
+            if labels.size <= 8
+            else f"one of the {labels.size:,} recorded"
         )
-        raise InputError(f"asperity {asperity}: is not recorded in the history; expected {expected}")
+        raise InputError(
+            f"asperity {asperity}: is not recorded in the history; expected {expected}"
+        )
     return int(matches[0])
 
 
@@ -142,7 +169,9 @@ class Friction:
 
     def at(self, steps: object) -> Floats:
         """Return the friction of a step (asperity) or of steps (step, asperity); size 1 if all are equal."""
-        coefficients: Floats = (self.source.isel(step=steps) if self.changes else self.source).values
+        coefficients: Floats = (
+            self.source.isel(step=steps) if self.changes else self.source
+        ).values
         return coefficients[..., np.newaxis] if self.source.dims == ("step",) else coefficients
 
 
@@ -155,8 +184,12 @@ def present_friction(history: History) -> Friction:
 
 def sliding_reach(history: History, step: int) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m], 0 where it does not touch."""
-    approach = shape_in_step(history, "summit_height", step) - float(history["separation"].values[step])
-    return displacement_ratio(history) * present_friction(history).at(step) * np.maximum(approach, 0.0)
+    approach = shape_in_step(history, "summit_height", step) - float(
+        history["separation"].values[step]
+    )
+    return (
+        displacement_ratio(history) * present_friction(history).at(step) * np.maximum(approach, 0.0)
+    )
 
 
 CELLS_AT_ONCE = 1 << 19  # steps times asperities of one variable that are held in memory at a time

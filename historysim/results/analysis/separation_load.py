@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 def pull_off(history: "xr.Dataset", points: int = 201) -> "xr.Dataset":
     """Return the load from outside on the way back from the largest approach of the history, and where it pulls off.
 
-    ``normal_load`` [N] and ``attraction`` [N] along ``approach`` [m], falling from the largest one to the first touch;
-    attributes ``pull_off_load`` [N], the least load, ``pull_off_approach`` [m], and ``highest_summit`` [m], the
-    separation at first touch. Under a controlled load the contact jumps apart there.
+    ``normal_load`` [N] and ``attraction`` [N] along ``approach`` [m], falling from the largest one
+    to the first touch; attributes ``pull_off_load`` [N], the least load, ``pull_off_approach`` [m],
+    and ``highest_summit`` [m], the separation at first touch. Under a controlled load the contact
+    jumps apart there.
 
-    InputError: a history without attraction, without its file or replay, or in which nothing touches.
+    InputError: a history without attraction, without its file or replay, or in which nothing
+    touches.
     """
     import xarray as xr
 
@@ -35,13 +37,19 @@ def pull_off(history: "xr.Dataset", points: int = 201) -> "xr.Dataset":
         )
     ensemble = job.ensemble
     if not isinstance(ensemble, AttractingEnsemble):
-        raise InputError("the contact has no attraction, so that nothing pulls off; expected one with attraction")
+        raise InputError(
+            "the contact has no attraction, so that nothing pulls off; expected one with attraction"
+        )
     deepest = float(ensemble.highest_summit - history["separation"].values.min())
     if deepest <= 0.0:
-        raise InputError("nothing touches in the history, so that nothing pulls off; expected one that presses")
+        raise InputError(
+            "nothing touches in the history, so that nothing pulls off; expected one that presses"
+        )
     touches = ensemble.pulls.touch[ensemble.pulls.touch < deepest]
     # both sides of each touch, where the load jumps
-    approach = np.concatenate([np.linspace(0.0, deepest, points), touches, np.nextafter(touches, np.inf)])
+    approach = np.concatenate(
+        [np.linspace(0.0, deepest, points), touches, np.nextafter(touches, np.inf)]
+    )
     approach = np.unique(approach)[::-1]
     attraction = ensemble.pulls.compute_sum(approach)
     load = np.array([ensemble.contact_load(float(depth)) for depth in approach]) - attraction
@@ -49,7 +57,9 @@ def pull_off(history: "xr.Dataset", points: int = 201) -> "xr.Dataset":
     along = describe("approach", approach, "approach of the highest summit from first touch", "m")
     data = {
         "normal_load": describe("approach", load, "normal load from outside", "N"),
-        "attraction": describe("approach", attraction, "attraction of all touching asperities", "N"),
+        "attraction": describe(
+            "approach", attraction, "attraction of all touching asperities", "N"
+        ),
     }
     attributes = {
         "title": history.attrs.get("title", ""),

@@ -11,7 +11,14 @@ from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured.reduction import turning_points
 from historysim.results.analysis.preliminary import capacity
-from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, describe, sizes, step_blocks
+from historysim.results.analysis.recorded import (
+    PARTIAL_SLIP,
+    STATES,
+    check_recorded,
+    describe,
+    sizes,
+    step_blocks,
+)
 from historysim.results.history_view import History
 from historysim.results.queries import query
 
@@ -32,13 +39,15 @@ SHARES = {
 def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
     """Return the times of the first slip and of the first sliding of each asperity, and its rank among the others.
 
-    A *slip* includes that of a thin annulus at the edge of the contact, which begins with the first tangential load;
-    slip between two recorded steps counts at the second one. A contact *slides* when no part of it sticks: the instant
-    is exact, also between steps, and if the contact is lost before the next step.
+    A *slip* includes that of a thin annulus at the edge of the contact, which begins with the first
+    tangential load; slip between two recorded steps counts at the second one. A contact *slides*
+    when no part of it sticks: the instant is exact, also between steps, and if the contact is lost
+    before the next step.
 
-    Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the first steps at or after that, -1 for
-    never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for the first,
-    1 more for every asperity before, -1 for never. InputError: a history without asperities.
+    Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the first steps at or
+    after that, -1 for never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and
+    ``slide_rank``, 0 for the first, 1 more for every asperity before, -1 for never. InputError: a
+    history without asperities.
     """
     import xarray as xr
 
@@ -53,11 +62,15 @@ def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
     for name, label in BEGINNINGS.items():
         moment = moments[name]
         step = np.where(np.isnan(moment), NEVER, np.searchsorted(time, moment))
-        variables[f"{name}_step"] = describe("asperity", step, f"step at which the asperity {label}; -1: never")
+        variables[f"{name}_step"] = describe(
+            "asperity", step, f"step at which the asperity {label}; -1: never"
+        )
         variables[f"{name}_time"] = describe("asperity", moment, f"when the asperity {label}", "s")
         text = f"how many asperities have begun before the asperity {label}; -1: never"
         variables[f"{name}_rank"] = describe("asperity", _ranks(moment), text)
-    coordinates = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
+    coordinates = {
+        key: value for key, value in history.coords.items() if value.dims == ("asperity",)
+    }
     return xr.Dataset(variables, coordinates)
 
 
@@ -95,7 +108,9 @@ def _first_rows(history: History) -> Floats:
             break
         slips = history["slip_state"].isel(step=rows).values[:, waiting] >= PARTIAL_SLIP
         any_slip = slips.any(axis=0)
-        onset_rows[waiting[any_slip]] = history["time"].values[rows][slips[:, any_slip].argmax(axis=0)]
+        onset_rows[waiting[any_slip]] = history["time"].values[rows][
+            slips[:, any_slip].argmax(axis=0)
+        ]
     return onset_rows
 
 
@@ -109,16 +124,22 @@ def _ranks(moment: Floats) -> Integers:
 def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
 
-    Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0 where
-    nothing touches: ``share_of_contacts``, ``share_of_area``, ``share_of_normal_load`` and
-    ``share_of_tangential_load``, the last by magnitude. Along ``step`` alone: ``slipping_area``,
-    the fraction of the contact area outside the stick radii, also inside contacts in partial slip. Where only some
-    asperities are recorded, the fractions are of those. InputError: no asperities, or patches without areas.
+    Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of
+    1, or of 0 where nothing touches: ``share_of_contacts``, ``share_of_area``,
+    ``share_of_normal_load`` and ``share_of_tangential_load``, the last by magnitude. Along ``step``
+    alone: ``slipping_area``, the fraction of the contact area outside the stick radii, also inside
+    contacts in partial slip. Where only some asperities are recorded, the fractions are of those.
+    InputError: no asperities, or patches without areas.
     """
     import xarray as xr
 
     patches = "contact_area" in history
-    names = ("slip_state", "contact_area" if patches else "contact_radius", "normal_load", "tangential_load")
+    names = (
+        "slip_state",
+        "contact_area" if patches else "contact_radius",
+        "normal_load",
+        "tangential_load",
+    )
     slipping = slipping_area(history)
     check_recorded(history, *names)
     steps = history.sizes["step"]
@@ -129,7 +150,9 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
             # π cancels in a fraction
             area = area**2
         for number, weight in enumerate((state > 0, area, normal, sizes(history, names[-1], rows))):
-            by_state = np.stack([np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1)
+            by_state = np.stack(
+                [np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1
+            )
             total = by_state.sum(axis=1, keepdims=True)
             np.divide(by_state, total, out=shares[number, rows], where=total > 0)
     variables = {
@@ -161,7 +184,8 @@ def slipping_area(history: History) -> Floats:
 def representative_step(history: "xr.Dataset") -> int:
     """Return the first step at which the slipping fraction of the contact area is nearest to half, for a picture.
 
-    Without partial slip it is the step of the greatest normal load. InputError: as for `slip_shares`.
+    Without partial slip it is the step of the greatest normal load. InputError: as for
+    `slip_shares`.
     """
     slipping = slipping_area(history)
     if ((slipping > 0) & (slipping < 1)).any():
@@ -169,7 +193,8 @@ def representative_step(history: "xr.Dataset") -> int:
     return int(history["total_normal_load"].values.argmax())
 
 
-FEWEST, SHOWN = 3, 10  # least steps between a reversal and sliding that reveal slip, and enough to show it
+# least steps between a reversal and sliding that reveal slip, and enough to show it
+FEWEST, SHOWN = 3, 10
 SLIDES = 0.99  # tangential load over the friction limit of a contact that nearly slides
 SWING = 0.1  # fraction of the displacement range that counts as a reversal
 
@@ -185,8 +210,11 @@ def slip_note(history: History) -> str:
         displacement = capacity(history).displacement if coarse else np.zeros(0)
     except InputError:
         return ""
-    # displacement of a swing until sliding: twice that of virgin loading if it starts from the other limit
-    swings = [(spacing, float(displacement[step]) * (1 - begins)) for step, spacing, begins in coarse]
+    # displacement of a swing until sliding: twice that of virgin loading if it starts from the
+    # other limit
+    swings = [
+        (spacing, float(displacement[step]) * (1 - begins)) for step, spacing, begins in coarse
+    ]
     swings = [(spacing, reach) for spacing, reach in swings if reach > 0]
     if not swings:
         return ""
@@ -206,7 +234,11 @@ def _coarse(moved: Floats, load: Floats, limit: Floats) -> list[tuple[int, float
     for begin_row, stop in pairwise(turning_points(moved, SWING * float(np.ptp(moved))).tolist()):
         sense = math.copysign(1.0, moved[stop] - moved[begin_row])
         start = begin_row + int(np.argmax(moved[begin_row : stop + 1] != moved[begin_row])) - 1
-        share = sense * load[start : stop + 1] / np.where(limit[start : stop + 1] > 0, limit[start : stop + 1], np.inf)
+        share = (
+            sense
+            * load[start : stop + 1]
+            / np.where(limit[start : stop + 1] > 0, limit[start : stop + 1], np.inf)
+        )
         slid = int(np.argmax(share >= SLIDES))
         if limit[start] > 0 and 0 < slid <= FEWEST:
             spacing = abs(float(moved[start + slid] - moved[start])) / slid

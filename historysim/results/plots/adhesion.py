@@ -8,7 +8,14 @@ import attrs
 import numpy as np
 
 from historysim.asperities.adhering import AdheringAsperities
-from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
+from historysim.contact.adhesion import (
+    DMT_BELOW,
+    JKR_ABOVE,
+    Regime,
+    hertz_boundary,
+    regime,
+    rigid_boundary,
+)
 from historysim.errors import InputError, LoadError
 from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel
@@ -43,9 +50,10 @@ FILLS = {
 class AdhesionMapPicture(Panel):
     """The zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), with contacts in them.
 
-    Python also accepts a dict of contacts: by label, the Maugis parameter λ and the load parameter N/(πWR). The map
-    grows to include them. An unloaded or pulled contact has no position on a logarithmic axis: a mark at the lower edge
-    shows it, where the zones hardly change with the load.
+    Python also accepts a dict of contacts: by label, the Maugis parameter λ and the load parameter
+    N/(πWR). The map grows to include them. An unloaded or pulled contact has no position on a
+    logarithmic axis: a mark at the lower edge shows it, where the zones hardly change with the
+    load.
 
     Attributes
     ----------
@@ -62,20 +70,42 @@ class AdhesionMapPicture(Panel):
 
     def sheet(self, data: AdheringAsperities | Contacts | None) -> Chart:
         """Return the zones with their names, and contacts, which the legend names."""
-        contacts = _check_contacts(data.examples() if isinstance(data, AdheringAsperities) else data or {})
-        contacts = dict(zip(self.resolve_labels([*contacts], "contacts"), contacts.values(), strict=True))
+        contacts = _check_contacts(
+            data.examples() if isinstance(data, AdheringAsperities) else data or {}
+        )
+        contacts = dict(
+            zip(self.resolve_labels([*contacts], "contacts"), contacts.values(), strict=True)
+        )
         xlim = _limits(PARAMETERS, (parameter for parameter, _ in contacts.values()))
         ylim = _limits(LOADS, (load for _, load in contacts.values() if load > 0))
         items = _zones(*xlim, *ylim)
         for name, position in NAMES.values():
-            items.append(Note(name, position, (0, 0), {"fontsize": 9, "color": INK, "in_layout": False}))
-        for (label, (parameter, load)), (colour, _, marker) in zip(contacts.items(), itertools.cycle(LINES)):
-            look = {"color": colour, "mec": "white", "mew": 0.6, "ms": 6, "linestyle": "none", "zorder": 4}
-            at, name = (load, escape_math(label)) if load > 0 else (ylim[0] * 1.12, f"{escape_math(label)} ($N$ ≤ 0)")
+            items.append(
+                Note(name, position, (0, 0), {"fontsize": 9, "color": INK, "in_layout": False})
+            )
+        for (label, (parameter, load)), (colour, _, marker) in zip(
+            contacts.items(), itertools.cycle(LINES)
+        ):
+            look = {
+                "color": colour,
+                "mec": "white",
+                "mew": 0.6,
+                "ms": 6,
+                "linestyle": "none",
+                "zorder": 4,
+            }
+            at, name = (
+                (load, escape_math(label))
+                if load > 0
+                else (ylim[0] * 1.12, f"{escape_math(label)} ($N$ ≤ 0)")
+            )
             look |= {"marker": marker if load > 0 else "v", "clip_on": False}
             items.append(Curve([parameter], [at], name, look))
         axes = {"xscale": "log", "yscale": "log", "xlim": xlim, "ylim": ylim}
-        labels: dict[str, Any] = {"x": r"Maugis parameter $\lambda$", "y": r"load parameter $N/(\pi W R)$"}
+        labels: dict[str, Any] = {
+            "x": r"Maugis parameter $\lambda$",
+            "y": r"load parameter $N/(\pi W R)$",
+        }
         return Chart(items=items, **labels, title="Adhesion map", axes=axes)
 
 
@@ -119,13 +149,22 @@ def _zones(left: float, right: float, bottom: float, top: float) -> list[Item]:
     }
     items: list[Item] = []
     for zone, (lower, upper, where) in zones.items():
-        fill = {"where": where, "color": FILLS[zone], "linewidth": 0, "zorder": 0, "label": f"_{zone}"}
+        fill = {
+            "where": where,
+            "color": FILLS[zone],
+            "linewidth": 0,
+            "zorder": 0,
+            "label": f"_{zone}",
+        }
         items.append(Shape("fill_between", (x, lower, upper), fill))
     line: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
     between = dmt & (below_rigid < hertz)
     # on a logarithmic axis the line ends at the lower edge of the picture, not above it
     visible = between & (np.maximum(below_rigid, np.roll(below_rigid, 1)) > bottom)
-    items += [Curve(x, hertz, "", line), Curve(x[visible], np.maximum(below_rigid, bottom)[visible], "", line)]
+    items += [
+        Curve(x, hertz, "", line),
+        Curve(x[visible], np.maximum(below_rigid, bottom)[visible], "", line),
+    ]
     for limit in (DMT_BELOW, JKR_ABOVE):
         items.append(Curve([limit, limit], [bottom, float(hertz_boundary(limit))], "", line))
     return items

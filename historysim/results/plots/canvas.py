@@ -51,7 +51,8 @@ class Canvas:
     target_axes: "Axes | None"
     width: float
     height: float
-    notices: list[str] = attrs.field(factory=list)  #: remarks on the picture that are not written into it
+    #: remarks on the picture that are not written into it
+    notices: list[str] = attrs.field(factory=list)
     caption: str = ""  #: a line below the title
     is_part: bool = False  #: whether there are other pictures in the figure
     has_legend: bool = False
@@ -60,7 +61,10 @@ class Canvas:
     @classmethod
     def from_figure(cls, figure: "Figure | SubFigure", ax: "Axes | None" = None) -> "Canvas":
         """Return the canvas of a figure, or of a part of one, as large as it is."""
-        width, height = (side / figure.dpi * MILLIMETRES_PER_INCH for side in (figure.bbox.width, figure.bbox.height))
+        width, height = (
+            side / figure.dpi * MILLIMETRES_PER_INCH
+            for side in (figure.bbox.width, figure.bbox.height)
+        )
         return cls(figure, ax, width, height, existing_axes=[] if ax else list(figure.axes))
 
     def axes(self) -> "Axes":
@@ -73,7 +77,9 @@ class Canvas:
             sheet = Sheet({"A": sheet})
         charts = sheet.charts
         if self.target_axes is not None and len(charts) > 1 and not sheet.first_alone:
-            raise InputError(f"ax: this picture has {len(charts)} panels; expected figure= in place of ax=")
+            raise InputError(
+                f"ax: this picture has {len(charts)} panels; expected figure= in place of ax="
+            )
         rows = [next(iter(charts))] if self.target_axes else sheet.arrange(self.width, self.height)
         panels = self._subplots(sheet, rows)
         rooms = [sheet.row_height(row) for row in rows]
@@ -91,9 +97,13 @@ class Canvas:
             if left != right and shares[left] == shares[right] == "map":
                 panels[right].tick_params(labelleft=False)
                 panels[right].set_ylabel("")
-        omitted = dict.fromkeys(chart.name or chart.title.lower() for key, chart in charts.items() if key not in panels)
+        omitted = dict.fromkeys(
+            chart.name or chart.title.lower() for key, chart in charts.items() if key not in panels
+        )
         if omitted and self.target_axes is None:
-            self.notice(f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {join_words([*omitted])}")
+            self.notice(
+                f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {join_words([*omitted])}"
+            )
         for notice in sheet.notices:
             self.notice(notice)
         self.caption = self.caption or sheet.subtitle
@@ -108,7 +118,9 @@ class Canvas:
         maps = [chart for chart in sheet.charts.values() if chart.share == "map"]
         if maps and figure.figure is figure and figure.get_layout_engine() is not None:
             figure.set_layout_engine("compressed")
-        panels = figure.subplot_mosaic(";".join(rows), height_ratios=[sheet.row_height(row) for row in rows])
+        panels = figure.subplot_mosaic(
+            ";".join(rows), height_ratios=[sheet.row_height(row) for row in rows]
+        )
         groups: dict[str, Axes] = {}
         for key, axes in panels.items():
             if not (share := sheet.charts[key].share):
@@ -130,17 +142,26 @@ class Canvas:
             if lines:
                 self.target_axes.set_title(escape_math(text or caption), wrap=True)
         elif lines:
-            look = {"fontsize": 9.0 if self.width >= 120.0 else 8.0, "fontweight": "bold" if self.is_part else "normal"}
+            look = {
+                "fontsize": 9.0 if self.width >= 120.0 else 8.0,
+                "fontweight": "bold" if self.is_part else "normal",
+            }
             self.figure.suptitle(lines, x=0.01, ha="left", wrap=True, **look)
 
-    def legend(self, *, note: str = "", handles: "Sequence[Artist]" = (), title: str | None = None) -> None:
+    def legend(
+        self, *, note: str = "", handles: "Sequence[Artist]" = (), title: str | None = None
+    ) -> None:
         """Draw the legend of all axes below the picture, each label once; in given axes where there is most room.
 
         A picture has one legend: once it is drawn, this does nothing.
         """
         from matplotlib.lines import Line2D
 
-        panels = [axes for axes in self.figure.axes if axes not in self.existing_axes and axes.get_legend() is None]
+        panels = [
+            axes
+            for axes in self.figure.axes
+            if axes not in self.existing_axes and axes.get_legend() is None
+        ]
         entries: dict[str, Any] = {}
         for axes in panels if self.target_axes is None else [self.target_axes]:
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -156,7 +177,12 @@ class Canvas:
             return
         letters = int(self.width / LETTER) - 6
         names = [name if "$" in name else textwrap.fill(name, letters) for name in entries]
-        look: dict[str, Any] = {"columnspacing": 1.6, "handlelength": 1.8, "title": title, "fontsize": 7.0}
+        look: dict[str, Any] = {
+            "columnspacing": 1.6,
+            "handlelength": 1.8,
+            "title": title,
+            "fontsize": 7.0,
+        }
         for columns in range(min(len(entries), 6), 0, -1):
             look |= {"ncols": columns, "title_fontsize": 7.0}
             legend = self.figure.legend(entries.values(), names, loc="outside lower left", **look)
@@ -190,7 +216,12 @@ class Canvas:
                 text.set_text(HYPHEN.sub(MINUS, text.get_text()))
         figure: Any = self.figure
         # a figure or axes of the caller are laid out by the caller
-        return figure.figure is not figure or self.target_axes is not None or bool(self.existing_axes) or _fits(figure)
+        return (
+            figure.figure is not figure
+            or self.target_axes is not None
+            or bool(self.existing_axes)
+            or _fits(figure)
+        )
 
 
 def set_prefixes(target: "Figure | SubFigure | Axes", without: "Sequence[Axes]" = ()) -> None:
@@ -208,12 +239,18 @@ def set_prefixes(target: "Figure | SubFigure | Axes", without: "Sequence[Axes]" 
 def draw_on_target(place: Place, default: Size, draw: Callable[[Canvas], None]) -> FigureOrAxes:
     """Draw on a target in the common style.
 
-    Raises InputError: two targets, no width and height from 20 to 2000 mm, or a size too small for one panel.
+    Raises InputError: two targets, no width and height from 20 to 2000 mm, or a size too small for
+    one panel.
     """
     size, figure, ax = (place.get(name) for name in Place.__annotations__)
     if sum(item is not None for item in (size, figure, ax)) > 1:
-        raise InputError("size, figure, ax: expected one of them: a figure and axes have a size of their own")
-    for name, value, method, kind in (("figure", figure, "add_subplot", "figure"), ("ax", ax, "get_xaxis", "axes")):
+        raise InputError(
+            "size, figure, ax: expected one of them: a figure and axes have a size of their own"
+        )
+    for name, value, method, kind in (
+        ("figure", figure, "add_subplot", "figure"),
+        ("ax", ax, "get_xaxis", "axes"),
+    ):
         if value is not None and not hasattr(value, method):
             raise InputError(
                 f"{name} is a {type(value).__name__}; expected {kind} of matplotlib, such as plt.subplots() gives"
@@ -275,8 +312,13 @@ def _fits(figure: "Figure") -> bool:
     inch = figure.dpi / MILLIMETRES_PER_INCH
     for axes in figure.axes:
         box = axes.get_window_extent()
-        fits = [side / inch >= minimum for side, minimum in zip((box.width, box.height), LEAST_PANEL, strict=True)]
+        fits = [
+            side / inch >= minimum
+            for side, minimum in zip((box.width, box.height), LEAST_PANEL, strict=True)
+        ]
         # a map keeps its shape, and is small in one direction
-        if axes.get_label() != "<colorbar>" and not (all(fits) if axes.get_aspect() == "auto" else any(fits)):
+        if axes.get_label() != "<colorbar>" and not (
+            all(fits) if axes.get_aspect() == "auto" else any(fits)
+        ):
             return False
     return True

@@ -8,7 +8,14 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
-from historysim.results.plots.style import FAINT, INK, LABEL_ABOVE, STATE_COLOURS, STATES, line_colours
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    LABEL_ABOVE,
+    STATE_COLOURS,
+    STATES,
+    line_colours,
+)
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -47,7 +54,10 @@ class Curve:
         """Draw the line, or error bars."""
         if self.hue is not None:
             return self._draw_coloured(axes)
-        look: dict[str, Any] = {"label": self.label or None, "rasterized": np.size(self.x) > MANY_POINTS}
+        look: dict[str, Any] = {
+            "label": self.label or None,
+            "rasterized": np.size(self.x) > MANY_POINTS,
+        }
         look |= self.look
         if self.errors:
             look = {"capsize": 2, "elinewidth": 0.8} | dict(self.errors) | look
@@ -69,7 +79,12 @@ class Curve:
         # one path for each pair of points would take longer than the replay
         ends = np.unique(np.linspace(0, hue.size - 1, self.colours + 1).astype(int))
         pieces = [points[start : stop + 1] for start, stop in itertools.pairwise(ends)]
-        look = {"cmap": line_colours(), "linewidth": 1.0, "rasterized": True, "capstyle": "round"} | dict(self.look)
+        look = {
+            "cmap": line_colours(),
+            "linewidth": 1.0,
+            "rasterized": True,
+            "capstyle": "round",
+        } | dict(self.look)
         limits = look.pop("clim", None)
         lines = LineCollection(pieces, array=hue[ends[1:]], **look)
         lines.set_clim(limits)
@@ -90,7 +105,9 @@ class Map:
 
     def draw(self, axes: "Axes") -> Any:
         """Draw the image and its colour bar, which is as high as the map."""
-        look = {"origin": "lower", "extent": self.extent, "interpolation": "nearest"} | dict(self.look)
+        look = {"origin": "lower", "extent": self.extent, "interpolation": "nearest"} | dict(
+            self.look
+        )
         image = axes.imshow(self.values.T, **look)
         axes.spines[["top", "right"]].set_visible(True)
         if self.label:
@@ -135,7 +152,14 @@ class Shape:
 
 def span(start: tuple[float, float], stop: tuple[float, float], **look: Any) -> Shape:
     """Return an arrow with two heads between two points."""
-    arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    arrow = {
+        "arrowstyle": "<|-|>",
+        "color": INK,
+        "linewidth": 0.8,
+        "shrinkA": 0,
+        "shrinkB": 0,
+        "mutation_scale": 7,
+    }
     return Shape("annotate", ("", start, stop), {"arrowprops": arrow, **look})
 
 
@@ -157,7 +181,8 @@ class Chart:
     share: str = ""  #: charts of one name here share the x axis; with "map" both axes
     keys: "Sequence[Artist]" = ()  #: further entries of the legend
     axes: Look = attrs.field(factory=dict)  #: properties of the axes
-    label_above: bool = False  #: whether the y label is written above the axes, as if it is longer than they are
+    #: whether the y label is written above the axes, as if it is longer than they are
+    label_above: bool = False
     separate_legend: bool = False  #: whether its legend is to the right of it
 
     def draw(self, axes: "Axes", room: float = 1000.0) -> None:
@@ -186,7 +211,9 @@ class Chart:
             axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
         if self.hue:
             lines = next(item for item in reversed(artists) if hasattr(item, "get_array"))
-            axes.figure.colorbar(lines, ax=axes, location="top", aspect=40, pad=0.03, label=self.hue)
+            axes.figure.colorbar(
+                lines, ax=axes, location="top", aspect=40, pad=0.03, label=self.hue
+            )
         plain = self.y.replace(r"\mathrm", "").translate(dict.fromkeys(map(ord, "$\\{}")))
         letters = max(map(len, plain.split("\n")))
         if self.label_above or (LETTER * letters > room and not self.hue):
@@ -210,7 +237,8 @@ class Sheet:
     notices: tuple[str, ...] = ()
     note: str = ""  #: an entry of the legend without a line
     legend_title: str | None = None
-    first_alone: bool = False  #: whether the first chart can be drawn without the others into given axes
+    #: whether the first chart can be drawn without the others into given axes
+    first_alone: bool = False
 
     def arrange(self, width: float, height: float) -> list[str]:
         """Return the rows that fit a size [mm], from above; at least the first chart."""
@@ -233,9 +261,14 @@ WIDE = 140.0  # width from which on charts are side by side [mm]
 AROUND = 22.0  # height of title and legend [mm]
 
 
-def state_keys(colours: Sequence[str] = STATE_COLOURS, names: Sequence[str] = STATES) -> "list[Artist]":
+def state_keys(
+    colours: Sequence[str] = STATE_COLOURS, names: Sequence[str] = STATES
+) -> "list[Artist]":
     """Return legend entries for colours, by default of the slip states."""
     from matplotlib.patches import Patch
 
     entries = zip(colours, names, strict=True)
-    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name) for colour, name in entries]
+    return [
+        Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name)
+        for colour, name in entries
+    ]

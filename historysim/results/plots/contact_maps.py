@@ -24,7 +24,14 @@ from historysim.results.plots.surfaces import (
     step_number,
     surface_sheet,
 )
-from historysim.results.recompute import SLIPS, SOLVED, STICKS, compute_point_maps, map_sides, query_map_source
+from historysim.results.recompute import (
+    SLIPS,
+    SOLVED,
+    STICKS,
+    compute_point_maps,
+    map_sides,
+    query_map_source,
+)
 from historysim.results.source import ReplaySource
 from historysim.surfaces.heights import Surface
 
@@ -38,13 +45,14 @@ ZONE_KEYS = partial(state_keys, ZONE_COLOURS, ("sticks", "slips"))
 class ContactMapPicture(Picture):
     """The contact at a step: the surface, and its summits in contact by their slip state.
 
-    With ``interaction = "full"`` it shows the whole map, point by point, next to that of its independent summits.
+    With ``interaction = "full"`` it shows the whole map, point by point, next to that of its
+    independent summits.
 
     Attributes
     ----------
     step
-        Number of a step, ``"partial"`` (slipping fraction of the area nearest to half) or ``"peak"`` (greatest normal
-        load).
+        Number of a step, ``"partial"`` (slipping fraction of the area nearest to half) or
+        ``"peak"`` (greatest normal load).
     """
 
     step: int | str = "partial"
@@ -59,7 +67,9 @@ class ContactMapPicture(Picture):
         share = float(slipping_area(history)[representative_step(history)])
         if 0 < share < 1:
             return f"{cls.caption}: {100 * share:.0f} %."
-        description = "no step shows partial slip; all of it slips" if share == 1 else "nothing of it slips"
+        description = (
+            "no step shows partial slip; all of it slips" if share == 1 else "nothing of it slips"
+        )
         return f"The contact at the step of the greatest normal load: {description}."
 
     @classmethod
@@ -76,7 +86,9 @@ class ContactMapPicture(Picture):
         surface, step = load_surface(data), step_number(self.step, data)
         if SOLVED in surface:
             at = float(data["time"].values[step])
-            return query_map_source(data, lambda origin: _solved_sheet(origin, origin.state(at), at))
+            return query_map_source(
+                data, lambda origin: _solved_sheet(origin, origin.state(at), at)
+            )
         return surface_sheet(surface, read_contact(surface, data, step))
 
 
@@ -105,7 +117,10 @@ def _solved_sheet(origin: ReplaySource, state: State, at: float) -> Sheet:
     pixel = tuple(float(side / count) for side, count in zip(map_sides(origin), shape, strict=True))
     fields, extent = compute_point_maps(origin, state), _extent(origin)
     options: dict[str, Any] = {"share": "map", "x": "$x$ (m)", "y": "$y$ (m)", "height": 38.0}
-    zones = {"whole map": _zone(origin, state), "independent summits": _independent(origin, at, shape, pixel)}
+    zones = {
+        "whole map": _zone(origin, state),
+        "independent summits": _independent(origin, at, shape, pixel),
+    }
     charts = {
         letter: Chart(
             items=[zone_map(zone, extent)],
@@ -116,27 +131,39 @@ def _solved_sheet(origin: ReplaySource, state: State, at: float) -> Sheet:
         )
         for letter, (name, zone) in zip("WI", zones.items(), strict=True)
     }
-    for letter, name, values in (("P", "pressure", fields.pressure), ("T", "traction", fields.traction)):
-        field = _field(np.where(fields.pressure == 0, np.nan, values), extent, name, signed=name == "traction")
+    for letter, name, values in (
+        ("P", "pressure", fields.pressure),
+        ("T", "traction", fields.traction),
+    ):
+        field = _field(
+            np.where(fields.pressure == 0, np.nan, values), extent, name, signed=name == "traction"
+        )
         charts[letter] = Chart(items=[field], title=name.capitalize(), name=name, **options)
     loads = f"N = {quantity_text(state.normal_load, 'N')},  T = {quantity_text(state.tangential_load, 'N')}"
     caption = f"t = {at:.6g} s:  {loads},  U = {quantity_text(state.tangential_displacement, 'm')}"
     return Sheet(charts, wide="WI;PT", narrow="WI;PT", subtitle=caption)
 
 
-def _independent(origin: ReplaySource, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
+def _independent(
+    origin: ReplaySource, at: float, shape: tuple[int, int], pixel: tuple[float, ...]
+) -> Floats:
     """Stick and slip of the summits of the map, each a circle, where they carry the same loads by themselves."""
     arrays, zones = origin.surface, np.full(shape, np.nan)
     if arrays["height"].shape != tuple(shape):
         return zones
     periodic = bool(origin.settings["surface_attributes"]["periodic"])
     summits = Surface(arrays["height"], pixel, periodic=periodic).summits(9)
-    ensemble = Ensemble.from_summits(origin.job.ensemble.pair, summits, float(origin.job.ensemble.friction[0]))
+    ensemble = Ensemble.from_summits(
+        origin.job.ensemble.pair, summits, float(origin.job.ensemble.friction[0])
+    )
     job = Replay(ensemble, origin.job.events, saturate=True, record="all", hold=False)
     row = job.dataset(until=at).isel(step=-1)
     x, y = (np.arange(count) * size for count, size in zip(shape, pixel, strict=True))
     for index in np.flatnonzero(row["contact_radius"].values > 0):
-        distances = [np.abs(distance - ensemble.coordinates[name][index]) for name, distance in (("x", x), ("y", y))]
+        distances = [
+            np.abs(distance - ensemble.coordinates[name][index])
+            for name, distance in (("x", x), ("y", y))
+        ]
         if periodic:
             distances = [
                 np.minimum(distance, side - distance)

@@ -49,9 +49,20 @@ class CyclesPicture(Picture):
         energy = table["dissipated_energy"].values
         log = _wide("x", table["tangential_displacement_range"].values) + _wide("y", energy)
         charts = {
-            "E": Chart(items=energies, title="Energy of each cycle", x=RANGE, y="energy (J)", height=40.0, log=log),
+            "E": Chart(
+                items=energies,
+                title="Energy of each cycle",
+                x=RANGE,
+                y="energy (J)",
+                height=40.0,
+                log=log,
+            ),
             "T": Chart(
-                items=times, title="Remembered from start to end", x="time (s)", y="range $\\Delta U$ (m)", height=40.0
+                items=times,
+                title="Remembered from start to end",
+                x="time (s)",
+                y="range $\\Delta U$ (m)",
+                height=40.0,
             ),
         }
         remembered = int(np.isnan(table["end_time"].values).sum())

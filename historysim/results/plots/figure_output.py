@@ -26,7 +26,8 @@ MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 class PrintedFigure(Figure):
     """A figure whose files contain their fonts, with 200 dots per inch by default."""
 
-    notices: tuple[str, ...] = ()  #: remarks on the picture, such as panels that do not fit its size
+    #: remarks on the picture, such as panels that do not fit its size
+    notices: tuple[str, ...] = ()
 
     def _repr_png_(self) -> bytes:
         """Return the picture as a notebook shows it, with or without IPython's support of matplotlib."""
@@ -37,7 +38,9 @@ class PrintedFigure(Figure):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save the figure; parameters as for matplotlib's figures."""
         named = isinstance(fname, str | PathLike)
-        kind = (options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")).lower()
+        kind = (
+            options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")
+        ).lower()
         arguments = {"dpi": DOTS_PER_INCH, **options}
         if kind in MAKER:
             # the program replaces its own pictures only

@@ -15,7 +15,15 @@ from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.analysis.separation_load import pull_off
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS
 from historysim.results.plots.chart import Chart, Curve, Item, Shape, Sheet
-from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, Panel, Picture, Titled, as_history_list
+from historysim.results.plots.pictures import (
+    HISTORY,
+    PICTURES,
+    SCENARIO,
+    Panel,
+    Picture,
+    Titled,
+    as_history_list,
+)
 from historysim.results.plots.style import (
     FAINT,
     INK,
@@ -56,7 +64,9 @@ class LoadCurvePicture(Picture):
         for name in (name for name in CURVES if name in curve):
             items = [Curve(approach, curve[name].values, "this contact", BLUE)]
             if f"theory_{name}" in curve:
-                items.append(Curve(approach, curve[f"theory_{name}"].values, curve.attrs["theory"], THEORY))
+                items.append(
+                    Curve(approach, curve[f"theory_{name}"].values, curve.attrs["theory"], THEORY)
+                )
             charts[name[0].upper() if name != "normal_stiffness" else "S"] = Chart(
                 items=items,
                 name=str(curve[name].attrs["long_name"]),
@@ -78,10 +88,17 @@ class PullOffPicture(Panel):
     def sheet(self, data: xr.Dataset) -> Chart:
         """Return the loads of the history, all equilibria, and the point of pull-off."""
         curve, separation = pull_off(data), data["separation"].values
-        recorded = Curve(curve.attrs["highest_summit"] - separation, data["total_normal_load"].values, "history", BLUE)
+        recorded = Curve(
+            curve.attrs["highest_summit"] - separation,
+            data["total_normal_load"].values,
+            "history",
+            BLUE,
+        )
         back = Curve(curve["approach"].values, curve["normal_load"].values, "equilibria", THEORY)
         place, least = ([curve.attrs[name]] for name in ("pull_off_approach", "pull_off_load"))
-        point = Curve(place, least, "pull-off", {"color": INK, "linestyle": "", "marker": "o", "ms": 5})
+        point = Curve(
+            place, least, "pull-off", {"color": INK, "linestyle": "", "marker": "o", "ms": 5}
+        )
         return Chart(
             items=[back, recorded, point],
             x=r"approach $\delta$ of the highest summit (m)",
@@ -95,8 +112,8 @@ class PullOffPicture(Panel):
 class SlidingOrderPicture(Panel):
     """Tangential displacement at which a fraction of the asperities in contact slides, and theory.
 
-    Several histories, such as of several surfaces, are drawn as their median and the range of 10 to 90 % of them, and
-    the mean of the theory.
+    Several histories, such as of several surfaces, are drawn as their median and the range of 10 to
+    90 % of them, and the mean of the theory.
 
     Attributes
     ----------
@@ -110,16 +127,23 @@ class SlidingOrderPicture(Panel):
 
     def sheet(self, data: Any) -> Chart:
         """Return a step for each asperity, Greenwood and Williamson's curve, and the line of equal asperities."""
-        orders = [sliding_displacements(history, step_number(self.step, history)) for history in as_history_list(data)]
+        orders = [
+            sliding_displacements(history, step_number(self.step, history))
+            for history in as_history_list(data)
+        ]
         if not all(order.sizes["rank"] for order in orders):
-            raise InputError("nothing touches at that step; expected one at which asperities are in contact")
+            raise InputError(
+                "nothing touches at that step; expected one at which asperities are in contact"
+            )
         percent, items, (colour, _, marker) = 100 * FRACTIONS, list[Item](), LINES[0]
         if len(orders) == 1:
             count = orders[0].sizes["rank"]
             look: dict[str, Any] = {"marker": marker, "ms": 2.5} if count <= MOST_MARKED else {}
             look |= {"drawstyle": "steps-post", "color": colour}
             order = 100 * np.arange(1, count + 1) / count
-            items.append(Curve(order, orders[0]["displacement"].values, f"{count} asperities", look))
+            items.append(
+                Curve(order, orders[0]["displacement"].values, f"{count} asperities", look)
+            )
         else:
             curves = [_at_fractions(order["displacement"].values) for order in orders]
             low, middle, high = np.quantile(curves, (0.1, 0.5, 0.9), axis=0)
@@ -127,7 +151,9 @@ class SlidingOrderPicture(Panel):
             items.append(Shape("fill_between", (percent, low, high), band))
             items.append(Curve(percent, middle, f"median of {len(orders)} surfaces", BLUE))
         if all("greenwood_williamson" in order for order in orders):
-            theory = np.mean([_at_fractions(order["greenwood_williamson"].values) for order in orders], axis=0)
+            theory = np.mean(
+                [_at_fractions(order["greenwood_williamson"].values) for order in orders], axis=0
+            )
             items.append(Curve(percent, theory, "Greenwood and Williamson", THEORY))
         equal = float(np.mean([order.attrs["equal_asperities"] for order in orders]))
         dots = {"color": FAINT, "linestyle": ":", "label": "equal asperities", "zorder": 0}
@@ -164,7 +190,9 @@ class WearPicture(Picture):
 def check_worn(history: xr.Dataset) -> None:
     """Check that a history records the wear of its asperities."""
     if "worn_volume" not in history:
-        raise InputError("the history has no worn_volume; expected one of a scenario with [wear], with its asperities")
+        raise InputError(
+            "the history has no worn_volume; expected one of a scenario with [wear], with its asperities"
+        )
 
 
 def wear_chart(history: xr.Dataset) -> Chart:
@@ -172,7 +200,11 @@ def wear_chart(history: xr.Dataset) -> Chart:
     steps = select_steps(history)
     time, worn = history["time"].values[steps], history["worn_volume"].isel(step=steps).values
     items = [Curve(time, worn.sum(axis=1), "all", {"color": INK, "linewidth": 1.3})]
-    selected = np.argsort(-worn[-1], kind="stable")[:MOST_WORN] if worn.shape[1] > 1 else np.empty(0, dtype=int)
+    selected = (
+        np.argsort(-worn[-1], kind="stable")[:MOST_WORN]
+        if worn.shape[1] > 1
+        else np.empty(0, dtype=int)
+    )
     selected = selected[worn[-1, selected] > 0]
     for number, column in enumerate(selected):
         name = f"asperity {int(history['asperity'][column])}"
@@ -187,13 +219,21 @@ def _summit_chart(history: xr.Dataset, which: Any, colours: tuple[str, str], tit
     worn = [shape_in_step(history, f"summit_{name}", -1)[which] for name in ("height", "radius")]
     heights, radii = np.stack([virgin, worn], axis=1)
     joined = colours[0] == colours[1]
-    items = [Curve(heights, radii, "", {"color": "0.75", "linewidth": 0.6})] if joined and radii.size else []
-    for row, (marker, colour, name) in enumerate(zip("os", colours, ("before", "after"), strict=True)):
+    items = (
+        [Curve(heights, radii, "", {"color": "0.75", "linewidth": 0.6})]
+        if joined and radii.size
+        else []
+    )
+    for row, (marker, colour, name) in enumerate(
+        zip("os", colours, ("before", "after"), strict=True)
+    ):
         look = {"marker": marker, "linestyle": "", "ms": 4, "mfc": "none", "color": colour}
         items.append(Curve(heights[row], radii[row], name, look))
     greatest = radii.max(initial=0.0)
     axes = {"ylim": (0, 2 * greatest or 1.0)} if np.ptp(radii) <= 1e-12 * greatest else {}
-    return Chart(items=items, title=title, x="summit height $z$ (m)", y="summit radius $R$ (m)", axes=axes)
+    return Chart(
+        items=items, title=title, x="summit height $z$ (m)", y="summit radius $R$ (m)", axes=axes
+    )
 
 
 @PICTURES.register
@@ -219,20 +259,32 @@ class YieldingPicture(Picture):
                 "with its asperities"
             )
         steps, items = select_steps(data), []
-        course = [data["summit_height"].values.max() - data["separation"].values, data["total_normal_load"].values]
+        course = [
+            data["summit_height"].values.max() - data["separation"].values,
+            data["total_normal_load"].values,
+        ]
         yields = np.diff(data["total_yielding_energy"].values[steps]) > 0
         thick = {"linewidth": 1.8, "color": INK}
         thin = {"linewidth": 0.9, "color": "0.45", "linestyle": (0, (4, 2))}
         for chosen, look, name in ((yields, thick, "summits yield"), (~yields, thin, "elastic")):
             if chosen.any():
                 # a piece from each step to the next, and a gap behind it
-                pieces = (np.where(chosen, [values[steps][:-1], values[steps][1:]], np.nan) for values in course)
-                x, y = (np.pad(values, ((0, 1), (0, 0)), constant_values=np.nan).T.ravel() for values in pieces)
+                pieces = (
+                    np.where(chosen, [values[steps][:-1], values[steps][1:]], np.nan)
+                    for values in course
+                )
+                x, y = (
+                    np.pad(values, ((0, 1), (0, 0)), constant_values=np.nan).T.ravel()
+                    for values in pieces
+                )
                 items.append(Curve(x, y, name, look))
         labels: dict[str, Any] = {"title": "First loading, unloading", "y": "normal load $N$ (N)"}
         load = Chart(items=items, x="approach of the highest summit (m)", **labels)
         yielded = data["yielding_load"].isel(step=-1).values > 0
-        return Sheet({"L": load, "S": _summit_chart(data, yielded, (INK, INK), "Summits that yielded")}, wide="LLLLSSS")
+        return Sheet(
+            {"L": load, "S": _summit_chart(data, yielded, (INK, INK), "Summits that yielded")},
+            wide="LLLLSSS",
+        )
 
 
 @attrs.frozen(eq=False)
@@ -250,8 +302,8 @@ class PressedMap:
 class AreaLawsPicture(Titled):
     """Real contact area of a map over the normal load by the laws in use, bold where each holds, within 20 %.
 
-    The laws are compared with the summits of the map and its fully interacting solution; `hs.area_laws` returns the
-    numbers. Loads range up to the greatest of the scenario.
+    The laws are compared with the summits of the map and its fully interacting solution;
+    `hs.area_laws` returns the numbers. Loads range up to the greatest of the scenario.
 
     Attributes
     ----------
@@ -265,11 +317,23 @@ class AreaLawsPicture(Titled):
 
     def sheet(self, data: PressedMap) -> Sheet:
         """Return a line for each law."""
-        laws = area_laws(data.surface, data.pair, data.normal_load, hardness=data.hardness, whole_map=self.whole_map)
-        load, area, items = laws["normal_load"].values, laws["real_contact_area"].values, list[Item]()
+        laws = area_laws(
+            data.surface,
+            data.pair,
+            data.normal_load,
+            hardness=data.hardness,
+            whole_map=self.whole_map,
+        )
+        load, area, items = (
+            laws["normal_load"].values,
+            laws["real_contact_area"].values,
+            list[Item](),
+        )
         for number, law in enumerate(str(name) for name in laws["law"].values):
             look, label = line_style(number, laws.sizes["law"]), law
-            holds = laws["holds"].values[number] if "holds" in laws else np.ones(load.size, dtype=bool)
+            holds = (
+                laws["holds"].values[number] if "holds" in laws else np.ones(load.size, dtype=bool)
+            )
             if law == "whole map":
                 look |= {"color": INK, "linestyle": "-", "linewidth": 2.0}
             elif "holds" in laws:
@@ -284,4 +348,9 @@ class AreaLawsPicture(Titled):
 def _ranges(load: Floats, holds: Booleans) -> str:
     """Return the loads between which a law holds."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]))).reshape(-1, 2)
-    return " and ".join(range_text(float(load[start]), float(load[stop - 1]), "N") for start, stop in ends) or "nowhere"
+    return (
+        " and ".join(
+            range_text(float(load[start]), float(load[stop - 1]), "N") for start, stop in ends
+        )
+        or "nowhere"
+    )

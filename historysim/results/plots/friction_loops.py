@@ -26,7 +26,14 @@ from historysim.results.steps import named_states, resolve_step, state_label
 
 LOOP = ("total_tangential_load", "tangential_displacement")  # variables of a loop
 END = "end of pre-sliding"  # the group of the marks of δ
-MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
+MARK: dict[str, Any] = {
+    "marker": "o",
+    "ms": 3.6,
+    "mfc": "white",
+    "mew": 0.9,
+    "linestyle": "",
+    "zorder": 5,
+}
 # Extra width of the loads next to loops, alone and in the figure of a scenario [mm].
 LOADS_ALONE, LOADS_IN_FIGURE = 60.0, 50.0
 
@@ -43,7 +50,8 @@ class LoopsPicture(Panel):
     first_loading
         Normal loads, of which the curves of first loading are drawn.
     work
-        Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
+        Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among
+        the outputs.
     drift
         Draws it between the δ of two loops; needs the same.
     delta
@@ -88,7 +96,12 @@ class LoopsPicture(Panel):
         smooth = [attrs.evolve(loop, rows=refine(loop.rows)) for loop in loops]
         items: list[Item] = []
         for number, load in enumerate(self.first_loading):
-            dashes = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (1.5, 1.5) if number else (6, 2)), "zorder": 1}
+            dashes = {
+                "color": FAINT,
+                "linewidth": 0.9,
+                "linestyle": (0, (1.5, 1.5) if number else (6, 2)),
+                "zorder": 1,
+            }
             name = f"first loading, {quantity_text(load, 'N')}"
             items.append(Curve(*first_loading(loops[0].rows, load), name, dashes))
         lines = [line for loop in smooth for line in (_by_load(loop) if self.by_load else [loop])]
@@ -107,7 +120,9 @@ class LoopsPicture(Panel):
         if len(smooth) == 1 or self.steps is not None:
             # numbers are those of recorded steps
             items += [item for loop in loops for item in _states(loop.rows, self.steps)]
-        charts = {"L": Chart(items=items, name="loop", height=42.0, margins=(0.1, 0.14), **LOOP_AXES)}
+        charts = {
+            "L": Chart(items=items, name="loop", height=42.0, margins=(0.1, 0.14), **LOOP_AXES)
+        }
         if self.loads:
             charts |= _load_charts(loops[0].rows)
         return Sheet(charts, wide="LLLNN;LLLTT" if self.loads else "")
@@ -124,7 +139,9 @@ class LoopsPicture(Panel):
                         "among its outputs"
                     )
             cells += (
-                [_history_cell(result)] if result[LOOP[0]].ndim == 1 else _sweep_cells(select_cells(result, self.where))
+                [_history_cell(result)]
+                if result[LOOP[0]].ndim == 1
+                else _sweep_cells(select_cells(result, self.where))
             )
         if not 1 <= len(cells) <= MOST_LINES:
             raise InputError(
@@ -141,7 +158,9 @@ class LoopsPicture(Panel):
         names = self.resolve_labels(names, "lines")
         return [attrs.evolve(cell, label=name) for cell, name in zip(cells, names, strict=False)]
 
-    def _loop(self, loop: "Cell", style: dict[str, Any], ends: list[tuple[float, float]]) -> list[Item]:
+    def _loop(
+        self, loop: "Cell", style: dict[str, Any], ends: list[tuple[float, float]]
+    ) -> list[Item]:
         """Return a loop over the contact and the drive, with its δ, which is added to `ends`."""
         area, work = _shade(loop, style["color"]) if self.work else ([], "")
         items, load = area, loop.rows[LOOP[0]].values
@@ -156,20 +175,28 @@ class LoopsPicture(Panel):
             items.append(Curve(displacement, load, name, look))
             if reach is not None:
                 ends.append((reach, float(load.max())))
-                items.append(Curve([reach], [load.max()], "", MARK | {"gid": END, "color": style["color"]}))
+                items.append(
+                    Curve([reach], [load.max()], "", MARK | {"gid": END, "color": style["color"]})
+                )
         return items
 
     def _displacements(self, rows: xr.Dataset) -> list[Floats]:
         """Return the displacements that a loop is drawn over: of the contact, and if asked for of the drive."""
         if self.drive and "drive_displacement" not in rows:
-            raise InputError("drive: there is no drive_displacement; expected [instrument], and it among the outputs")
-        return [rows[name].values for name in (LOOP[1], *(["drive_displacement"] if self.drive else []))]
+            raise InputError(
+                "drive: there is no drive_displacement; expected [instrument], and it among the outputs"
+            )
+        return [
+            rows[name].values for name in (LOOP[1], *(["drive_displacement"] if self.drive else []))
+        ]
 
 
 def _by_load(loop: "Cell") -> "list[Cell]":
     """Return a line for each normal load that is held, with gaps elsewhere."""
     if "total_normal_load" not in loop.rows:
-        raise InputError("by_load: there is no total_normal_load; expected a history, or it among the outputs")
+        raise InputError(
+            "by_load: there is no total_normal_load; expected a history, or it among the outputs"
+        )
     loads = loop.rows["total_normal_load"].values
     held = np.isclose(loads[1:], loads[:-1], rtol=1e-6)
     levels = dict.fromkeys(float(f"{load:.6g}") for load in loads[1:][held])
@@ -224,9 +251,14 @@ def _sweep_cells(sweep: xr.Dataset) -> list[Cell]:
             continue
         row_data = row_data.isel(step=valid)
         reach, work = (
-            float(rows[key]) if key in rows else None for key in ("preliminary_displacement", "presliding_work")
+            float(rows[key]) if key in rows else None
+            for key in ("preliminary_displacement", "presliding_work")
         )
-        cells.append(Cell(row_data, ", ".join(cell_label(sweep, dim, at[dim]) for dim in varied), reach, work))
+        cells.append(
+            Cell(
+                row_data, ", ".join(cell_label(sweep, dim, at[dim]) for dim in varied), reach, work
+            )
+        )
     return cells
 
 
@@ -248,12 +280,16 @@ def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
     """Return the first branch from sliding to sliding: displacement from its reversal [m], load [N], and δ [m]."""
     u, t = loop.rows[LOOP[1]].values, loop.rows[LOOP[0]].values
     if loop.reach is None:
-        raise InputError("the preliminary displacement of the loops is not known; expected it among the outputs")
+        raise InputError(
+            "the preliminary displacement of the loops is not known; expected it among the outputs"
+        )
     top = np.abs(t).max()
     slides = np.abs(t) > top * (1 - 1e-9)
     starts = np.flatnonzero(slides[:-1] & ~slides[1:])
     if not starts.size:
-        raise InputError("no loop turns round out of sliding; expected a larger amplitude of the displacement")
+        raise InputError(
+            "no loop turns round out of sliding; expected a larger amplitude of the displacement"
+        )
     # the first reversal: at it the contact slides forward
     start = int(starts[0])
     ends = np.flatnonzero(slides[start + 1 :])
@@ -277,30 +313,51 @@ def _shade(loop: Cell, colour: Any) -> tuple[list[Item], str]:
 def _drift(loops: Sequence[Cell]) -> list[Item]:
     """Return the marks of the first sliding of two loops in first loading, and the drift between them."""
     if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
-        raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
-    ends = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
+        raise InputError(
+            "drift: expected two loops with their preliminary displacement among the outputs"
+        )
+    ends = [
+        (float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]
+    ]
     low, items = -0.32 * max(top for _, top in ends), list[Item]()
     for number, (reach, top) in enumerate(ends):
-        items.append(Curve([reach] * 2, [top, low], "", {"color": INK, "linewidth": 0.6, "linestyle": ":"}))
+        items.append(
+            Curve([reach] * 2, [top, low], "", {"color": INK, "linewidth": 0.6, "linestyle": ":"})
+        )
         items.append(Curve([reach], [top], "", MARK | {"color": INK}))
         items.append(Note(rf"$\delta_{number + 1}$", (reach, top), (4, 4) if number else (-4, 4)))
     (reach_1, _), (reach_2, _) = ends
     text = f"drift {quantity_text(abs(reach_2 - reach_1), 'm', 3)}"
-    return [*items, span((reach_1, low), (reach_2, low)), Note(text, (max(reach_1, reach_2), low), (6, 0))]
+    return [
+        *items,
+        span((reach_1, low), (reach_2, low)),
+        Note(text, (max(reach_1, reach_2), low), (6, 0)),
+    ]
 
 
 def _load_charts(rows: xr.Dataset) -> dict[str, Chart]:
     """Return normal and tangential load along the steps, the named ones as ticks."""
     if "total_normal_load" not in rows:
-        raise InputError("loads: there is no total_normal_load; expected a history, or it among the outputs")
+        raise InputError(
+            "loads: there is no total_normal_load; expected a history, or it among the outputs"
+        )
     names, time, charts = named_states(rows), rows["time"].values, {}
     steps = list(names.values())
-    for letter, name, text in (("N", "total_normal_load", "normal load"), ("T", LOOP[0], "tangential load")):
+    for letter, name, text in (
+        ("N", "total_normal_load", "normal load"),
+        ("T", LOOP[0], "tangential load"),
+    ):
         values = rows[name].values
         line = Curve(time, values, "", {"color": LINES[0][0], "linewidth": 1.1})
         marks = Curve(time[steps], values[steps], "", MARK | {"color": INK, "ms": 2.8})
         axes: dict[str, Any] = {"ylim": (min(0.0, 1.1 * values.min()), 1.15 * values.max())}
         axes |= {"xticks": time[steps], "xticklabels": list(names)} if names else {}
-        label: dict[str, Any] = {"x": "state" if names else "time (s)", "y": f"${letter}$ (N)", "name": text}
-        charts[letter] = Chart(items=[line, marks], zero="x", share="time", height=23.0, axes=axes, **label)
+        label: dict[str, Any] = {
+            "x": "state" if names else "time (s)",
+            "y": f"${letter}$ (N)",
+            "name": text,
+        }
+        charts[letter] = Chart(
+            items=[line, marks], zero="x", share="time", height=23.0, axes=axes, **label
+        )
     return charts

@@ -40,7 +40,8 @@ class HistoryPicture(Picture):
     Attributes
     ----------
     panels
-        Some of ``"loop"``, ``"loads"``, ``"states"``, ``"energy"`` and ``"wear"``, stacked in this order.
+        Some of ``"loop"``, ``"loads"``, ``"states"``, ``"energy"`` and ``"wear"``, stacked in this
+        order.
     """
 
     panels: tuple[str, ...] | None = None
@@ -54,24 +55,37 @@ class HistoryPicture(Picture):
     def report_caption(cls, history: xr.Dataset) -> str:
         """Name the panels: a history of totals has no slip states, and its energy is drawn instead."""
         first_panel = "path in the plane" if DIRECTION in history.sizes else "friction loop"
-        last_panel = "slip state of each asperity" if "slip_state" in history else "dissipated energy"
+        last_panel = (
+            "slip state of each asperity" if "slip_state" in history else "dissipated energy"
+        )
         return f"The {first_panel}, the loads over time, and the {last_panel}."
 
     def default_size(self, data: xr.Dataset) -> Size:
         """Return the size for the panels."""
         check_recorded(data)
         if self.panels is not None:
-            return TWO_COLUMNS if "states" in self.panels else COLUMN, 70.0 * max(len(self.panels), 1)
+            return TWO_COLUMNS if "states" in self.panels else COLUMN, 70.0 * max(
+                len(self.panels), 1
+            )
         return TWO_COLUMNS, 130.0 + (30.0 if "worn_volume" in data else 0.0)
 
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Arrange the selected panels, or those that the history has."""
         has_states = "slip_state" in data and data.sizes.get("asperity", 0) > 0
-        panels = ["loop", "loads", "states" if has_states else "energy", *(["wear"] if "worn_volume" in data else [])]
+        panels = [
+            "loop",
+            "loads",
+            "states" if has_states else "energy",
+            *(["wear"] if "worn_volume" in data else []),
+        ]
         if data.sizes["step"] == 1:
             # one point has no course
             panels = ["states" if has_states else "loop"]
-        wide = "LN;LT;" + ";".join(2 * PANELS[name] for name in panels[2:]) if len(panels) > 1 else panels[0]
+        wide = (
+            "LN;LT;" + ";".join(2 * PANELS[name] for name in panels[2:])
+            if len(panels) > 1
+            else panels[0]
+        )
         if self.panels is not None:
             panels = list(self.panels)
             if not panels or not {*panels} <= {*PANELS}:
@@ -82,12 +96,19 @@ class HistoryPicture(Picture):
             charts |= _panel(name, data)
         if self.panels is not None:
             # requested panels are drawn as low as they can be read
-            charts = {key: attrs.evolve(chart, height=min(chart.height, 20.0)) for key, chart in charts.items()}
+            charts = {
+                key: attrs.evolve(chart, height=min(chart.height, 20.0))
+                for key, chart in charts.items()
+            }
         narrow = ";".join(charts)
         note = "colour of the loop: time" if "loop" in panels else ""
         notices = (slip_note(data),) if "loop" in panels and self.panels is None else ()
         return Sheet(
-            charts, wide=wide if len(charts) > 1 and wide else narrow, narrow=narrow, note=note, notices=notices
+            charts,
+            wide=wide if len(charts) > 1 and wide else narrow,
+            narrow=narrow,
+            note=note,
+            notices=notices,
         )
 
 
@@ -109,15 +130,28 @@ def _panel(name: str, history: xr.Dataset) -> dict[str, Chart]:
         return _load_charts(thin)
     if DIRECTION in thin.sizes:
         return {"L": _path(thin, "tangential_displacement", title="Path in the plane", height=42.0)}
-    course = _course(thin["tangential_displacement"].values, thin["total_tangential_load"].values, time)
-    return {"L": Chart(items=course, title="Friction loop", height=42.0, margins=(0.06, 0.06), **LOOP_AXES)}
+    course = _course(
+        thin["tangential_displacement"].values, thin["total_tangential_load"].values, time
+    )
+    return {
+        "L": Chart(
+            items=course, title="Friction loop", height=42.0, margins=(0.06, 0.06), **LOOP_AXES
+        )
+    }
 
 
 def _load_charts(thin: xr.Dataset) -> dict[str, Chart]:
-    time, load, limit = (thin[name].values for name in ("time", "total_tangential_load", "friction_limit"))
-    items: list[Item] = [Curve(time, limit, "friction limit", DASHED), Curve(time, -limit, "", DASHED)]
+    time, load, limit = (
+        thin[name].values for name in ("time", "total_tangential_load", "friction_limit")
+    )
+    items: list[Item] = [
+        Curve(time, limit, "friction limit", DASHED),
+        Curve(time, -limit, "", DASHED),
+    ]
     if load.ndim > 1:
-        for component, label, dashes in zip(load.T, ("$T_x$", "$T_y$"), ("-", (0, (2, 1))), strict=True):
+        for component, label, dashes in zip(
+            load.T, ("$T_x$", "$T_y$"), ("-", (0, (2, 1))), strict=True
+        ):
             items.append(Curve(time, component, label, LINE | {"linestyle": dashes}))
     else:
         items.append(Curve(time, load, hue=time))
@@ -134,7 +168,14 @@ def _course(x: Floats, y: Floats, time: Floats) -> list[Item]:
     """Return a line in the colour of its time, with its start and end marked."""
     items: list[Item] = [Curve(x, y, hue=time)]
     for index, marker, name, shade in ((0, "o", "start", 0.0), (-1, "s", "end", 1.0)):
-        look: dict[str, Any] = {"mec": "white", "mew": 0.6, "ms": 5, "zorder": 4, "linestyle": "", "marker": marker}
+        look: dict[str, Any] = {
+            "mec": "white",
+            "mew": 0.6,
+            "ms": 5,
+            "zorder": 4,
+            "linestyle": "",
+            "marker": marker,
+        }
         items.append(Curve([x[index]], [y[index]], name, look | {"color": line_colours()(shade)}))
     return items
 
@@ -153,7 +194,9 @@ def _path(thin: xr.Dataset, vector: str, extra: tuple[Item, ...] = (), **options
     course = _course(x, y, thin["time"].values)
     labels: dict[str, Any] = {axis: VECTORS[vector].format(axis) for axis in "xy"}
     equal = {"aspect": "equal", "adjustable": "datalim"}
-    return Chart(items=[*extra, *course], zero="xy", margins=(0.08, 0.08), axes=equal, **labels, **options)
+    return Chart(
+        items=[*extra, *course], zero="xy", margins=(0.08, 0.08), axes=equal, **labels, **options
+    )
 
 
 @PICTURES.register
@@ -171,7 +214,14 @@ class HodographPicture(Picture):
 
     drive: bool = False
 
-    kind, size, own_figure, order, only_planar, headed = "hodograph", (TWO_COLUMNS, 80.0), True, 2, True, True
+    kind, size, own_figure, order, only_planar, headed = (
+        "hodograph",
+        (TWO_COLUMNS, 80.0),
+        True,
+        2,
+        True,
+        True,
+    )
     in_one_direction = "loop"
     caption = "The path in the plane, and the tangential load along it; the colour is time."
 
@@ -180,15 +230,20 @@ class HodographPicture(Picture):
         check_recorded(data, "tangential_displacement")
         path = "drive_displacement" if self.drive else "tangential_displacement"
         if path not in data:
-            raise InputError("the history has no drive; expected one with an instrument, or drive = false")
+            raise InputError(
+                "the history has no drive; expected one with an instrument, or drive = false"
+            )
         thin, angle = thin_history(data), np.linspace(0, 2 * np.pi, 200)
         limit = float(thin["friction_limit"][-1])
         circle = Curve(limit * np.cos(angle), limit * np.sin(angle), "", DASHED)
-        load = _path(thin, "total_tangential_load", (circle,), name="the tangential load", height=44.0)
+        load = _path(
+            thin, "total_tangential_load", (circle,), name="the tangential load", height=44.0
+        )
         return Sheet({"P": _path(thin, path, name="the path", height=44.0), "T": load})
 
 
-COLOURS = {"time": "time (s)", "slip": "slipping fraction of the contact area"}  # quantities shown by colour
+# quantities shown by colour
+COLOURS = {"time": "time (s)", "slip": "slipping fraction of the contact area"}
 
 
 @PICTURES.register
@@ -219,14 +274,25 @@ class LoopPicture(Picture):
         hue = slipping_area(data)[select_steps(data)] if slips else thin["time"].values
         # the slipping fraction jumps at a reversal
         line = Curve(*_loop(thin), look={"clim": (0, 1) if slips else None}, hue=hue, colours=2_000)
-        chart = Chart(items=[*_band_of_pasts(thin), line], hue=COLOURS[self.colour], margins=(0.06, 0.06), **LOOP_AXES)
+        chart = Chart(
+            items=[*_band_of_pasts(thin), line],
+            hue=COLOURS[self.colour],
+            margins=(0.06, 0.06),
+            **LOOP_AXES,
+        )
         return Sheet({"L": chart}, notices=(slip_note(data),))
 
 
 def _band_of_pasts(thin: xr.Dataset) -> list[Item]:
     """Return the band between the bounds of an unknown past, of loads or of displacements; empty if it is known."""
     displacement, load = _loop(thin)
-    look: dict[str, Any] = {"color": FAINT, "alpha": 0.3, "linewidth": 0, "label": "bounds of all pasts", "zorder": 1}
+    look: dict[str, Any] = {
+        "color": FAINT,
+        "alpha": 0.3,
+        "linewidth": 0,
+        "label": "bounds of all pasts",
+        "zorder": 1,
+    }
     items: list[Item] = []
     for name, along, method in (
         ("total_tangential_load", displacement, "fill_between"),
@@ -273,13 +339,31 @@ def _slip_map(history: xr.Dataset) -> Chart:
     recorded = history["slip_state"].isel(step=slice(None, None, step_stride))
     # whole rows of a file are read faster than scattered columns
     states = (
-        recorded.values[:, by_height] if "source" in recorded.encoding else recorded.isel(asperity=by_height).values
+        recorded.values[:, by_height]
+        if "source" in recorded.encoding
+        else recorded.isel(asperity=by_height).values
     )
-    look = {"cmap": ListedColormap(list(STATE_COLOURS)), "vmin": -0.5, "vmax": 3.5, "aspect": "auto", "origin": "upper"}
-    ticks = [int(tick) for tick in MaxNLocator(8, integer=True).tick_values(0, steps - 1) if 0 <= tick < steps]
-    axes: dict[str, Any] = {"xticks": ticks, "xticklabels": [f"{k}\n{history['time'].values[k]:.4g}" for k in ticks]}
+    look = {
+        "cmap": ListedColormap(list(STATE_COLOURS)),
+        "vmin": -0.5,
+        "vmax": 3.5,
+        "aspect": "auto",
+        "origin": "upper",
+    }
+    ticks = [
+        int(tick)
+        for tick in MaxNLocator(8, integer=True).tick_values(0, steps - 1)
+        if 0 <= tick < steps
+    ]
+    axes: dict[str, Any] = {
+        "xticks": ticks,
+        "xticklabels": [f"{k}\n{history['time'].values[k]:.4g}" for k in ticks],
+    }
     if few := count <= MOST_LABELLED:
-        axes |= {"yticks": range(1, count + 1, row_stride), "yticklabels": history["asperity"].values[by_height]}
+        axes |= {
+            "yticks": range(1, count + 1, row_stride),
+            "yticklabels": history["asperity"].values[by_height],
+        }
     return Chart(
         items=[Map(states, (-0.5, steps - 0.5, count + 0.5, 0.5), look=look)],
         title="Slip state",
@@ -316,10 +400,21 @@ class StiffnessPicture(Picture):
             Curve(displacement, thin[name].values, hue=time)
             for name in ("total_tangential_load", "tangential_stiffness")
         )
-        options: dict[str, Any] = {"margins": (0.04, 0.06), "share": "displacement", "x": DISPLACEMENT}
+        options: dict[str, Any] = {
+            "margins": (0.04, 0.06),
+            "share": "displacement",
+            "x": DISPLACEMENT,
+        }
         upper = Chart(
-            items=[load], y="tangential load\n$T$ (N)", hue=COLOURS["time"], zero="xy", height=28.0, **options
+            items=[load],
+            y="tangential load\n$T$ (N)",
+            hue=COLOURS["time"],
+            zero="xy",
+            height=28.0,
+            **options,
         )
         label = "stiffness\n" + r"$\mathrm{d}T/\mathrm{d}U$ (N/m)"
-        lower = Chart(items=[stiffness], y=label, zero="x", name="stiffness", height=20.0, **options)
+        lower = Chart(
+            items=[stiffness], y=label, zero="x", name="stiffness", height=20.0, **options
+        )
         return Sheet({"L": upper, "S": lower}, wide="L;S")

@@ -16,7 +16,17 @@ from historysim.measured.loop_table import LoopStatistics, LoopTable
 from historysim.measured.loop_values import DIRECTIONS
 from historysim.measured.loops import Loops
 from historysim.results.plots.canvas import TWO_COLUMNS
-from historysim.results.plots.chart import MOVED, SHIFT, Chart, Curve, Item, Note, Shape, Sheet, span
+from historysim.results.plots.chart import (
+    MOVED,
+    SHIFT,
+    Chart,
+    Curve,
+    Item,
+    Note,
+    Shape,
+    Sheet,
+    span,
+)
 from historysim.results.plots.pictures import PICTURES, Titled
 from historysim.results.plots.style import (
     DASHED,
@@ -38,7 +48,8 @@ COLOURS, MARKERS = STATE_COLOURS[1:3], "^v"
 FIRST, LAST = {"F": "friction_force", "P": "preliminary_displacement"}, {"E": "dissipated_energy"}
 TRENDS = FIRST | {"S": "tangential_stiffness"} | LAST
 LEVELS = FIRST | {"C": "friction_coefficient"} | LAST
-REST: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "alpha": 0.7, "zorder": 1}  # samples outside of the loops
+# samples outside of the loops
+REST: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "alpha": 0.7, "zorder": 1}
 
 
 @PICTURES.register
@@ -46,10 +57,10 @@ REST: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "alpha": 0.7, "zorder"
 class MeasuredLoopsPicture(Titled):
     """Measured friction loops over one another, with their means, and their change from loop to loop.
 
-    At one normal load the loop of median energy is drawn stronger than the others, and at it the means of the first set
-    are marked: the friction force of both directions, and the preliminary displacement and the stiffness of the forward
-    branches. At several loads the loops have the colours of their loads. Grey is the rest of the record, and branches
-    that are left out.
+    At one normal load the loop of median energy is drawn stronger than the others, and at it the
+    means of the first set are marked: the friction force of both directions, and the preliminary
+    displacement and the stiffness of the forward branches. At several loads the loops have the
+    colours of their loads. Grey is the rest of the record, and branches that are left out.
 
     Attributes
     ----------
@@ -69,12 +80,22 @@ class MeasuredLoopsPicture(Titled):
         sets = [data] if self.model is None else [data, self.model]
         has_trends, several_loads = len(data) > 1, int(data.load_level.max()) > 0
         items = _levels(sets, self.labels) if several_loads else _loops(sets, self.labels)
-        names = [f"{escape_math(label)}, from loop to loop" for label in self.labels] if len(sets) > 1 else []
-        options: dict[str, Any] = {"title": "Friction loops", "margins": (0.05, 0.18), "height": 40.0}
+        names = (
+            [f"{escape_math(label)}, from loop to loop" for label in self.labels]
+            if len(sets) > 1
+            else []
+        )
+        options: dict[str, Any] = {
+            "title": "Friction loops",
+            "margins": (0.05, 0.18),
+            "height": 40.0,
+        }
         charts = {"L": Chart(items=items, **options, **LOOP_AXES)}
         if not has_trends:
             return Sheet(charts, notices=("no trends from loop to loop: there is one",))
-        charts |= _trends([loops.to_dataset() for loops in sets], 20.0, names if several_loads else ())
+        charts |= _trends(
+            [loops.to_dataset() for loops in sets], 20.0, names if several_loads else ()
+        )
         return Sheet(charts, wide="LLFF;LLPP;LLSS;LLEE", narrow="LL;FP;SE")
 
 
@@ -86,11 +107,21 @@ def _loops(sets: list[Loops], labels: Sequence[str]) -> list[Item]:
         if loops.left_out_branches.any() or np.any(np.diff(loops.number) > 1):
             items.append(_part(loops, loops.ends[0, 0], loops.ends[-1, 2], "", REST))
         for start, stop in _branches(loops):
-            items.append(_part(loops, start, stop, "", {"color": colour, "linewidth": 0.6, "alpha": 0.4, "zorder": 2}))
+            items.append(
+                _part(
+                    loops,
+                    start,
+                    stop,
+                    "",
+                    {"color": colour, "linewidth": 0.6, "alpha": 0.4, "zorder": 2},
+                )
+            )
         start, _, stop = loops.ends[_typical(loops)]
         count = count_text(len(loops), "loop", "loops")
         name = f"{escape_math(label)}, {count}" if len(sets) > 1 else count
-        items.append(_part(loops, start, stop, name, {"color": colour, "linewidth": 1.3, "zorder": 3}))
+        items.append(
+            _part(loops, start, stop, name, {"color": colour, "linewidth": 1.3, "zorder": 3})
+        )
     return items + _means(sets[0])
 
 
@@ -113,13 +144,18 @@ def _levels(sets: list[Loops], labels: Sequence[str]) -> list[Item]:
             if order:
                 name = escape_math(label)
                 look = {"color": INK, "linewidth": 0.8, "zorder": 3, "linestyle": (0, (3, 1.5))}
-            items += [_part(loops, start, stop, name, look) for start, stop in _branches(loops, selected)]
+            items += [
+                _part(loops, start, stop, name, look) for start, stop in _branches(loops, selected)
+            ]
     return items
 
 
 def _part(loops: Loops, start: int, stop: int, label: str, look: dict[str, Any]) -> Curve:
     """Return a record from one sample to another."""
-    x, y = (values[start : stop + 1] for values in (loops.trace.displacement, loops.trace.tangential_load))
+    x, y = (
+        values[start : stop + 1]
+        for values in (loops.trace.displacement, loops.trace.tangential_load)
+    )
     return Curve(x, y, label, {"rasterized": True, "solid_joinstyle": "round"} | look)
 
 
@@ -161,7 +197,10 @@ def _means(loops: Loops) -> list[Item]:
     if np.isfinite(displacement):
         middle, reached = bottom + 0.3 * (top - bottom), lower + displacement
         dots = line | {"linewidth": 0.5, "linestyle": (0, (1, 2))}
-        items += [span((lower, middle), (reached, middle)), Curve([reached, reached], [middle, top], "", dots)]
+        items += [
+            span((lower, middle), (reached, middle)),
+            Curve([reached, reached], [middle, top], "", dots),
+        ]
         items.append(Note(quantity_text(displacement, "m", 3), (reached, middle), (5, 0)))
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
     if np.isfinite(stiffness):
@@ -171,7 +210,11 @@ def _means(loops: Loops) -> list[Item]:
         x, y = u[fitted].mean(), f[fitted].mean()
         ends = np.array([bottom, bottom + 0.6 * (top - bottom)])
         items.append(Curve(x + (ends - y) / stiffness, ends, "", line))
-        items.append(Note(quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]), (5, 0)))
+        items.append(
+            Note(
+                quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]), (5, 0)
+            )
+        )
     return items
 
 
@@ -198,12 +241,17 @@ def _trend_keys(names: Sequence[str]) -> "list[Artist]":
     from matplotlib.lines import Line2D
 
     key = partial(Line2D, [], [], linestyle="", ms=3.5)
-    sets = [key(marker="o", color=colour, label=name) for colour, name in zip(COLOURS, names, strict=False)]
+    sets = [
+        key(marker="o", color=colour, label=name)
+        for colour, name in zip(COLOURS, names, strict=False)
+    ]
     marks = zip((*MARKERS, ""), (*DIRECTIONS, MOVED), strict=True)
     return [*sets, *(key(marker=marker, color=INK, label=name) for marker, name in marks)]
 
 
-def _trends(sets: Sequence[xr.Dataset], height: float, names: Sequence[str] = ()) -> dict[str, Chart]:
+def _trends(
+    sets: Sequence[xr.Dataset], height: float, names: Sequence[str] = ()
+) -> dict[str, Chart]:
     """Return a chart for each of the `TRENDS`, of one set of loops or of several in their colours."""
     charts = {}
     for letter, quantity in TRENDS.items():
@@ -211,30 +259,52 @@ def _trends(sets: Sequence[xr.Dataset], height: float, names: Sequence[str] = ()
         values = [loops[quantity].values.reshape(loops.sizes["loop"], -1) for loops in sets]
         # one marker for each direction, or a dot for the whole loop
         markers = MARKERS if values[0].shape[1] == len(MARKERS) else "o"
-        columns, finite = len(sets) * len(markers), np.concatenate([array[np.isfinite(array)] for array in values])
+        columns, finite = (
+            len(sets) * len(markers),
+            np.concatenate([array[np.isfinite(array)] for array in values]),
+        )
         for number, (loops, value, colour) in enumerate(zip(sets, values, COLOURS, strict=False)):
-            look: dict[str, Any] = {"color": colour, "ms": 3.5, "mec": "white", "mew": 0.4, "clip_on": False}
+            look: dict[str, Any] = {
+                "color": colour,
+                "ms": 3.5,
+                "mec": "white",
+                "mew": 0.4,
+                "clip_on": False,
+            }
             look |= {"ms": 1.8, "mew": 0, "rasterized": True} if len(value) > MOST_EDGED else {}
             for column, marker in enumerate(markers):
                 shift = SHIFT * (number * len(markers) + column - (columns - 1) / 2)
                 look |= {"marker": marker, "linestyle": ""}
-                items.append(Curve(loops["loop"].values, value[:, column], "", dict(look), shift=shift))
+                items.append(
+                    Curve(loops["loop"].values, value[:, column], "", dict(look), shift=shift)
+                )
             # a mean over several loads has no meaning
             if "load_level" not in loops or np.unique(loops["load_level"].values).size == 1:
                 mean = LoopStatistics.from_values(values_in_mean(loops, quantity)).mean
-                items.append(Shape("axhline", (mean,), {"color": colour, "linewidth": 0.7, "zorder": 0}))
+                items.append(
+                    Shape("axhline", (mean,), {"color": colour, "linewidth": 0.7, "zorder": 0})
+                )
         low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
         # scatter below a tenth must not fill the panel
         room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high))) or 1.0
         axes = {"ylim": (low - room, high + room)}
-        options: dict[str, Any] = {"height": height, "integers": True, "keys": _trend_keys(names), "axes": axes}
+        options: dict[str, Any] = {
+            "height": height,
+            "integers": True,
+            "keys": _trend_keys(names),
+            "axes": axes,
+        }
         charts[letter] = _chart(sets[0][quantity], items, share="loop", x=LOOP_NUMBER, **options)
     return charts
 
 
 def _chart(values: xr.DataArray, items: Sequence[Item], **options: Any) -> Chart:
     """Return a chart of a quantity, with its label above."""
-    labels: dict[str, Any] = {"name": str(values.name).replace("_", " "), "y": _label(values), "label_above": True}
+    labels: dict[str, Any] = {
+        "name": str(values.name).replace("_", " "),
+        "y": _label(values),
+        "label_above": True,
+    }
     return Chart(items=items, margins=(0.08, 0.1), **labels, **options)
 
 
@@ -279,15 +349,23 @@ class FrettingPicture(Titled):
         for letter, (name, transition) in FRETTING.items():
             items: list[Item] = [Curve(number, table[name].values, "", look)]
             if transition is not None:
-                items.append(Shape("axhline", (transition,), DASHED | {"label": "transition to gross slip"}))
-            axes = {"ylim": _from_zero(table[name].values)} | ({"xscale": "log"} if logarithmic else {})
+                items.append(
+                    Shape("axhline", (transition,), DASHED | {"label": "transition to gross slip"})
+                )
+            axes = {"ylim": _from_zero(table[name].values)} | (
+                {"xscale": "log"} if logarithmic else {}
+            )
             x = LOOP_NUMBER if along == "loop" else "run"
             charts[letter] = _chart(table[name], items, height=24.0, share=along, x=x, axes=axes)
         title = "" if self.title else str(table.attrs.get("title", ""))
         return Sheet(charts, wide="CS;AB", narrow="CS;AB", subtitle=title)
 
 
-DIRECTION_MARKS = (("forward", "^", STATE_COLOURS[1]), ("backward", "v", STATE_COLOURS[2]), ("both", "o", INK))
+DIRECTION_MARKS = (
+    ("forward", "^", STATE_COLOURS[1]),
+    ("backward", "v", STATE_COLOURS[2]),
+    ("both", "o", INK),
+)
 
 
 @PICTURES.register
@@ -295,20 +373,39 @@ DIRECTION_MARKS = (("forward", "^", STATE_COLOURS[1]), ("backward", "v", STATE_C
 class LoopLevelsPicture(Titled):
     """Friction force, coefficient, preliminary displacement and energy over the normal load, or the amplitude.
 
-    Error bars are the standard deviation of one loop; lines are the laws that were fitted to the means at the loads.
+    Error bars are the standard deviation of one loop; lines are the laws that were fitted to the
+    means at the loads.
     """
 
-    kind, of, size, own_figure, headed = "loop-levels", (LoopTable,), (TWO_COLUMNS, 122.0), True, True
+    kind, of, size, own_figure, headed = (
+        "loop-levels",
+        (LoopTable,),
+        (TWO_COLUMNS, 122.0),
+        True,
+        True,
+    )
 
     def sheet(self, data: LoopTable | xr.Dataset) -> Sheet:
         """Return charts of a table of loops, or of the Dataset of its `to_dataset`."""
         table = data.to_dataset() if isinstance(data, LoopTable) else data
-        along, charts = table[next(name for name in ("level", "amplitude_class") if name in table.coords)], {}
+        along, charts = (
+            table[next(name for name in ("level", "amplitude_class") if name in table.coords)],
+            {},
+        )
         for letter, quantity in LEVELS.items():
             items, law = _level(table, quantity)
             if law:
-                items.append(Note(law, (0.03, 0.97), (0, 0), {"xycoords": "axes fraction", "ha": "left", "va": "top"}))
-            ends = _from_zero(table[quantity].values + table[f"{quantity}_standard_deviation"].fillna(0).values)
+                items.append(
+                    Note(
+                        law,
+                        (0.03, 0.97),
+                        (0, 0),
+                        {"xycoords": "axes fraction", "ha": "left", "va": "top"},
+                    )
+                )
+            ends = _from_zero(
+                table[quantity].values + table[f"{quantity}_standard_deviation"].fillna(0).values
+            )
             options: dict[str, Any] = {"height": 27.0, "share": "level", "axes": {"ylim": ends}}
             charts[letter] = _chart(table[quantity], items, x=_label(along), **options)
         title = "" if self.title else str(table.attrs.get("title", ""))
@@ -321,13 +418,19 @@ def _level(table: xr.Dataset, quantity: str) -> tuple[list[Item], str]:
     values, items = table[quantity], list[Item]()
     along = table[values.dims[0]].values
     by_direction = "direction" in values.dims
-    for number, (direction, marker, colour) in enumerate(DIRECTION_MARKS if by_direction else DIRECTION_MARKS[-1:]):
+    for number, (direction, marker, colour) in enumerate(
+        DIRECTION_MARKS if by_direction else DIRECTION_MARKS[-1:]
+    ):
         rows = table.sel(direction=direction) if by_direction else table
         # one loop has a mean and no scatter
         scatter = np.nan_to_num(rows[f"{quantity}_standard_deviation"].values)
         look = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "fmt": marker}
         shift = SHIFT * (number - 1) if by_direction else 0.0
-        items.append(Curve(along, rows[quantity].values, direction, look, errors={"yerr": scatter}, shift=shift))
+        items.append(
+            Curve(
+                along, rows[quantity].values, direction, look, errors={"yerr": scatter}, shift=shift
+            )
+        )
     attributes, load = table.attrs, np.linspace(float(along.min()), float(along.max()), 60)
     if quantity == "friction_force" and "friction_line_slope" in attributes:
         slope, offset = attributes["friction_line_slope"], attributes["friction_line_intercept"]

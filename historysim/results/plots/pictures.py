@@ -24,19 +24,24 @@ from historysim.results.queries import check_one_direction
 
 # The pictures by their names in ``[picture]`` and ``--picture``.
 PICTURES: Registry[type["Picture"]] = Registry(
-    "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
+    "historysim.plots",
+    "historysim.results.plots.pictures:Picture",
+    "picture",
+    "historysim.results.plots",
 )
 register = PICTURES.register
 
 PLACES = ("size", "figure", "ax")  # arguments of the drawing target
-HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"  # subjects of the pictures of ``[picture]``
+# subjects of the pictures of ``[picture]``
+HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"
 
 
 @attrs.frozen(kw_only=True)
 class Picture(QuantityFields):
     """A picture: its fields are its options, in ``[picture]``, with ``--picture``, and in Python.
 
-    The picture ``traction`` is ``hs.plot(x, picture="traction", steps=…)`` and ``hs.plots.traction(x, steps=…)``.
+    The picture ``traction`` is ``hs.plot(x, picture="traction", steps=…)`` and
+    ``hs.plots.traction(x, steps=…)``.
     """
 
     registry: ClassVar[Registry[Any]] = PICTURES
@@ -46,16 +51,22 @@ class Picture(QuantityFields):
     size: ClassVar[Size] = (90.0, 78.0)  #: default width and height [mm]
     #: Caption in the report of a history, which omits pictures without one; see `report_caption`.
     caption: ClassVar[str] = ""
-    caption_lines: ClassVar[tuple[str, ...]] = ()  #: lines of the summary of a history that the caption ends with
-    needs: ClassVar[str] = "slip_state"  #: the variable of a history that the report requires for it
+    #: lines of the summary of a history that the caption ends with
+    caption_lines: ClassVar[tuple[str, ...]] = ()
+    #: the variable of a history that the report requires for it
+    needs: ClassVar[str] = "slip_state"
     order: ClassVar[int] = 100  #: its position in the report
     #: Whether it accepts several histories: `sheet` then receives a sequence.
     accepts_several: ClassVar[bool] = False
-    own_figure: ClassVar[bool] = False  #: whether it fills a figure, and cannot be combined with others
+    #: whether it fills a figure, and cannot be combined with others
+    own_figure: ClassVar[bool] = False
     headed: ClassVar[bool] = False  #: whether the title of its subject is its default title
-    planar: ClassVar[bool] = False  #: whether it also accepts a history with two tangential directions
-    only_planar: ClassVar[bool] = False  #: whether it needs a history with two tangential directions
-    in_one_direction: ClassVar[str] = "history"  #: its counterpart for one direction, if it needs two
+    #: whether it also accepts a history with two tangential directions
+    planar: ClassVar[bool] = False
+    #: whether it needs a history with two tangential directions
+    only_planar: ClassVar[bool] = False
+    #: its counterpart for one direction, if it needs two
+    in_one_direction: ClassVar[str] = "history"
 
     def sheet(self, data: Any) -> Sheet | Chart:
         """Return the charts of a Dataset, or of another supported object: curves, maps and notes in SI units."""
@@ -64,8 +75,8 @@ class Picture(QuantityFields):
     def draw(self, canvas: Canvas, data: Any) -> None:
         """Draw the charts on a canvas: a figure, a part of a figure, or axes.
 
-        A picture that draws by itself uses ``canvas.axes()`` or ``canvas.figure``, with SI units in the labels of axes,
-        "load (N)", which get readable prefixes, and labels for the legend.
+        A picture that draws by itself uses ``canvas.axes()`` or ``canvas.figure``, with SI units in
+        the labels of axes, "load (N)", which get readable prefixes, and labels for the legend.
         """
         canvas.draw(self.sheet(data))
 
@@ -73,7 +84,9 @@ class Picture(QuantityFields):
         """Return a figure with this picture only, or the figure or axes that were passed."""
         data = prepare_data(subject, self)
         with report_missing_variables(*(data if isinstance(data, list) else [data])):
-            return draw_on_target(target or {}, self.default_size(data), lambda canvas: self.draw_named(canvas, data))
+            return draw_on_target(
+                target or {}, self.default_size(data), lambda canvas: self.draw_named(canvas, data)
+            )
 
     def draw_named(self, canvas: Canvas, data: Any) -> None:
         """Draw the picture with its title and a legend of labelled artists."""
@@ -143,7 +156,9 @@ class Panel(Titled):
     def resolve_labels(self, names: Sequence[str], noun: str) -> list[str]:
         """Return the given labels, or else the default names."""
         if self.labels and len(self.labels) != len(names):
-            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(names)} {noun}")
+            raise InputError(
+                f"labels has {len(self.labels)}; expected one for each of {len(names)} {noun}"
+            )
         return list(self.labels or names)
 
 
@@ -162,22 +177,37 @@ def prepare_data(subject: Any, picture: Picture) -> Any:
                 'tangential_displacement = ["10 nm", "5 nm"]'
             )
         if not (picture.planar or picture.only_planar):
-            alternatives = _planar_alternatives if HISTORY in picture.of and is_history(item) else str
+            alternatives = (
+                _planar_alternatives if HISTORY in picture.of and is_history(item) else str
+            )
             check_one_direction(item, f"the picture {picture.kind}", alternatives)
     return subject if prepare is None else prepare(picture.kind)
 
 
 def _planar_alternatives() -> str:
-    names = [name for name, kind in PICTURES.items() if HISTORY in kind.of and (kind.planar or kind.only_planar)]
+    names = [
+        name
+        for name, kind in PICTURES.items()
+        if HISTORY in kind.of and (kind.planar or kind.only_planar)
+    ]
     return f"one of the pictures {', '.join(names)}, or "
 
 
 def draw(
-    subject: Any, name: str, target: Place | None = None, *, of: str | type = HISTORY, **options: Any
+    subject: Any,
+    name: str,
+    target: Place | None = None,
+    *,
+    of: str | type = HISTORY,
+    **options: Any,
 ) -> FigureOrAxes:
     """Return a picture by its name, of a history or several, of a sweep or a scenario; options are its fields."""
     single = not isinstance(subject, list | tuple)
-    available = {key: kind for key, kind in PICTURES.items() if of in kind.of and (single or kind.accepts_several)}
+    available = {
+        key: kind
+        for key, kind in PICTURES.items()
+        if of in kind.of and (single or kind.accepts_several)
+    }
     if name not in available:
         raise InputError(
             f"picture is {name!r}; {'' if single else 'of several results '}expected one of {', '.join(available)}"
@@ -185,14 +215,24 @@ def draw(
     return made(available[name], options, available).figure(subject, target)
 
 
-def made(kind: type[Picture], options: Mapping[str, Any], available: Mapping[str, type[Picture]]) -> Picture:
+def made(
+    kind: type[Picture], options: Mapping[str, Any], available: Mapping[str, type[Picture]]
+) -> Picture:
     """Return a picture with options; errors name the pictures that have an option."""
     field_names = [field.name for field in list_fields(kind)]
     for option in (name_ for name_ in options if name_ not in field_names):
-        takers = [name for name, candidate in available.items() if option in attrs.fields_dict(candidate)]
-        mend = f"it applies to {', '.join(takers)}" if takers else nearest(option, [*field_names, "picture", *PLACES])
+        takers = [
+            name for name, candidate in available.items() if option in attrs.fields_dict(candidate)
+        ]
+        mend = (
+            f"it applies to {', '.join(takers)}"
+            if takers
+            else nearest(option, [*field_names, "picture", *PLACES])
+        )
         raise InputError(f"{option} does not apply to the picture {kind.kind}; {mend}")
-    if needed := [field.name for field in list_fields(kind) if field.needed and field.name not in options]:
+    if needed := [
+        field.name for field in list_fields(kind) if field.needed and field.name not in options
+    ]:
         raise InputError(f"the picture {kind.kind} needs {', '.join(needed)}")
     attrs.resolve_types(kind)
     types = {field.name: field.type for field in attrs.fields(kind)}
@@ -220,12 +260,18 @@ def _value(name: str, kind: Any, value: Any) -> Any:
 
 @functools.singledispatch
 def make_figure(
-    subject: Any, *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
+    subject: Any,
+    *,
+    picture: str | None = None,
+    name: str = "",
+    target: Place | None = None,
+    **options: Any,
 ) -> FigureOrAxes:
     """Draw a picture of an object, by default the first one of its type; InputError if there is none.
 
-    A type with more to choose or to prepare registers a function with ``@make_figure.register(type)``. `name` is the
-    path that it was read from, if any; `options` are fields of the picture.
+    A type with more to choose or to prepare registers a function with
+    ``@make_figure.register(type)``. `name` is the path that it was read from, if any; `options` are
+    fields of the picture.
     """
     called = name or f"this {type(subject).__name__}"
     available = {
@@ -238,7 +284,9 @@ def make_figure(
             f"{called} has no picture; expected a history, a scenario, a surface, loops, a comparison or an asperity"
         )
     # a picture whose first subject is this type precedes those of other subjects
-    chosen = picture or min(available, key=lambda key: [isinstance(of, str) for of in available[key].of])
+    chosen = picture or min(
+        available, key=lambda key: [isinstance(of, str) for of in available[key].of]
+    )
     return _draw_picture(subject, chosen, available, called, target, options, name)
 
 
@@ -253,15 +301,26 @@ def _draw_picture(
 ) -> FigureOrAxes:
     """Draw one of the pictures of an object, below the name of its file, if it has one."""
     if picture not in available:
-        raise InputError(f"picture {picture}: {called} has no such picture; expected {', '.join(available)}")
-    titled = {"title": Path(name).name} if name and "title" in attrs.fields_dict(available[picture]) else {}
+        raise InputError(
+            f"picture {picture}: {called} has no such picture; expected {', '.join(available)}"
+        )
+    titled = (
+        {"title": Path(name).name}
+        if name and "title" in attrs.fields_dict(available[picture])
+        else {}
+    )
     return made(available[picture], titled | dict(options), available).figure(subject, target)
 
 
 @make_figure.register(list)
 @make_figure.register(tuple)
 def _draw_histories(
-    histories: Sequence[Any], *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
+    histories: Sequence[Any],
+    *,
+    picture: str | None = None,
+    name: str = "",
+    target: Place | None = None,
+    **options: Any,
 ) -> FigureOrAxes:
     """Draw several histories over one another."""
     for history in histories:
@@ -275,7 +334,12 @@ def _draw_histories(
 
 @make_figure.register(xr.Dataset)
 def _draw_dataset(
-    dataset: xr.Dataset, *, picture: str | None = None, name: str = "", target: Place | None = None, **options: Any
+    dataset: xr.Dataset,
+    *,
+    picture: str | None = None,
+    name: str = "",
+    target: Place | None = None,
+    **options: Any,
 ) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
     content, called = dataset.attrs.get("content"), name or "this Dataset"
@@ -283,7 +347,12 @@ def _draw_dataset(
     if content == SWEEP:
         return _draw_sweep(dataset, picture, target, options)
     if _is_history(dataset) and content not in TABLES:
-        return draw(dataset, picture or ("contact-map" if "step" in options else "history"), target, **options)
+        return draw(
+            dataset,
+            picture or ("contact-map" if "step" in options else "history"),
+            target,
+            **options,
+        )
     kinds = {
         "fretting": content == "fretting report",
         "table": content in TABLES,
@@ -293,28 +362,43 @@ def _draw_dataset(
     for kind, matches in kinds.items():
         if matches:
             titled = name if kind == "table" else ""
-            return _draw_picture(dataset, picture or kind, {kind: PICTURES[kind]}, called, target, options, titled)
-    raise InputError(f"{called} is not a history; expected a Dataset from historysim, with its variables")
+            return _draw_picture(
+                dataset, picture or kind, {kind: PICTURES[kind]}, called, target, options, titled
+            )
+    raise InputError(
+        f"{called} is not a history; expected a Dataset from historysim, with its variables"
+    )
 
 
 TABLES = ("table", "history over time")  # contents of files that are tables
 
 
 def _is_history(subject: Any) -> bool:
-    return isinstance(subject, xr.Dataset) and "total_normal_load" in subject and subject.attrs.get("content") != SWEEP
+    return (
+        isinstance(subject, xr.Dataset)
+        and "total_normal_load" in subject
+        and subject.attrs.get("content") != SWEEP
+    )
 
 
-def _draw_sweep(sweep: xr.Dataset, picture: str | None, target: Place | None, options: dict[str, Any]) -> FigureOrAxes:
+def _draw_sweep(
+    sweep: xr.Dataset, picture: str | None, target: Place | None, options: dict[str, Any]
+) -> FigureOrAxes:
     """Draw loops of the cells where these have rows and no numbers; else a number, by its name or the first one."""
-    numbers = [str(key) for key in sweep.data_vars if not {"step", "asperity"} & set(sweep[key].dims)]
+    numbers = [
+        str(key) for key in sweep.data_vars if not {"step", "asperity"} & set(sweep[key].dims)
+    ]
     if picture is None and not numbers:
         picture = "loops"
     if picture is not None and picture not in sweep.data_vars and picture in PICTURES:
         return draw(sweep, picture, target, of=SWEEP, **options)
-    # the first output, else the usual quantity of a sweep; of others, such as a design, the first number
+    # the first output, else the usual quantity of a sweep; of others, such as a design, the first
+    # number
     preferred = [*str(sweep.attrs.get("outputs", "")).split(), "preliminary_displacement"]
     candidates = [key for name in preferred for key in (name, f"{name}_mean") if key in numbers]
-    return draw(sweep, "curve", target, of=SWEEP, quantity=picture or [*candidates, *numbers][0], **options)
+    return draw(
+        sweep, "curve", target, of=SWEEP, quantity=picture or [*candidates, *numbers][0], **options
+    )
 
 
 ACROSS, NARROWEST = 3, 55.0  # panels in a row, and the width that each has at least [mm]
@@ -334,7 +418,10 @@ BEYOND = {
 
 
 def draw_figure(
-    subjects: Sequence[Any], pictures: Sequence[Picture], title: str = "", target: Place | None = None
+    subjects: Sequence[Any],
+    pictures: Sequence[Picture],
+    title: str = "",
+    target: Place | None = None,
 ) -> FigureOrAxes:
     """Draw pictures, each of its result, sweep or scenario, side by side, in a narrow figure stacked."""
     target = target or {}
@@ -345,11 +432,15 @@ def draw_figure(
 
     def draw(canvas: Canvas) -> None:
         if canvas.target_axes is not None:
-            raise InputError(f"ax: this picture has {len(pictures)} panels; expected figure= in place of ax=")
+            raise InputError(
+                f"ax: this picture has {len(pictures)} panels; expected figure= in place of ax="
+            )
         across = min(len(pictures), ACROSS, max(int(canvas.width / NARROWEST), 1))
         fitting = pictures[: across * max(int((canvas.height - TITLE) / LOWEST), 1)]
         if omitted := [item.label for item in pictures[len(fitting) :]]:
-            canvas.notice(f"at {canvas.width:.3g} × {canvas.height:.3g} mm there is no room for {join_words(omitted)}")
+            canvas.notice(
+                f"at {canvas.width:.3g} × {canvas.height:.3g} mm there is no room for {join_words(omitted)}"
+            )
         across = min(across, len(fitting))
         # one picture, too, has its title and the line above all in separate parts
         panels: Any = canvas.figure.subfigures(-(-len(fitting) // across), across, squeeze=False)
@@ -357,7 +448,9 @@ def draw_figure(
             picture.draw_named(canvas.part(panel), prepare_data(subject, picture))
         canvas.heading(title)
         if results := [subject for subject in subjects if isinstance(subject, xr.Dataset)]:
-            findings = [item.name for item in read_findings(str(results[0].attrs.get("validity", "[]")))]
+            findings = [
+                item.name for item in read_findings(str(results[0].attrs.get("validity", "[]")))
+            ]
             if names := [BEYOND[name] for name in findings if name in BEYOND]:
                 canvas.notice(f"beyond the model's assumptions: {', '.join(names)}")
 
@@ -382,7 +475,9 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
     option_parameters = []
     for field in list_fields(kind):
         default = inspect.Parameter.empty if field.needed else field.default
-        option_parameters.append(inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default))
+        option_parameters.append(
+            inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default)
+        )
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
     function.__signature__ = inspect.Signature([data_parameter, *option_parameters, *where])  # type: ignore[attr-defined] # as help() reads it
     about, examples, example_text = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")

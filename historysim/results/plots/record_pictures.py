@@ -49,26 +49,58 @@ class ComparisonPicture(Titled):
     def sheet(self, data: Comparison) -> Sheet:
         """Return all charts."""
         observation, off, residuals = data.observation, data.difference, data.residuals
-        time, indices = observation.time, thin_samples(data.difference.size, [data.difference], MOST_POINTS)
+        time, indices = (
+            observation.time,
+            thin_samples(data.difference.size, [data.difference], MOST_POINTS),
+        )
         loads = [
-            Curve(time, channel.tangential_load, "", {"color": colour, "linewidth": width, "rasterized": True})
-            for channel, colour, width in ((observation, MEASURED, 0.9), (data.response, MODEL, 0.6))
+            Curve(
+                time,
+                channel.tangential_load,
+                "",
+                {"color": colour, "linewidth": width, "rasterized": True},
+            )
+            for channel, colour, width in (
+                (observation, MEASURED, 0.9),
+                (data.response, MODEL, 0.6),
+            )
         ]
         after_start = time[observation.start_sample :][indices]
         difference = Curve(after_start, off[indices], "", DOTS | {"color": INK, "ms": 1.2})
-        means = zip(residuals.position, residuals.mean, (INK, CORRECTED), ("forward", "backward"), strict=True)
-        branches = [Curve(100 * x, y, label, {"color": colour, "linewidth": 1.0}) for x, y, colour, label in means]
+        means = zip(
+            residuals.position,
+            residuals.mean,
+            (INK, CORRECTED),
+            ("forward", "backward"),
+            strict=True,
+        )
+        branches = [
+            Curve(100 * x, y, label, {"color": colour, "linewidth": 1.0})
+            for x, y, colour, label in means
+        ]
         short: dict[str, Any] = {"height": 28.0, "zero": "x"}
         labels: dict[str, Any] = {"title": "Tangential load", "x": "time (s)", "y": "$T$ (N)"}
         return Sheet(
             {
                 "L": Chart(
-                    items=_compared_loops(data), title="Friction loops", height=42.0, margins=(0.06, 0.06), **LOOP_AXES
+                    items=_compared_loops(data),
+                    title="Friction loops",
+                    height=42.0,
+                    margins=(0.06, 0.06),
+                    **LOOP_AXES,
                 ),
                 "T": Chart(items=loads, margins=(0.01, 0.05), height=28.0, **labels),
                 "E": _energies(data),
-                "D": Chart(items=[difference], title="Difference", x="time (s)", y="$ΔT$ (N)", **short),
-                "R": Chart(items=branches, title="Residuals", x="way from reversal (%)", y="mean $ΔT$ (N)", **short),
+                "D": Chart(
+                    items=[difference], title="Difference", x="time (s)", y="$ΔT$ (N)", **short
+                ),
+                "R": Chart(
+                    items=branches,
+                    title="Residuals",
+                    x="way from reversal (%)",
+                    y="mean $ΔT$ (N)",
+                    **short,
+                ),
             },
             wide="LLLTTT;EEDDRR",
             narrow="LL;TT;ED;RR",
@@ -88,17 +120,28 @@ def _compared_loops(comparison: Comparison) -> list[Item]:
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     load, modelled = observation.tangential_load, response.tangential_load
     items: list[Item] = [
-        Curve(observation.displacement[indices], load[indices], "measured", DOTS | {"color": MEASURED}),
+        Curve(
+            observation.displacement[indices], load[indices], "measured", DOTS | {"color": MEASURED}
+        ),
         Curve(response.displacement[order], modelled[order], "model", line),
     ]
     instrument = comparison.instrument
     if not instrument.rigid or instrument.parallel_stiffness:
         load = load - instrument.parallel_stiffness * observation.displacement
         contact = observation.displacement - load / instrument.stiffness
-        items.append(Curve(contact[indices], load[indices], "measured, of the contact", DOTS | {"color": CORRECTED}))
+        items.append(
+            Curve(
+                contact[indices],
+                load[indices],
+                "measured, of the contact",
+                DOTS | {"color": CORRECTED},
+            )
+        )
         contact = response.displacement - response.contact_load / instrument.stiffness
         dashes = line | {"linestyle": (0, (4, 1.5))}
-        items.append(Curve(contact[order], response.contact_load[order], "model, of the contact", dashes))
+        items.append(
+            Curve(contact[order], response.contact_load[order], "model, of the contact", dashes)
+        )
     return items
 
 
@@ -149,11 +192,17 @@ class RecordPicture(Titled):
             )
             window = _detail(values)
             options: dict[str, Any] = {"y": f"({unit})", "margins": (0.01, 0.05), "height": 24.0}
-            all_samples, detail = (_channel(data.time, values, read, samples) for samples in (slice(None), window))
+            all_samples, detail = (
+                _channel(data.time, values, read, samples) for samples in (slice(None), window)
+            )
             is_last = number == len(channels) - 1
             labels: dict[str, Any] = {"x": "time (s)" if is_last else ""}
-            charts[letters[0]] = Chart(items=all_samples, title=words.capitalize(), name=words, **labels, **options)
-            charts[letters[1]] = Chart(items=detail, title="Detail", name="details", **labels, **options)
+            charts[letters[0]] = Chart(
+                items=all_samples, title=words.capitalize(), name=words, **labels, **options
+            )
+            charts[letters[1]] = Chart(
+                items=detail, title="Detail", name="details", **labels, **options
+            )
             charts[letters[2]] = _spectrum(values, read, data.time, unit, is_last=is_last)
             wide.append("{0}{0}{0}{0}{1}{1}{1}{2}{2}{2}".format(*letters))
         return Sheet(charts, wide=";".join(wide), narrow=";".join(row[0] for row in wide))
@@ -164,13 +213,19 @@ def _changing(measurement: Measurement) -> dict[str, Floats]:
     every = {**measurement.channels, **measurement.response}
     varying = {name: values for name, values in every.items() if np.ptp(values) > 0}
     if not varying:
-        raise InputError("the record has constants alone; expected a channel that changes, to draw it")
+        raise InputError(
+            "the record has constants alone; expected a channel that changes, to draw it"
+        )
     return varying
 
 
 def _channel(time: Floats, values: Floats, read: Floats | None, window: slice) -> list[Item]:
     channels = ((read, "as read", AS_READ), (values, "as used", AS_USED))
-    return [Curve(time[window], channel[window], name, look) for channel, name, look in channels if channel is not None]
+    return [
+        Curve(time[window], channel[window], name, look)
+        for channel, name, look in channels
+        if channel is not None
+    ]
 
 
 def _detail(values: Floats) -> slice:
@@ -180,8 +235,15 @@ def _detail(values: Floats) -> slice:
     return slice(start, start + count)
 
 
-def _spectrum(values: Floats, read: Floats | None, time: Floats, unit: str, *, is_last: bool) -> Chart:
-    options: dict[str, Any] = {"title": "Amplitude", "name": "spectra", "y": f"({unit})", "height": 24.0}
+def _spectrum(
+    values: Floats, read: Floats | None, time: Floats, unit: str, *, is_last: bool
+) -> Chart:
+    options: dict[str, Any] = {
+        "title": "Amplitude",
+        "name": "spectra",
+        "y": f"({unit})",
+        "height": 24.0,
+    }
     try:
         rate = sampling_rate(time)
     except InputError:
@@ -192,7 +254,9 @@ def _spectrum(values: Floats, read: Floats | None, time: Floats, unit: str, *, i
     for channel, look in ((read, AS_READ), (values, AS_USED)):
         if channel is not None:
             length = min(PIECE, channel.size)
-            frequency, power = signal.welch(channel, rate, nperseg=length, scaling="spectrum", detrend="linear")
+            frequency, power = signal.welch(
+                channel, rate, nperseg=length, scaling="spectrum", detrend="linear"
+            )
             # the amplitude of a sine; the first bins hold the remainder of the mean
             items.append(Curve(frequency[2:], np.sqrt(2 * power[2:]), "", look))
     x = "frequency (Hz)" if is_last else ""
@@ -252,16 +316,27 @@ class TablePicture(Titled):
         abscissa, numbers, by_unit = _by_unit(written)
         charts: dict[str, Chart] = {}
         omitted: list[str] = []
-        for letter, (unit, names) in zip("ABCDEFGHIJKLMNOPQRSTUVWXYZ", by_unit.items(), strict=False):
+        for letter, (unit, names) in zip(
+            "ABCDEFGHIJKLMNOPQRSTUVWXYZ", by_unit.items(), strict=False
+        ):
             words = [name.replace("_", " ") for name in names]
             omitted += words[MOST_LINES:] if letter in "ABCD" else words
             columns = zip(names, words, range(MOST_LINES), strict=False)
             # lines of two panels look alike
-            options: dict[str, Any] = {"height": 24.0, "share": "row", "separate_legend": len(by_unit) > 1}
+            options: dict[str, Any] = {
+                "height": 24.0,
+                "share": "row",
+                "separate_legend": len(by_unit) > 1,
+            }
             options["x"] = _label(abscissa, numbers[abscissa].attrs.get("units", "1"))
             options["y"] = _label(words[0] if len(names) == 1 else "value", unit)
             lines = [
-                Curve(numbers[abscissa].values, numbers[name].values, label, line_style(number, MOST_LINES))
+                Curve(
+                    numbers[abscissa].values,
+                    numbers[name].values,
+                    label,
+                    line_style(number, MOST_LINES),
+                )
                 for name, label, number in columns
             ]
             if letter in "ABCD":
@@ -278,9 +353,13 @@ def _table(data: WrittenTable | xr.Dataset) -> WrittenTable:
 
 def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[str]]]:
     """Return the first column of numbers, all of them, and the names of the others by their units."""
-    numbers = {str(name): values for name, values in table.columns.items() if values.dtype.kind in "fiu"}
+    numbers = {
+        str(name): values for name, values in table.columns.items() if values.dtype.kind in "fiu"
+    }
     if len(numbers) < 2 or not table.columns.sizes["row"]:
-        raise InputError(f"{table.name}: needs at least two columns of numbers to draw; `show` lists its columns")
+        raise InputError(
+            f"{table.name}: needs at least two columns of numbers to draw; `show` lists its columns"
+        )
     abscissa, *ordinates = numbers
     by_unit: dict[str, list[str]] = {}
     for name in ordinates:
@@ -307,15 +386,31 @@ class CreepPicture(Titled):
             (data.forward, STATE_COLOURS[1], "o", "held forward"),
             (~data.forward, STATE_COLOURS[2], "s", "held backward"),
         ):
-            look = {"linestyle": "", "marker": marker, "ms": 2.6, "mfc": "none", "mew": 0.6, "color": colour}
+            look = {
+                "linestyle": "",
+                "marker": marker,
+                "ms": 2.6,
+                "mfc": "none",
+                "mew": 0.6,
+                "color": colour,
+            }
             items.append(Curve(data.time[selected], 100 * data.relaxed[selected], name, look))
         if not data.unknown:
             time = np.geomspace(data.time.min(), data.time.max(), 200)
             percent = -100 * data.relaxation.value / np.log(10) * np.log1p(time / data.onset)
-            items.append(Curve(time, percent, "log time", {"color": CORRECTED, "linewidth": 1.4, "zorder": 3}))
-        labels: dict[str, Any] = {"x": "time since the displacement is held (s)", "y": "change of $T$ over $T$ (%)"}
+            items.append(
+                Curve(
+                    time, percent, "log time", {"color": CORRECTED, "linewidth": 1.4, "zorder": 3}
+                )
+            )
+        labels: dict[str, Any] = {
+            "x": "time since the displacement is held (s)",
+            "y": "change of $T$ over $T$ (%)",
+        }
         relaxation = Chart(items=items, title="Relaxation", axes={"xscale": "log"}, **labels)
-        caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
+        caption = "; ".join(
+            f"{label} {text}" for label, text in data.summary() if label == "relaxation"
+        )
         return Sheet({"R": relaxation, "P": _creep_parts(data)}, subtitle=caption)
 
 
@@ -331,5 +426,9 @@ def _creep_parts(data: Creep) -> Chart:
         low, high = low + np.minimum(values, 0), high + np.maximum(values, 0)
     mark = {"marker": "_", "linestyle": "", "color": INK, "ms": 9, "mew": 1.2}
     items.append(Curve(number, sense * [hold.change for hold in data.holds], "measured", mark))
-    labels: dict[str, Any] = {"title": "Parts of the change", "x": "hold", "y": "$ΔT$ along $T$ (N)"}
+    labels: dict[str, Any] = {
+        "title": "Parts of the change",
+        "x": "hold",
+        "y": "$ΔT$ along $T$ (N)",
+    }
     return Chart(items=items, zero="x", integers=True, **labels)

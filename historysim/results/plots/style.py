@@ -1,6 +1,7 @@
 """Style shared by all pictures: colours, lines, thinning, and numbers with a readable unit.
 
-Colours differ for readers with any colour vision and in grey print: lightness rises from stick to slip.
+Colours differ for readers with any colour vision and in grey print: lightness rises from stick to
+slip.
 """
 
 from collections.abc import Sequence
@@ -54,12 +55,14 @@ LINES = (
     ("#33864f", (0, (3, 1, 1, 1)), "*"),
 )
 MOST_LINES = 12
-DASHED: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2))}  # a limit, or a law
+# a limit, or a law
+DASHED: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2))}
 
 # SI units that have a readable prefix in labels.
 WITH_PREFIX = {"m", "m²", "m³", "N", "N/m", "J", "J/m²", "Pa"}
 LOOP_NUMBER = "loop, counted from 0"  # label of an axis of loops, counted as in the tables
-DISPLACEMENT, LOAD = "tangential displacement $U$ (m)", "tangential load $T$ (N)"  # labels of a friction loop
+# labels of a friction loop
+DISPLACEMENT, LOAD = "tangential displacement $U$ (m)", "tangential load $T$ (N)"
 # a y label above its axes, in place of the title
 LABEL_ABOVE: dict[str, Any] = {"loc": "left", "fontsize": 7, "fontweight": "normal", "wrap": True}
 LOOP_AXES: dict[str, Any] = {"x": DISPLACEMENT, "y": LOAD, "zero": "xy"}
@@ -97,8 +100,8 @@ def escape_math(text: str) -> str:
 def line_style(number: int, count: int) -> dict[str, Any]:
     """Return colour, dashes and width of one line of several.
 
-    Up to eight lines have separate colours and dashes; the colours of more, such as steps of a load, range from light
-    to dark.
+    Up to eight lines have separate colours and dashes; the colours of more, such as steps of a
+    load, range from light to dark.
     """
     if count <= len(LINES):
         colour, dashes, _ = LINES[number]
@@ -117,7 +120,12 @@ def line_colours() -> Any:
 
 
 # Channels of a history whose extremes a thinned line keeps.
-_KEPT_CHANNELS = ("total_tangential_load", "tangential_displacement", "total_normal_load", "separation")
+_KEPT_CHANNELS = (
+    "total_tangential_load",
+    "tangential_displacement",
+    "total_normal_load",
+    "separation",
+)
 
 
 def thin_history(history: "xr.Dataset") -> "xr.Dataset":
@@ -135,15 +143,17 @@ def select_steps(history: "xr.Dataset") -> Integers:
     size = history.sizes["step"]
     if size <= MOST_POINTS:
         return np.arange(size)
-    channels = [history[name].values.reshape(size, -1).T for name in _KEPT_CHANNELS if name in history]
+    channels = [
+        history[name].values.reshape(size, -1).T for name in _KEPT_CHANNELS if name in history
+    ]
     return thin_samples(size, [column for channel in channels for column in channel], MOST_POINTS)
 
 
 def thin_samples(size: int, channels: Sequence[Floats], max_samples: int) -> Integers:
     """Return the samples at which channels have the least and the greatest value of each of many equal pieces.
 
-    At most so many samples, the first and the last one among them; all of them if they are no more. A stride would
-    leave out what recurs in each period of a record.
+    At most so many samples, the first and the last one among them; all of them if they are no more.
+    A stride would leave out what recurs in each period of a record.
     """
     if size <= max_samples:
         return np.arange(size)

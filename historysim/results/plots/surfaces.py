@@ -39,10 +39,16 @@ from historysim.surfaces.summits import Summits
 MOST_MARKS = 20_000  # summits without contact that are marked; of more, a random sample
 LONGEST = 4.0  # length over width of a surface up to which the axes have its shape
 SEPARATED, TOUCHING = 0, -1
-NO_CONTACT = "#4aa8e0"  # summits without contact: a colour different from grey heights and from the slip states
+# summits without contact: a colour different from grey heights and from the slip states
+NO_CONTACT = "#4aa8e0"
 MISSING = "#efdcc3"
 DARKEST = 0.55  # darkest grey of heights under summits in contact
-FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2)), "label": "rigid flat"}
+FLAT: dict[str, Any] = {
+    "color": INK,
+    "linewidth": 0.8,
+    "linestyle": (0, (4, 2)),
+    "label": "rigid flat",
+}
 HEIGHT, RADIUS = "summit height $z$ (m)", "summit radius $R$ (m)"
 PLANE: dict[str, Any] = {"x": "$x$ (m)", "y": "$y$ (m)"}
 
@@ -52,7 +58,13 @@ PLANE: dict[str, Any] = {"x": "$x$ (m)", "y": "$y$ (m)"}
 class SurfacePicture(Titled):
     """The surface with its summits, and the asperity distribution: radius over height."""
 
-    kind, of, size, own_figure, headed = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True, True
+    kind, of, size, own_figure, headed = (
+        "surface",
+        (Surface, SCENARIO),
+        (TWO_COLUMNS, 97.0),
+        True,
+        True,
+    )
 
     def sheet(self, data: xr.Dataset | Surface) -> Sheet:
         """Return the map, or the profile, and the distribution; without positions the distribution alone."""
@@ -72,8 +84,8 @@ class DistributionPicture(Picture):
     Attributes
     ----------
     step
-        Number of a step, ``"partial"`` (slipping fraction of the area nearest to half) or ``"peak"`` (greatest normal
-        load).
+        Number of a step, ``"partial"`` (slipping fraction of the area nearest to half) or
+        ``"peak"`` (greatest normal load).
     """
 
     step: int | str = "partial"
@@ -110,7 +122,11 @@ def surface_sheet(surface: xr.Dataset, contact: ContactAtStep) -> Sheet:
         charts["M"] = (_profile if is_profile else _summit_map)(surface, contact)
     if count > 1 or not charts:
         charts["D"] = _distribution(contact)
-    notices = () if "D" in charts else (f"no asperity distribution: {count_text(count, 'summit', 'summits')}",)
+    notices = (
+        ()
+        if "D" in charts
+        else (f"no asperity distribution: {count_text(count, 'summit', 'summits')}",)
+    )
     wide = "MMMMMDDDD" if len(charts) > 1 else ""
     return Sheet(charts, wide=wide, subtitle=contact.caption, notices=notices, first_alone=True)
 
@@ -130,10 +146,21 @@ def load_surface(history: xr.Dataset) -> xr.Dataset:
         with suppress(OSError, KeyError):
             return xr.load_dataset(source, engine="netcdf4", group=surface_group.GROUP)
     if "summit_height" not in history:
-        raise InputError("the history holds no asperities; expected one recorded with asperities, or its file")
-    names = {"summit_height": "summit_height", "summit_radius": "summit_radius", "x": "summit_x", "y": "summit_y"}
+        raise InputError(
+            "the history holds no asperities; expected one recorded with asperities, or its file"
+        )
+    names = {
+        "summit_height": "summit_height",
+        "summit_radius": "summit_radius",
+        "x": "summit_x",
+        "y": "summit_y",
+    }
     return xr.Dataset(
-        {ours: ("summit", history[theirs].values) for theirs, ours in names.items() if theirs in history.coords},
+        {
+            ours: ("summit", history[theirs].values)
+            for theirs, ours in names.items()
+            if theirs in history.coords
+        },
         coords={"summit": history["asperity"].values},
     )
 
@@ -151,7 +178,9 @@ def step_number(step: int | str, history: xr.Dataset) -> int:
         raise InputError(f"{error}, partial or peak") from None
 
 
-def read_contact(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0) -> ContactAtStep:
+def read_contact(
+    surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0
+) -> ContactAtStep:
     """Return the summits of a surface alone, or at a step of a history."""
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
@@ -169,7 +198,9 @@ def read_contact(surface: xr.Dataset, history: xr.Dataset | None = None, step: i
     state[np.argsort(-height, kind="stable")[: int(row["contact_count"])]] = TOUCHING
     if recorded.size:
         state[recorded] = row["slip_state"].values
-    return ContactAtStep(state, height, radius, float(row["separation"]), step_caption(history, step))
+    return ContactAtStep(
+        state, height, radius, float(row["separation"]), step_caption(history, step)
+    )
 
 
 def step_caption(history: xr.Dataset, step: int) -> str:
@@ -192,9 +223,13 @@ def _positions(surface: xr.Dataset, row: xr.Dataset) -> Integers:
     if asperities.size and (
         positions.max() >= labels.size
         or not np.array_equal(labels[positions], asperities)
-        or not np.array_equal(surface["summit_height"].values[positions], row["summit_height"].values)
+        or not np.array_equal(
+            surface["summit_height"].values[positions], row["summit_height"].values
+        )
     ):
-        raise InputError("the history is of other summits than the surface; expected the surface in its file")
+        raise InputError(
+            "the history is of other summits than the surface; expected the surface in its file"
+        )
     return positions
 
 
@@ -204,7 +239,10 @@ def _summit_map(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
     sides = (x[1] - x[0], y[1] - y[0])
     items: list[Item] = []
     # a long strip would leave no room for its labels
-    axes: dict[str, Any] = {"aspect": "equal", "adjustable": "box" if max(sides) <= LONGEST * min(sides) else "datalim"}
+    axes: dict[str, Any] = {
+        "aspect": "equal",
+        "adjustable": "box" if max(sides) <= LONGEST * min(sides) else "datalim",
+    }
     if "height" in surface:
         # pale under the colours of the states, which then differ from it in grey print, too
         items += _heights(surface, (*x, *y), darkest=DARKEST if contact.flat else 0.0)
@@ -213,7 +251,9 @@ def _summit_map(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
         reach = float(surface["summit_radius"].values.max())
         axes |= {"xlim": (x[0] - reach, x[0] + reach), "ylim": (y[0] - reach, y[0] + reach)}
     items += _marks(surface["summit_x"].values, surface["summit_y"].values, contact)
-    return Chart(items=items, title="Surface and summits", name="surface", height=44.0, axes=axes, **PLANE)
+    return Chart(
+        items=items, title="Surface and summits", name="surface", height=44.0, axes=axes, **PLANE
+    )
 
 
 def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
@@ -233,15 +273,25 @@ def _heights(surface: xr.Dataset, extent: Any, *, darkest: float) -> list[Item]:
     finite = heights[np.isfinite(heights)]
     items: list[Item] = []
     if finite.size < heights.size:
-        items.append(Shape("scatter", ([], []), {"marker": "s", "color": MISSING, "label": "missing height"}))
+        items.append(
+            Shape("scatter", ([], []), {"marker": "s", "color": MISSING, "label": "missing height"})
+        )
     # a few spikes would leave the rest in one grey
     low, high = np.percentile(finite, (0.5, 99.5)) if finite.size else (0.0, 0.0)
-    greys = ListedColormap(mpl.colormaps["gray"](np.linspace(darkest, 1.0, 256))).with_extremes(bad=MISSING)
+    greys = ListedColormap(mpl.colormaps["gray"](np.linspace(darkest, 1.0, 256))).with_extremes(
+        bad=MISSING
+    )
     if high <= low:
-        return [*items, Map(heights, extent, look={"cmap": greys, "vmin": low - 1e-9, "vmax": high + 1e-9})]
+        return [
+            *items,
+            Map(heights, extent, look={"cmap": greys, "vmin": low - 1e-9, "vmax": high + 1e-9}),
+        ]
     below, above = finite.min() < low, finite.max() > high
     extend = "both" if below and above else "min" if below else "max" if above else "neither"
-    return [*items, Map(heights, extent, "height $z$ (m)", {"cmap": greys, "vmin": low, "vmax": high}, extend)]
+    return [
+        *items,
+        Map(heights, extent, "height $z$ (m)", {"cmap": greys, "vmin": low, "vmax": high}, extend),
+    ]
 
 
 def _profile(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
@@ -250,17 +300,27 @@ def _profile(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
     items: list[Item] = [Curve(surface[axis].values, surface["height"].values.ravel(), "", line)]
     items += _marks(surface[f"summit_{axis}"].values, contact.height, contact)
     items += [Shape("axhline", (separation,), FLAT) for separation in contact.flat]
-    labels: dict[str, Any] = {"title": "Profile and summits", "x": f"${axis}$ (m)", "y": "height $z$ (m)"}
+    labels: dict[str, Any] = {
+        "title": "Profile and summits",
+        "x": f"${axis}$ (m)",
+        "y": "height $z$ (m)",
+    }
     return Chart(items=items, margins=(0.01, 0.05), name="profile", **labels)
 
 
 def _distribution(contact: ContactAtStep) -> Chart:
     """Return the radius of each summit against its height."""
     radii = contact.radius
-    items = [*_marks(contact.height, radii, contact), *(Shape("axvline", (at,), FLAT) for at in contact.flat)]
+    items = [
+        *_marks(contact.height, radii, contact),
+        *(Shape("axvline", (at,), FLAT) for at in contact.flat),
+    ]
     axes: dict[str, Any] = {}
     if not radii.size:
-        items, axes = [Note("no summits", (0.5, 0.5), (0, 0), {"color": FAINT})], {"xticks": [], "yticks": []}
+        items, axes = (
+            [Note("no summits", (0.5, 0.5), (0, 0), {"color": FAINT})],
+            {"xticks": [], "yticks": []},
+        )
     elif np.ptp(radii) <= 1e-12 * radii.max():
         axes = {"ylim": (0, 2 * radii.max())}
     # radii of rough surfaces range over decades
@@ -278,7 +338,13 @@ def _marks(x: Floats, y: Floats, contact: ContactAtStep) -> list[Item]:
         # at random: every so many-th summit of a regular array would be another array
         separated = np.random.default_rng(0).choice(separated, MOST_MARKS, replace=False)
         label = f"{label or 'summit'} ({MOST_MARKS:,} of {count:,} drawn)"
-    dots = {"color": NO_CONTACT, "markeredgewidth": 0, "rasterized": True, "marker": ".", "linestyle": ""}
+    dots = {
+        "color": NO_CONTACT,
+        "markeredgewidth": 0,
+        "rasterized": True,
+        "marker": ".",
+        "linestyle": "",
+    }
     dots["ms"] = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
     items: list[Item] = [Curve(x[separated], y[separated], label, dots)]
     marks: dict[str, Any] = {"edgecolors": INK, "linewidths": 0.35, "rasterized": True, "zorder": 3}
@@ -287,12 +353,21 @@ def _marks(x: Floats, y: Floats, contact: ContactAtStep) -> list[Item]:
     if (state == TOUCHING).any():
         fills.append((TOUCHING, "none", "touching, not recorded"))
     for value, fill, name in fills:
-        items.append(Shape("scatter", (x[state == value], y[state == value]), marks | {"c": fill, "label": name}))
+        items.append(
+            Shape(
+                "scatter",
+                (x[state == value], y[state == value]),
+                marks | {"c": fill, "label": name},
+            )
+        )
     return items
 
 
-HIGHEST = 99.8  # percentile of the radii at the end of the axis: a few flat summits would leave all others at its foot
-APART_WIDTH, JOINT_WIDTH = 90.0, 35.0  # extra width [mm] of summits side by side, and in one pair of axes
+# percentile of the radii at the end of the axis: a few flat summits would leave all others at its
+# foot
+HIGHEST = 99.8
+# extra width [mm] of summits side by side, and in one pair of axes
+APART_WIDTH, JOINT_WIDTH = 90.0, 35.0
 
 
 @PICTURES.register
@@ -300,7 +375,8 @@ APART_WIDTH, JOINT_WIDTH = 90.0, 35.0  # extra width [mm] of summits side by sid
 class SummitsPicture(Panel):
     """Radius over height of all summits of up to 8 surfaces, with means and standard deviations.
 
-    Of a scenario they are those of the surface, or of the surfaces of its sweep. In Python: a dict of summits.
+    Of a scenario they are those of the surface, or of the surfaces of its sweep. In Python: a dict
+    of summits.
 
     Attributes
     ----------
@@ -333,36 +409,84 @@ class SummitsPicture(Panel):
             surfaces = {f"surface {number + 1}": summits for number, summits in enumerate(surfaces)}
         summits: list[Summits] = list(surfaces.values())
         if not 1 <= len(summits) <= len(LINES):
-            raise InputError(f"{count_text(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}")
+            raise InputError(
+                f"{count_text(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}"
+            )
         labels = self.resolve_labels([*surfaces], "surfaces")
         top = max(float(np.percentile(sample.radius, HIGHEST)) for sample in summits)
         units = choose_scale("m", top), choose_scale("m", *(sample.height for sample in summits))
-        size = float(np.clip(120 / np.sqrt(max(sample.height.size for sample in summits)), 1.3, 5.0))
+        size = float(
+            np.clip(120 / np.sqrt(max(sample.height.size for sample in summits)), 1.3, 5.0)
+        )
         scatters = []
         for sample, label, (colour, *_) in zip(summits, labels, LINES, strict=False):
             means = f"$R$ {_mean(sample.radius, *units[0])}, $z$ {_mean(sample.height, *units[1])}"
             scatters.append(_scatter(sample, size, colour, f"{label}: {means} ({len(sample):,})"))
         axes = {"ylim": (0, 1.05 * top)}
         if self.apart:
-            options: dict[str, Any] = {"share": "map", "axes": axes, "x": "height $z$ (m)", "y": RADIUS}
+            options: dict[str, Any] = {
+                "share": "map",
+                "axes": axes,
+                "x": "height $z$ (m)",
+                "y": RADIUS,
+            }
             samples = zip("ABCDEFGH", scatters, labels, strict=False)
-            charts = {letter: Chart(items=items, title=label, **options) for letter, items, label in samples}
+            charts = {
+                letter: Chart(items=items, title=label, **options)
+                for letter, items, label in samples
+            }
         else:
-            charts = {"A": Chart(items=[item for items in scatters for item in items], x=HEIGHT, y=RADIUS, axes=axes)}
+            charts = {
+                "A": Chart(
+                    items=[item for items in scatters for item in items],
+                    x=HEIGHT,
+                    y=RADIUS,
+                    axes=axes,
+                )
+            }
         beyond = sum(int(np.count_nonzero(sample.radius > 1.05 * top)) for sample in summits)
-        notice = f"{count_text(beyond, 'summit', 'summits')} with a larger radius lie above the axis" if beyond else ""
+        notice = (
+            f"{count_text(beyond, 'summit', 'summits')} with a larger radius lie above the axis"
+            if beyond
+            else ""
+        )
         letters, across = "".join(charts), min(len(charts), 3)
-        rows = ";".join(letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across))
+        rows = ";".join(
+            letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across)
+        )
         note = "mean ± standard deviation (number of summits)"
         return Sheet(charts, narrow=rows, notices=(notice,), note=note)
 
 
 def _scatter(summits: Summits, size: float, colour: str, name: str) -> list[Item]:
     height, radius = summits.height, summits.radius
-    dots = {"color": colour, "alpha": 0.7, "marker": ".", "linestyle": "", "ms": size, "mew": 0, "rasterized": True}
-    errors = {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)} if height.size > 1 else {"xerr": None}
-    look = {"color": colour, "mec": "white", "mew": 0.5, "marker": "s", "ms": 4.5, "linewidth": 0.8, "zorder": 4}
-    return [Curve(height, radius, "", dots), Curve(height.mean(), radius.mean(), name, look, errors=errors)]
+    dots = {
+        "color": colour,
+        "alpha": 0.7,
+        "marker": ".",
+        "linestyle": "",
+        "ms": size,
+        "mew": 0,
+        "rasterized": True,
+    }
+    errors = (
+        {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)}
+        if height.size > 1
+        else {"xerr": None}
+    )
+    look = {
+        "color": colour,
+        "mec": "white",
+        "mew": 0.5,
+        "marker": "s",
+        "ms": 4.5,
+        "linewidth": 0.8,
+        "zorder": 4,
+    }
+    return [
+        Curve(height, radius, "", dots),
+        Curve(height.mean(), radius.mean(), name, look, errors=errors),
+    ]
 
 
 def _mean(values: Floats, factor: float, unit: str) -> str:
@@ -380,10 +504,13 @@ class MapPicture(Panel):
     def sheet(self, data: Surface) -> Chart:
         """Return the heights, seen from above."""
         extent = (0.0, data.size[0], 0.0, data.size[1])
-        return Chart(items=[Map(data.heights, extent, "height $z$ (m)", {"cmap": "viridis"})], **PLANE)
+        return Chart(
+            items=[Map(data.heights, extent, "height $z$ (m)", {"cmap": "viridis"})], **PLANE
+        )
 
 
-DEEPEST = 99.8  # percentile of the lost heights at the end of the colours: one spike would hide the rest
+# percentile of the lost heights at the end of the colours: one spike would hide the rest
+DEEPEST = 99.8
 NOT_MEASURED = "#d9d9d6"
 SHOWN = ("worn volume", "summits")  # lines of the summary above the picture
 
@@ -398,10 +525,18 @@ class BeforeAfterPicture(Titled):
     def sheet(self, data: Registration) -> Sheet:
         """Return the difference of the maps, and the section along x with the greatest loss."""
         lost = np.where(data.worn, data.difference.heights, -math.inf)
-        row = int(np.unravel_index(np.argmax(lost), lost.shape)[1]) if data.worn.any() else lost.shape[1] // 2
+        row = (
+            int(np.unravel_index(np.argmax(lost), lost.shape)[1])
+            if data.worn.any()
+            else lost.shape[1] // 2
+        )
         y = (row + 0.5) * data.difference.pixel_size[1]
         caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN)
-        return Sheet({"M": _difference(data, y), "S": _section(data, row, y)}, wide="MMMMMSSSS", subtitle=caption)
+        return Sheet(
+            {"M": _difference(data, y), "S": _section(data, row, y)},
+            wide="MMMMMSSSS",
+            subtitle=caption,
+        )
 
 
 def _difference(registration: Registration, section: float) -> Chart:
@@ -414,11 +549,26 @@ def _difference(registration: Registration, section: float) -> Chart:
     look = {"cmap": colours, "vmin": -limit, "vmax": limit}
     items: list[Item] = [Map(lost, (0.0, size[0], 0.0, size[1]), "height lost (m)", look, "both")]
     if registration.worn.any():
-        x, y = ((np.arange(count) + 0.5) * side for count, side in zip(lost.shape, pixel, strict=True))
-        items.append(Shape("contour", (x, y, registration.worn.T), {"levels": [0.5], "colors": INK, "linewidths": 0.5}))
+        x, y = (
+            (np.arange(count) + 0.5) * side for count, side in zip(lost.shape, pixel, strict=True)
+        )
+        items.append(
+            Shape(
+                "contour",
+                (x, y, registration.worn.T),
+                {"levels": [0.5], "colors": INK, "linewidths": 0.5},
+            )
+        )
     for fate, marker, name in ((LOWERED, "v", "summit flattened"), (LOST, "x", "summit lost")):
         positions = registration.summit_place[registration.fate == fate] + 0.5 * pixel
-        look = {"color": INK, "linestyle": "", "marker": marker, "ms": 3.5, "mfc": "none", "mew": 0.7}
+        look = {
+            "color": INK,
+            "linestyle": "",
+            "marker": marker,
+            "ms": 3.5,
+            "mfc": "none",
+            "mew": 0.7,
+        }
         x, y = positions.T
         items.append(Curve(x, y, name if positions.size else "", look))
     items.append(Shape("axhline", (section,), DASHED | {"linewidth": 0.7}))

@@ -19,7 +19,11 @@ from historysim.results.plots.chart import MOVED, Chart, Curve, Item, Note, Shap
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
 from historysim.results.plots.style import FAINT, INK, LINES, choose_scale, format_unit
 
-SPREADS = {"deviation": "mean ± standard deviation", "quantiles": "median, 10 to 90 %", "none": "mean"}
+SPREADS = {
+    "deviation": "mean ± standard deviation",
+    "quantiles": "median, 10 to 90 %",
+    "none": "mean",
+}
 QUANTILES = (0.1, 0.9)
 BARS_APART = 3.0  # distance of error bars from those of the next line [pt]
 LEAST_FACTOR = 30.0  # greatest over smallest number of an axis, from which on it may be logarithmic
@@ -35,7 +39,8 @@ class CurvePicture(Panel):
     quantity
         The number of the sweep.
     over
-        A dimension, or another number, such as ``peak_nominal_pressure``; by default the first dimension with numbers.
+        A dimension, or another number, such as ``peak_nominal_pressure``; by default the first
+        dimension with numbers.
     each
         The dimension of the lines.
     spread
@@ -49,7 +54,8 @@ class CurvePicture(Panel):
     unit, over_unit
         Units of the two axes, such as ``"MPa"``; by default those of a readable prefix.
     ends
-        For ``x`` or ``y`` two variables with the lower and upper ends of error bars, in place of the spread.
+        For ``x`` or ``y`` two variables with the lower and upper ends of error bars, in place of
+        the spread.
 
     Examples
     --------
@@ -64,7 +70,9 @@ class CurvePicture(Panel):
     over: str | None = None
     each: str | None = None
     spread: str = attrs.field(default="deviation", validator=choice(*SPREADS))
-    fit: str | None = attrs.field(default=None, validator=attrs.validators.optional(choice("straight", "power")))
+    fit: str | None = attrs.field(
+        default=None, validator=attrs.validators.optional(choice("straight", "power"))
+    )
     logarithmic: bool | None = None
     from_zero: bool = False
     unit: str = ""
@@ -80,45 +88,78 @@ class CurvePicture(Panel):
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return a line for each member of a dimension; points of seeds, or that repeat, are not joined."""
         if self.from_zero and self.logarithmic:
-            raise InputError("from_zero: a logarithmic axis has no zero; expected logarithmic = false")
+            raise InputError(
+                "from_zero: a logarithmic axis has no zero; expected logarithmic = false"
+            )
         sweep, quantity = _without_mean(select_cells(data, self.where), self.quantity)
         over, points, grouping = self._resolve_axes(sweep, quantity)
         members = [None] if grouping is None else list(range(sweep.sizes[grouping]))
-        names = ["" if member is None else cell_name(sweep, str(grouping), member) for member in members]
+        names = [
+            "" if member is None else cell_name(sweep, str(grouping), member) for member in members
+        ]
         labels = self.resolve_labels(names, "lines")
         numeric = over in sweep and _is_number(sweep, over)
-        scales = {"x": (1.0, "") if not numeric else _unit_scale(sweep[over], self.over_unit, "over_unit")}
+        scales = {
+            "x": (1.0, "") if not numeric else _unit_scale(sweep[over], self.over_unit, "over_unit")
+        }
         scales["y"] = _unit_scale(sweep[quantity], self.unit, "unit")
         items: list[Item] = []
         limits = []
-        for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
+        for number, (member, (colour, dashes, marker)) in enumerate(
+            zip(members, LINES, strict=False)
+        ):
             curve_data = sweep if member is None else sweep.isel({grouping: member})
             line = self._line(curve_data, points, over if numeric else "", quantity)
             for column in line:
                 line[column] *= scales[column[0]][0]
-            joined = "seed" not in over and line["x"].is_monotonic_increasing and line["x"].is_unique
+            joined = (
+                "seed" not in over and line["x"].is_monotonic_increasing and line["x"].is_unique
+            )
             # lines may hide one another: those below have the larger marks
             size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
-            look = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
+            look = {
+                "color": colour,
+                "linestyle": dashes if joined else "none",
+                "marker": marker,
+                "ms": size,
+            }
             shift = BARS_APART * (number - (len(members) - 1) / 2)
             # failed cells are gaps
-            items += self._curve(line.dropna(subset="y"), labels[number], look | {"linewidth": 1.0}, shift)
+            items += self._curve(
+                line.dropna(subset="y"), labels[number], look | {"linewidth": 1.0}, shift
+            )
             limits += line["x"].tolist()
         low, high = np.nanmin(limits), np.nanmax(limits)
         axes: dict[str, Any] = {"ylim": (0.0, None)} if self.from_zero else {}
-        log = "xy" if self.logarithmic else "x" if self.logarithmic is None and 0 < LEAST_FACTOR * low < high else ""
+        log = (
+            "xy"
+            if self.logarithmic
+            else "x"
+            if self.logarithmic is None and 0 < LEAST_FACTOR * low < high
+            else ""
+        )
         if not numeric and points in sweep.coords:
-            axes |= {"xticks": range(sweep.sizes[points]), "xticklabels": [str(name) for name in sweep[points].values]}
+            axes |= {
+                "xticks": range(sweep.sizes[points]),
+                "xticklabels": [str(name) for name in sweep[points].values],
+            }
             log = log.replace("x", "")
         x, y = (
             quantity_label(sweep, name) + (f" ({scales[axis][1]})" if scales[axis][1] else "")
             for axis, name in (("x", over), ("y", quantity))
         )
-        numbered = grouping is not None and not self.labels and "seed" not in grouping and _is_number(sweep, grouping)
+        numbered = (
+            grouping is not None
+            and not self.labels
+            and "seed" not in grouping
+            and _is_number(sweep, grouping)
+        )
         moved = any(isinstance(item, Curve) and item.shift for item in items)
         return Sheet(
             {"A": Chart(items=items, x=x, y=y, log=log, margins=(0.06, 0.08), axes=axes)},
-            subtitle="" if self.ends else _describe_cells(sweep, quantity, {points, grouping}, self.spread),
+            subtitle=""
+            if self.ends
+            else _describe_cells(sweep, quantity, {points, grouping}, self.spread),
             note=MOVED if moved else "",
             legend_title=quantity_label(sweep, str(grouping)) if numbered else None,
         )
@@ -126,7 +167,9 @@ class CurvePicture(Panel):
     def _line(self, curve_data: xr.Dataset, points: str, over: str, quantity: str) -> Any:
         """Return one row per point: position, cells and ends of error bars (DataFrame)."""
         sides = [(axis, *names) for axis, names in (self.ends or {}).items()]
-        ends = {f"{axis}_low": low for axis, low, _ in sides} | {f"{axis}_high": high for axis, _, high in sides}
+        ends = {f"{axis}_low": low for axis, low, _ in sides} | {
+            f"{axis}_high": high for axis, _, high in sides
+        }
         names = ({quantity, over, *ends.values()} - {"", points}) | ({"deviation"} & {*curve_data})
         for name in names:
             if points not in curve_data[name].dims:
@@ -136,9 +179,15 @@ class CurvePicture(Panel):
         by_point = cells.to_dataframe().groupby(level=points)
         line = by_point[quantity].agg(y="median" if self.spread == "quantiles" else "mean")
         if self.spread == "quantiles":
-            line["y_low"], line["y_high"] = (by_point[quantity].quantile(quantile) for quantile in QUANTILES)
+            line["y_low"], line["y_high"] = (
+                by_point[quantity].quantile(quantile) for quantile in QUANTILES
+            )
         elif self.spread == "deviation":
-            deviation = by_point["deviation"].mean() if "deviation" in curve_data else by_point[quantity].std()
+            deviation = (
+                by_point["deviation"].mean()
+                if "deviation" in curve_data
+                else by_point[quantity].std()
+            )
             line["y_low"], line["y_high"] = line["y"] - deviation, line["y"] + deviation
         for column, name in ends.items():
             line[column] = by_point[name].mean()
@@ -168,7 +217,9 @@ class CurvePicture(Panel):
                 if f"{axis}_low" in line and line[f"{axis}_low"].notna().any():
                     low, high = line[axis] - line[f"{axis}_low"], line[f"{axis}_high"] - line[axis]
                     errors[f"{axis}err"] = np.maximum([low, high], 0.0)
-            items = [Curve(x, y, label, look, errors=errors, shift=shift if "yerr" in errors else 0.0)]
+            items = [
+                Curve(x, y, label, look, errors=errors, shift=shift if "yerr" in errors else 0.0)
+            ]
         return items if self.fit is None else [*items, *_fit(x, y, self.fit, look["color"])]
 
     def _resolve_axes(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
@@ -177,10 +228,14 @@ class CurvePicture(Panel):
         dims = [str(name) for name in values.dims]
         for name, available in ((over, [*dims, *_numbers_over(sweep, quantity)]), (grouping, dims)):
             if name is not None and name not in available:
-                raise InputError(f"{quantity} does not go over {name!r}; expected one of {', '.join(available)}")
+                raise InputError(
+                    f"{quantity} does not go over {name!r}; expected one of {', '.join(available)}"
+                )
         # seeds repeat, and are no quantity to draw over
         free = [name for name in dims if "seed" not in name]
-        names = [name for name in free if name != grouping] or [name for name in dims if name != grouping]
+        names = [name for name in free if name != grouping] or [
+            name for name in dims if name != grouping
+        ]
         longest = max(names, key=lambda name: sweep.sizes[name], default="")
         points = next((name for name in names if _is_number(sweep, name)), longest)
         if over in dims:
@@ -188,9 +243,14 @@ class CurvePicture(Panel):
         elif over is not None and sweep[over].ndim == 1:
             points = str(sweep[over].dims[0])
         if points == grouping:
-            raise InputError(f"each is {grouping!r}, which is on the axis already; expected another dimension")
+            raise InputError(
+                f"each is {grouping!r}, which is on the axis already; expected another dimension"
+            )
         if grouping is None:
-            grouping = next((name for name in free if name != points and 1 < sweep.sizes[name] <= len(LINES)), None)
+            grouping = next(
+                (name for name in free if name != points and 1 < sweep.sizes[name] <= len(LINES)),
+                None,
+            )
         elif sweep.sizes[grouping] > len(LINES):
             raise InputError(
                 f"each is {grouping!r} with {sweep.sizes[grouping]} members; expected at most {len(LINES)} lines"
@@ -200,7 +260,11 @@ class CurvePicture(Panel):
 
 def _without_mean(sweep: xr.Dataset, quantity: str) -> tuple[xr.Dataset, str]:
     """Return a sweep and a quantity; a mean of `historysim.spread` gets the name of its quantity."""
-    numeric = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
+    numeric = [
+        str(name)
+        for name, values in sweep.data_vars.items()
+        if values.dtype.kind in "fiu" and values.dims
+    ]
     if quantity not in numeric:
         raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(numeric)}")
     name = quantity.removesuffix("_mean")
@@ -240,17 +304,33 @@ def _fit(x: Floats, y: Floats, fit: str, colour: Any) -> list[Item]:
     else:
         slope, offset = np.polyfit(x, y, 1)
         at = np.array([x.min(), x.max()])
-        law, label = slope * at + offset, f"straight line, $R^2$ = {np.corrcoef(x, y)[0, 1] ** 2:.3f}"
-    return [Curve(at, law, label, {"color": colour, "linewidth": 0.7, "linestyle": (0, (1, 1.5)), "zorder": 1})]
+        law, label = (
+            slope * at + offset,
+            f"straight line, $R^2$ = {np.corrcoef(x, y)[0, 1] ** 2:.3f}",
+        )
+    return [
+        Curve(
+            at,
+            law,
+            label,
+            {"color": colour, "linewidth": 0.7, "linestyle": (0, (1, 1.5)), "zorder": 1},
+        )
+    ]
 
 
-def _describe_cells(sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> str:
+def _describe_cells(
+    sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str
+) -> str:
     """Describe the cells that a point summarises, if there are several."""
     rest = [str(name) for name in sweep[quantity].dims if name not in drawn_over]
     cells = math.prod(sweep.sizes[name] for name in rest)
     if cells > 1:
         over = ", ".join(label_words(sweep, name)[0] for name in rest)
-        of = f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
+        of = (
+            f"of {cells} surfaces"
+            if all("seed" in name for name in rest)
+            else f"over {cells} cells ({over})"
+        )
         return f"{SPREADS[spread]} {of}"
     return SPREADS[spread] if "deviation" in sweep else ""
 
@@ -283,8 +363,16 @@ class BarsPicture(Panel):
     def __attrs_post_init__(self) -> None:
         """Check that groups are lists of names."""
         for name, bars in self.groups.items():
-            if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
-                raise field_error(f"{format_value(bars)}; expected an array with the names of its bars", "groups", name)
+            if (
+                not isinstance(bars, list)
+                or not bars
+                or not all(isinstance(bar, str) for bar in bars)
+            ):
+                raise field_error(
+                    f"{format_value(bars)}; expected an array with the names of its bars",
+                    "groups",
+                    name,
+                )
 
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return a bar for each cell; error bars are the standard deviation over seeds."""
@@ -299,9 +387,17 @@ class BarsPicture(Panel):
         for number, (group, names) in enumerate(self.groups.items()):
             heights, errors = (array[start : start + len(names)] for array in (mean, deviation))
             start += len(names)
-            lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
+            lefts = (
+                number
+                + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
+            )
             for name, position, height, error in zip(names, lefts, heights, errors, strict=True):
-                look = {"color": LINES[kinds.index(name)][0], "alpha": 0.85, "ecolor": FAINT, "capsize": 2}
+                look = {
+                    "color": LINES[kinds.index(name)][0],
+                    "alpha": 0.85,
+                    "ecolor": FAINT,
+                    "capsize": 2,
+                }
                 look |= {"yerr": error or None, "label": name if number == 0 else ""}
                 items.append(Shape("bar", (position, height, 0.92 * width), look))
                 text = quantity_text(height, unit, 3).partition(" ")[0]
@@ -310,16 +406,30 @@ class BarsPicture(Panel):
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
                 items.append(span(*ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5}))
                 drift = quantity_text(abs(heights[1] - heights[0]), unit, 3)
-                items.append(Note(f"{group}: drift {drift}", (number, 1.06 * top), (0, 4), {"color": INK}))
-        axes = {"xticks": range(len(self.groups)), "xticklabels": list(self.groups), "ylim": (0, 1.2 * top)}
-        chart = Chart(items=items, y=f"{quantity_label(sweep, self.quantity)} ({format_unit(unit)})", axes=axes)
-        return Sheet({"A": chart}, subtitle=_describe_cells(sweep, self.quantity, {dimension}, "deviation"))
+                items.append(
+                    Note(f"{group}: drift {drift}", (number, 1.06 * top), (0, 4), {"color": INK})
+                )
+        axes = {
+            "xticks": range(len(self.groups)),
+            "xticklabels": list(self.groups),
+            "ylim": (0, 1.2 * top),
+        }
+        chart = Chart(
+            items=items,
+            y=f"{quantity_label(sweep, self.quantity)} ({format_unit(unit)})",
+            axes=axes,
+        )
+        return Sheet(
+            {"A": chart}, subtitle=_describe_cells(sweep, self.quantity, {dimension}, "deviation")
+        )
 
     def _dimension(self, sweep: xr.Dataset) -> str:
         """Return the dimension with a cell for each bar."""
         quantity = self.quantity
         if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
-            raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
+            raise InputError(
+                f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}"
+            )
         dims = [str(dim) for dim in sweep[quantity].dims if "seed" not in str(dim)]
         group_size = sum(map(len, self.groups.values()))
         if len(dims) != 1 or sweep.sizes[dims[0]] != group_size:
@@ -428,17 +538,28 @@ def select_cells(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Datas
         requested = np.atleast_1d(np.asarray(value, dtype=object)).tolist()
         unit = str(values.attrs.get("units", "1"))
         numbers = values.dtype.kind in "fiu"
-        positions = [_position(values, key, quantity(item, unit) if numbers else str(item)) for item in requested]
-        sweep = sweep.isel({dimension: positions if isinstance(value, list | tuple) else positions[0]})
+        positions = [
+            _position(values, key, quantity(item, unit) if numbers else str(item))
+            for item in requested
+        ]
+        sweep = sweep.isel(
+            {dimension: positions if isinstance(value, list | tuple) else positions[0]}
+        )
     return sweep
 
 
 def _position(values: xr.DataArray, key: str, value: float | str) -> int:
     members = values.values
-    same = np.isclose(members, value, rtol=1e-9, atol=0) if values.dtype.kind in "fiu" else members == value
+    same = (
+        np.isclose(members, value, rtol=1e-9, atol=0)
+        if values.dtype.kind in "fiu"
+        else members == value
+    )
     matches = np.flatnonzero(same)
     if not matches.size:
-        raise InputError(f"where: {key} has no value {value}; expected one of {', '.join(map(str, members))}")
+        raise InputError(
+            f"where: {key} has no value {value}; expected one of {', '.join(map(str, members))}"
+        )
     return int(matches[0])
 
 
@@ -455,4 +576,8 @@ def cell_name(sweep: xr.Dataset, dimension: str, member: int) -> str:
     """Return the label of a line below a legend title with the quantity: its value, with a word for a seed."""
     if dimension not in sweep.coords:
         return str(member)
-    return cell_label(sweep, dimension, member) if "seed" in dimension else member_text(sweep, dimension, member)
+    return (
+        cell_label(sweep, dimension, member)
+        if "seed" in dimension
+        else member_text(sweep, dimension, member)
+    )

@@ -10,14 +10,17 @@ from matplotlib.ticker import Formatter, LogLocator, ScalarFormatter
 
 from historysim.results.plots.style import LABEL_ABOVE, WITH_PREFIX, choose_scale
 
-FEW_DECADES = 30.0  # greatest over smallest number of a logarithmic axis up to which 2 and 5 are numbered, too
-COMMON_PART = 1e-3  # range of an axis over its greatest number below which the ticks count from a common part
+# greatest over smallest number of a logarithmic axis up to which 2 and 5 are numbered, too
+FEW_DECADES = 30.0
+# range of an axis over its greatest number below which the ticks count from a common part
+COMMON_PART = 1e-3
 
 
 class PrefixFormatter(Formatter):
     """Tick numbers in one SI prefix, which the labels of all axes with these ticks state.
 
-    Axes that share limits share their ticks and this formatter, and so the prefix. It follows the limits.
+    Axes that share limits share their ticks and this formatter, and so the prefix. It follows the
+    limits.
     """
 
     def __init__(self, unit: str, quantities: dict[Axis, str]) -> None:
@@ -64,7 +67,11 @@ def set_prefix(axis: Axis, *, every_unit: bool = False) -> None:
     unit = labels[axis][1]
     numeric = isinstance(formatter, ScalarFormatter | PrefixFormatter) or every_unit
     if numeric and (unit in WITH_PREFIX or every_unit):
-        named = {key: quantity for key, (quantity, its_unit) in labels.items() if its_unit == unit and _read_label(key)}
+        named = {
+            key: quantity
+            for key, (quantity, its_unit) in labels.items()
+            if its_unit == unit and _read_label(key)
+        }
         axis.set_major_formatter(PrefixFormatter(unit, named))
         axis.get_major_formatter().format_ticks([*axis.get_majorticklocs()])
 

@@ -50,9 +50,11 @@ class TractionPicture(Panel):
     fronts
         Marks the slip fronts.
     letters
-        Names of these marks, in the order of the states; of a single one the annulus of slip has a name, too.
+        Names of these marks, in the order of the states; of a single one the annulus of slip has a
+        name, too.
     ellipse_at
-        A normal load at which a sphere of the same shear strength slides: its ellipse is as high, and wider.
+        A normal load at which a sphere of the same shear strength slides: its ellipse is as high,
+        and wider.
     change_from
         A state from which changes are drawn.
 
@@ -89,7 +91,11 @@ class TractionPicture(Panel):
         if self.across not in ACROSS:
             raise InputError(f"across is {self.across!r}; expected one of {', '.join(ACROSS)}")
         histories = as_history_list(data)
-        states = [state for history in histories for state in self._states(history, single=len(histories) == 1)]
+        states = [
+            state
+            for history in histories
+            for state in self._states(history, single=len(histories) == 1)
+        ]
         if len(states) > MOST_IN_ONE:
             raise InputError(f"{len(states)} steps given; at most {MOST_IN_ONE} fit in one figure")
         labels = self.resolve_labels([state.label for state in states], "states")
@@ -120,7 +126,11 @@ class TractionPicture(Panel):
         asperity, steps = _chosen(history, self.asperity, self.steps, STATES_IN_ONE)
         profiles = recompute.profiles(history, asperity, steps, POINTS)
         start = None if self.change_from is None else resolve_step(self.change_from, history)
-        base = None if start is None else recompute.profiles(history, asperity, [start], POINTS).isel(step=0)
+        base = (
+            None
+            if start is None
+            else recompute.profiles(history, asperity, [start], POINTS).isel(step=0)
+        )
         prefix = "" if single else f"{history.attrs.get('title', '')}, "
         return [
             _State(
@@ -129,7 +139,9 @@ class TractionPicture(Panel):
                 profiles.isel(step=row),
                 base if start is not None and step > start else None,
                 step in named_states(history).values(),
-                float(history["normal_load"].isel(step=step, asperity=find_column(asperity, history))),
+                float(
+                    history["normal_load"].isel(step=step, asperity=find_column(asperity, history))
+                ),
             )
             for row, step in enumerate(steps)
         ]
@@ -142,14 +154,23 @@ class TractionPicture(Panel):
         if state.base is not None:
             # the radii differ where the normal load changes
             at, base = profile["radius"].values, state.base
-            base_traction = np.append(np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0)
+            base_traction = np.append(
+                np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0
+            )
             thin = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
             change = traction - self._both_sides(base_traction)
             items.append(Curve(radius, change, f"change from {self.change_from}", thin))
         stick = float(profile["stick_radius"])
         if self.fronts and stick > 0:
             sides = (stick, -stick) if self.across == "diameter" else (stick,)
-            look = {"marker": "|", "linestyle": "", "color": colour, "ms": 9, "mew": 1.6, "zorder": 4}
+            look = {
+                "marker": "|",
+                "linestyle": "",
+                "color": colour,
+                "ms": 9,
+                "mew": 1.6,
+                "zorder": 4,
+            }
             items.append(Curve(sides, [0] * len(sides), "", look))
         return items
 
@@ -160,7 +181,9 @@ class TractionPicture(Panel):
         items: list[Item] = []
         for state in states:
             line = np.stack(self._line(state.profile, "friction_limit"))
-            if not state.friction or any(np.allclose(drawn_line, line, rtol=1e-9, atol=0.0) for drawn_line in seen):
+            if not state.friction or any(
+                np.allclose(drawn_line, line, rtol=1e-9, atol=0.0) for drawn_line in seen
+            ):
                 continue
             seen.append(line)
             pattern = (0, DASHES[frictions.index(state.friction) % len(DASHES)])
@@ -172,18 +195,28 @@ class TractionPicture(Panel):
     def _front_names(self, states: "Sequence[_State]") -> list[Item]:
         """Return the names of the slip fronts above the axis, and below it the annulus of slip of a single one."""
         profiles = [state.profile for state in states if float(state.profile["stick_radius"]) > 0]
-        ends = [(float(profile["stick_radius"]), float(profile["contact_radius"])) for profile in profiles]
+        ends = [
+            (float(profile["stick_radius"]), float(profile["contact_radius"]))
+            for profile in profiles
+        ]
         if len(self.letters) != len(ends):
-            raise InputError(f"letters has {len(self.letters)}; expected one for each of {len(ends)} slip fronts")
+            raise InputError(
+                f"letters has {len(self.letters)}; expected one for each of {len(ends)} slip fronts"
+            )
         look = {"ha": "center", "fontstyle": "italic", "fontsize": 8}
         items: list[Item] = [
-            Note(letter, (stick, 0), (-5, 3), look) for letter, (stick, _) in zip(self.letters, ends, strict=True)
+            Note(letter, (stick, 0), (-5, 3), look)
+            for letter, (stick, _) in zip(self.letters, ends, strict=True)
         ]
         if len(ends) == 1:
             (letter,), ((stick, edge),) = self.letters, ends
             below = ("data", "axes fraction")
             items.append(span((stick, 0.42), (edge, 0.42), xycoords=below, textcoords=below))
-            items.append(Note(f"a - {letter}", ((stick + edge) / 2, 0.42), (0, -2), look | {"xycoords": below}))
+            items.append(
+                Note(
+                    f"a - {letter}", ((stick + edge) / 2, 0.42), (0, -2), look | {"xycoords": below}
+                )
+            )
         return items
 
     def _ellipse(self, states: "Sequence[_State]", load: float) -> tuple[list[Item], float]:
@@ -195,13 +228,17 @@ class TractionPicture(Panel):
         radius = radius * (load / reference.normal_load) ** (1 / 3)
         dots = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
         name = rf"slides at {quantity_text(load, 'N')}, $\mu \propto N^{{-1/3}}$"
-        return [Curve(radius, bound, name, dots), Curve(radius, -bound, "", dots)], float(radius[-1])
+        return [Curve(radius, bound, name, dots), Curve(radius, -bound, "", dots)], float(
+            radius[-1]
+        )
 
     def _line(self, profile: xr.Dataset, name: str) -> tuple[Floats, Floats]:
         """Return the radii of a profile and its values, up to the edge of the contact, where they are 0."""
         edge, radius = float(profile["contact_radius"]), profile["radius"].values
         values = np.append(np.where(radius < edge, profile[name].values, 0.0), 0.0)
-        return self._both_sides(np.append(np.minimum(radius, edge), edge), odd=True), self._both_sides(values)
+        return self._both_sides(
+            np.append(np.minimum(radius, edge), edge), odd=True
+        ), self._both_sides(values)
 
     def _both_sides(self, values: Floats, *, odd: bool = False) -> Floats:
         """Return values along the radius, or mirrored along the diameter; a radius itself is negative there."""
@@ -236,7 +273,9 @@ class _State:
     @property
     def friction(self) -> str:
         """Its friction coefficient; empty where nothing touches, or without friction."""
-        limit, pressure = (float(self.profile[name].max()) for name in ("friction_limit", "pressure"))
+        limit, pressure = (
+            float(self.profile[name].max()) for name in ("friction_limit", "pressure")
+        )
         return f"{limit / pressure:.3g}" if limit > 0 else ""
 
 
@@ -245,9 +284,13 @@ def _mirror(values: Floats, *, odd: bool = False) -> Floats:
     return np.concatenate([-negative_side if odd else negative_side, values])
 
 
-# Height of the friction limit over the distance of two lines, and the greatest approach of a line to the one below.
+# Height of the friction limit over the distance of two lines, and the greatest approach of a line
+# to the one below.
 HIGHEST, CLOSEST = 1.6, 0.9
-ZONES = (("slips", "contact_radius", STATE_COLOURS[2], 0.8), ("sticks", "stick_radius", STATE_COLOURS[1], 1.6))
+ZONES = (
+    ("slips", "contact_radius", STATE_COLOURS[2], 0.8),
+    ("sticks", "stick_radius", STATE_COLOURS[1], 1.6),
+)
 
 
 @PICTURES.register
@@ -289,10 +332,18 @@ class SlipFrontsPicture(Picture):
                     look = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
                     items.append(Curve(across[inside], line[inside], name, look))
         ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
-        labels = [f"{profiles['step'].values[row]},  {profiles['time'].values[row]:.4g} s" for row in ticks]
-        title, axes = f"Slip fronts of asperity {asperity}", {"yticks": ticks, "yticklabels": labels}
+        labels = [
+            f"{profiles['step'].values[row]},  {profiles['time'].values[row]:.4g} s"
+            for row in ticks
+        ]
+        title, axes = (
+            f"Slip fronts of asperity {asperity}",
+            {"yticks": ticks, "yticklabels": labels},
+        )
         chart = Chart(items=items, title=title, x="$r$ (m)", y="step, time", axes=axes)
-        return Sheet({"A": chart}, note=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
+        return Sheet(
+            {"A": chart}, note=f"{quantity_text(largest / height, 'Pa', 3)} from line to line"
+        )
 
 
 def _chosen(
@@ -319,14 +370,17 @@ def _swing_steps(history: xr.Dataset, column: int, middle: int, count: int) -> l
     """Return steps of the swing around a step, up to where an asperity slides."""
     ranges = list(_swings(history["tangential_displacement"].values))
     start, stop = next(
-        (limits for limits in ranges if limits[0] <= middle <= limits[1]), (0, history.sizes["step"] - 1)
+        (limits for limits in ranges if limits[0] <= middle <= limits[1]),
+        (0, history.sizes["step"] - 1),
     )
     states = history["slip_state"].isel(step=slice(start, stop + 1), asperity=column).values
     # it slides until it turns round: where the swing begins that may still be the case
     begun = int((states != GROSS_SLIP).argmax())
     slides = np.flatnonzero(states[begun:] == GROSS_SLIP)
     stop_step = start + begun + int(slides[0]) if slides.size else stop
-    return [int(step) for step in np.unique(np.linspace(start, max(stop_step, start), count).round())]
+    return [
+        int(step) for step in np.unique(np.linspace(start, max(stop_step, start), count).round())
+    ]
 
 
 def _swings(x: Floats) -> Iterator[tuple[int, int]]:
@@ -356,7 +410,10 @@ class AsperityPicture(Picture):
         radius = np.linspace(0.0, extent, 801)
         bound, traction = data.friction * data.pressure(radius), data.traction(radius)
         dashes = {"color": FAINT, "linewidth": 0.8, "linestyle": "--"}
-        items: list[Item] = [Curve(radius, bound, "± friction × pressure", dashes), Curve(radius, -bound, "", dashes)]
+        items: list[Item] = [
+            Curve(radius, bound, "± friction × pressure", dashes),
+            Curve(radius, -bound, "", dashes),
+        ]
         names = ("traction in x", "traction in y") if traction.ndim > 1 else ("traction",)
         columns = traction.reshape(radius.size, -1).T
         for name, values, colour in zip(names, columns, STATE_COLOURS[1:], strict=False):
@@ -364,12 +421,15 @@ class AsperityPicture(Picture):
         dots = {"color": INK, "linewidth": 0.5, "linestyle": ":"}
         reversals = data.reversal_points.radius if data.has_moved_straight else ()
         items += [Shape("axvline", (reversal,), dots) for reversal in reversals]
-        title = f"{'asperity' if data.index is None else f'asperity {data.index}'}, {data.state_text}"
+        title = (
+            f"{'asperity' if data.index is None else f'asperity {data.index}'}, {data.state_text}"
+        )
         label, axes = "tangential traction (Pa)", {"xlim": (0.0, extent)}
         return Chart(items=items, x="radius (m)", y=label, title=title, axes=axes)
 
 
-RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)  # radii of the rings that have arrows, over the contact radius
+# radii of the rings that have arrows, over the contact radius
+RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)
 MOST_CIRCLES, CIRCLES = 12, 6
 SLIPPING, STICKING = "#c9c9c9", "#ffffff"
 ANNULUS_KEYS = partial(state_keys, (STICKING, SLIPPING), ("sticks", "slips"))
@@ -380,15 +440,17 @@ ANNULUS_KEYS = partial(state_keys, (STICKING, SLIPPING), ("sticks", "slips"))
 class SlipAnnulusPicture(Picture):
     """The tractions over the contact of an asperity at several steps, as arrows; where it slips is grey.
 
-    From the middle to the dashed circle it sticks; the annulus around that slips in the direction of its traction,
-    which is the friction limit. Arrows are in scale with one another, and circles, too.
+    From the middle to the dashed circle it sticks; the annulus around that slips in the direction
+    of its traction, which is the friction limit. Arrows are in scale with one another, and circles,
+    too.
 
     Attributes
     ----------
     asperity
         Its label; by default the one that carries most.
     steps
-        Up to 12 states, by number or name; by default all that have a name, or else 6 after the first move.
+        Up to 12 states, by number or name; by default all that have a name, or else 6 after the
+        first move.
     """
 
     asperity: int | None = None
@@ -397,7 +459,9 @@ class SlipAnnulusPicture(Picture):
     kind, size, own_figure, order, only_planar = "slip-annulus", (TWO_COLUMNS, 125.0), True, 5, True
     in_one_direction = "traction"
     needs = "stick_radius"
-    caption = "Tractions over the contact of the asperity that carries most; where it slips is grey."
+    caption = (
+        "Tractions over the contact of the asperity that carries most; where it slips is grey."
+    )
 
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return a circle for each step."""
@@ -406,19 +470,36 @@ class SlipAnnulusPicture(Picture):
         steps = self._chosen(data)
         label = self.asperity
         if label is None:
-            label = int(data["asperity"].values[data["normal_load"].isel(step=steps).values.max(axis=0).argmax()])
+            label = int(
+                data["asperity"].values[
+                    data["normal_load"].isel(step=steps).values.max(axis=0).argmax()
+                ]
+            )
         contacts = recompute.replay_asperities(data, label, steps)
         edge = max(contact.contact_radius for contact in contacts)
         if edge == 0:
-            raise InputError(f"asperity {label} does not touch at any of the steps; expected one at which it does")
+            raise InputError(
+                f"asperity {label} does not touch at any of the steps; expected one at which it does"
+            )
         rings = [_ring_arrows(contact) for contact in contacts]
         largest = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
         # the longest arrow is as long as the distance of two rings
-        arrow = {"angles": "xy", "scale_units": "xy", "scale": (largest or 1.0) / (0.25 * edge), "color": INK}
+        arrow = {
+            "angles": "xy",
+            "scale_units": "xy",
+            "scale": (largest or 1.0) / (0.25 * edge),
+            "color": INK,
+        }
         arrow |= {"pivot": "mid", "width": 0.006, "minlength": 0.3, "zorder": 3}
         limits = (-1.08 * edge, 1.08 * edge)
         axes = {"aspect": "equal", "xlim": limits, "ylim": limits}
-        options: dict[str, Any] = {"share": "map", "axes": axes, "x": "$x$ (m)", "y": "$y$ (m)", "height": 34.0}
+        options: dict[str, Any] = {
+            "share": "map",
+            "axes": axes,
+            "x": "$x$ (m)",
+            "y": "$y$ (m)",
+            "height": 34.0,
+        }
         charts = {
             letter: Chart(
                 items=[*_circles(contact), Shape("quiver", tuple(arrows.T), arrow)],
@@ -426,16 +507,22 @@ class SlipAnnulusPicture(Picture):
                 keys=ANNULUS_KEYS(),
                 **options,
             )
-            for letter, contact, arrows, step in zip("ABCDEFGHIJKL", contacts, rings, steps, strict=False)
+            for letter, contact, arrows, step in zip(
+                "ABCDEFGHIJKL", contacts, rings, steps, strict=False
+            )
         }
         letters = "".join(charts)
         wide, narrow = (
-            ";".join(letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across))
+            ";".join(
+                letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across)
+            )
             for across in (min(len(letters), 3 if len(letters) < 7 else 4), min(len(letters), 2))
         )
         title = ": ".join(filter(None, (str(data.attrs.get("title", "")), f"asperity {label}")))
         note = f"longest arrow: {quantity_text(largest, 'Pa', 3)}"
-        return Sheet(charts, wide=wide, narrow=narrow, subtitle=title[0].upper() + title[1:], note=note)
+        return Sheet(
+            charts, wide=wide, narrow=narrow, subtitle=title[0].upper() + title[1:], note=note
+        )
 
     def _chosen(self, data: xr.Dataset) -> list[int]:
         if self.steps is not None and not 0 < len(self.steps) <= MOST_CIRCLES:
@@ -449,7 +536,9 @@ class SlipAnnulusPicture(Picture):
         start = int(moved[0]) if moved.size else 0
         return [
             int(candidate)
-            for candidate in np.unique(np.linspace(start, data.sizes["step"] - 1, CIRCLES + 1)[1:].round())
+            for candidate in np.unique(
+                np.linspace(start, data.sizes["step"] - 1, CIRCLES + 1)[1:].round()
+            )
         ]
 
 
@@ -458,7 +547,9 @@ def _ring_arrows(contact: Any) -> Floats:
     if contact.contact_radius == 0:
         return np.empty((0, 4))
     tractions = []
-    for share, traction in zip(RINGS, contact.traction(np.array(RINGS) * contact.contact_radius), strict=True):
+    for share, traction in zip(
+        RINGS, contact.traction(np.array(RINGS) * contact.contact_radius), strict=True
+    ):
         count = max(1, round(16 * share))
         around = np.arange(count) / count * 2 * np.pi
         at = share * contact.contact_radius * np.stack([np.cos(around), np.sin(around)], axis=1)
@@ -472,4 +563,6 @@ def _circles(contact: Any) -> list[Item]:
     edge = {"facecolor": SLIPPING, "edgecolor": INK, "linewidth": 0.9}
     front = {"facecolor": STICKING, "edgecolor": INK, "linewidth": 0.7, "linestyle": (0, (3, 2))}
     radii = ((contact.contact_radius, edge), (contact.stick_radius, front))
-    return [Shape("fill", (r * np.cos(angle), r * np.sin(angle)), look) for r, look in radii if r > 0]
+    return [
+        Shape("fill", (r * np.cos(angle), r * np.sin(angle)), look) for r, look in radii if r > 0
+    ]

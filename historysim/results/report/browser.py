@@ -28,7 +28,8 @@ from historysim.results.source import query_source
 
 LIBRARY = Path(__file__).with_name("browser.wasm")
 SCRIPT = Path(__file__).with_name("browser.js")
-# Drawn asperities (those with the greatest loads) and embedded ones; of a larger ensemble the recorded ones.
+# Drawn asperities (those with the greatest loads) and embedded ones; of a larger ensemble the
+# recorded ones.
 MOST_DRAWN, MOST_EMBEDDED = 2000, 20_000
 MOST_STEPS = 20_000  # a path of 96 bytes each, replayed when friction or moduli change
 UNITS = ("tangential_displacement", "total_tangential_load")
@@ -51,12 +52,20 @@ def interactive_part(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     Raises InputError if the page cannot compute the history.
     """
     check_any(history)
-    check_recorded(history, "normal_load", "slip_state", "summit_height", "summit_radius", "friction")
+    check_recorded(
+        history, "normal_load", "slip_state", "summit_height", "summit_radius", "friction"
+    )
     trajectory = find_trajectory(history)
     script = f"<script>\n{SCRIPT.read_text(encoding='utf-8')}</script>"
     settings, arrays = embedded_data(history, trajectory)
-    data = {"library": encode(LIBRARY.read_bytes()), "setup": json.dumps(settings), "arrays": encode(arrays)}
-    blocks = "\n".join(f'<script type="text/plain" id="{name}">{text}</script>' for name, text in data.items())
+    data = {
+        "library": encode(LIBRARY.read_bytes()),
+        "setup": json.dumps(settings),
+        "arrays": encode(arrays),
+    }
+    blocks = "\n".join(
+        f'<script type="text/plain" id="{name}">{text}</script>' for name, text in data.items()
+    )
     start = f'<script>Explorer.open(document.getElementById("{ROOT}"));</script>'
     notes = (trajectory.note,) if trajectory.note else ()
     return script, f"{controls(settings)}\n{blocks}\n{start}", notes
@@ -72,7 +81,11 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
 
     Raises InputError if the page cannot replay them.
     """
-    for name, text in (("summit_area", "patches"), ("stick_area", "patches"), ("slope", "summits that meet on slopes")):
+    for name, text in (
+        ("summit_area", "patches"),
+        ("stick_area", "patches"),
+        ("slope", "summits that meet on slopes"),
+    ):
         if name in history.variables:
             raise InputError(f"pages cannot compute {text}; its pictures show what was recorded")
     if history.sizes["step"] > MOST_STEPS:
@@ -85,26 +98,36 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
         return _from_steps(history)
     ensemble = job.ensemble
     if not isinstance(ensemble, Ensemble):
-        raise InputError(f"pages cannot compute {ensemble.nouns[1]} of this type; its pictures show what was recorded")
+        raise InputError(
+            f"pages cannot compute {ensemble.nouns[1]} of this type; its pictures show what was recorded"
+        )
     if ensemble.attracts:
         raise InputError("pages cannot compute attraction; its pictures show what was recorded")
     if ensemble.evolves:
-        raise InputError("pages cannot compute asperities that evolve; its pictures show what was recorded")
+        raise InputError(
+            "pages cannot compute asperities that evolve; its pictures show what was recorded"
+        )
     if job.instrument.parallel_stiffness:
-        raise InputError("pages cannot compute a spring in parallel; its pictures show what was recorded")
+        raise InputError(
+            "pages cannot compute a spring in parallel; its pictures show what was recorded"
+        )
     segments = [*schedule.segments(job.events, job.substeps)]
     if len(segments) != 1 or segments[0].change is not None or segments[0].ramp is not None:
         raise InputError(
             "pages cannot compute friction or summits that events change; its pictures show what was recorded"
         )
     time = history["time"].values
-    if segments[0].row_time.shape != time.shape or not np.allclose(segments[0].row_time, time, rtol=1e-12, atol=0):
+    if segments[0].row_time.shape != time.shape or not np.allclose(
+        segments[0].row_time, time, rtol=1e-12, atol=0
+    ):
         return _from_steps(history)
     labels = np.arange(len(ensemble))
     note = ""
     if labels.size > MOST_EMBEDDED:
         labels = history["asperity"].values.astype(np.int64)
-        note = f"Of {len(ensemble):,} asperities, the page has the {labels.size:,} that were recorded."
+        note = (
+            f"Of {len(ensemble):,} asperities, the page has the {labels.size:,} that were recorded."
+        )
         ensemble = _subset(ensemble, labels)
     return Trajectory(ensemble, labels, segments[0].paths, job.saturate, job.instrument, note)
 
@@ -115,7 +138,9 @@ def _subset(ensemble: Ensemble, labels: Integers) -> Ensemble:
         for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
     )
     options: dict[str, Any] = {
-        name: values[labels] for name, values in (("x", ensemble.x), ("y", ensemble.y)) if values is not None
+        name: values[labels]
+        for name, values in (("x", ensemble.x), ("y", ensemble.y))
+        if values is not None
     }
     options |= {"tolerance": ensemble.tolerance, "rings": ensemble.rings}
     return Ensemble(ensemble.pair, height, radius, friction, **options)
@@ -129,13 +154,20 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
             f"{unknown}in two directions the path between steps is unknown; expected the result of historysim run"
         )
     pair = MaterialPair.from_moduli(
-        contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
+        contact_modulus=float(history.attrs["contact_modulus"]),
+        shear_modulus=float(history.attrs["shear_modulus"]),
     )
-    coordinates: dict[str, Any] = {name: history[name].values for name in ("x", "y") if name in history.coords}
-    height, radius, friction = (history[name].values for name in ("summit_height", "summit_radius", "friction"))
+    coordinates: dict[str, Any] = {
+        name: history[name].values for name in ("x", "y") if name in history.coords
+    }
+    height, radius, friction = (
+        history[name].values for name in ("summit_height", "summit_radius", "friction")
+    )
     ensemble = Ensemble(pair, height, radius, friction, **coordinates)
     approach = ensemble.highest_summit - history["separation"].values
-    paths = straight_paths(Goals(DISPLACED, approach), Goals(DISPLACED, history["tangential_displacement"].values))
+    paths = straight_paths(
+        Goals(DISPLACED, approach), Goals(DISPLACED, history["tangential_displacement"].values)
+    )
     rows = blank_rows(paths.size, None)
     ensemble.advance_along(ensemble.initial_state(), paths, rows=rows)
     for name in ("normal_load", "tangential_load"):
@@ -145,7 +177,9 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
                 f"{unknown}its recorded steps leave out part of the load path or of the asperities; expected the "
                 "result of historysim run, or more substeps"
             )
-    note = "The history has no events: the page moves the contact straight between its recorded steps."
+    note = (
+        "The history has no events: the page moves the contact straight between its recorded steps."
+    )
     return Trajectory(ensemble, history["asperity"].values.astype(np.int64), paths, note=note)
 
 
@@ -153,7 +187,9 @@ def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str
     """Return the settings and arrays that the script reads; the settings hold type, start and length of each array."""
     ensemble, labels = trajectory.ensemble, trajectory.labels
     directions = 2 if DIRECTION in history.sizes or are_in_plane(trajectory.paths) else 1
-    peak = history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values
+    peak = (
+        history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values
+    )
     heaviest = np.argsort(-peak, kind="stable")[:MOST_DRAWN]
     drawn_positions = np.searchsorted(labels, np.sort(history["asperity"].values[heaviest]))
     rings = ensemble.rings
@@ -178,7 +214,9 @@ def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str
         arrays |= {"x": ensemble.x, "y": ensemble.y}
     arrays["time"] = history["time"].values
     for name, variable in zip(("displacement", "load"), UNITS, strict=True):
-        arrays[f"recorded_{name}"] = _components(history[variable].values, directions).astype(np.float32)
+        arrays[f"recorded_{name}"] = _components(history[variable].values, directions).astype(
+            np.float32
+        )
     blocks, layout, start = [], {}, 0
     for name, values in arrays.items():
         kind = "f4" if values.dtype == np.float32 else "f8"
@@ -210,12 +248,17 @@ def controls(settings: dict[str, Any]) -> str:
     """Render labelled controls, lines of text and the empty panels of the interactive part."""
     labels = settings["labels"]
     slider = (
-        '<span class="control"><label for="{0}">{1}</label><input type="range" id="{0}" data-part="{0}" {2}></span>'
+        '<span class="control"><label for="{0}">{1}</label>'
+        '<input type="range" id="{0}" data-part="{0}" {2}></span>'
     )
     number = f'<input type="number" id="asperity" data-part="asperity" min="{labels[0]}" max="{labels[-1]}" step="1">'
     factor = 'min="-1" max="1" step="any" value="0"'
     fields = [
-        slider.format("time", "time", f'min="0" max="{settings["rows"] - 1}" value="{settings["first_shown"]}"'),
+        slider.format(
+            "time",
+            "time",
+            f'min="0" max="{settings["rows"] - 1}" value="{settings["first_shown"]}"',
+        ),
         f'<span class="control"><label for="asperity">asperity</label>{number}</span>',
     ]
     for name, label in (("friction", "friction"), ("modulus", "moduli")):
@@ -228,13 +271,18 @@ def controls(settings: dict[str, Any]) -> str:
             '<span class="control"><label for="direction">direction</label>'
             f'<select id="direction" data-part="direction">{options}</select></span>'
         )
-    key = "".join(f'<li><span class="dot state{number}"></span>{name}</li>' for number, name in enumerate(STATES))
+    key = "".join(
+        f'<li><span class="dot state{number}"></span>{name}</li>'
+        for number, name in enumerate(STATES)
+    )
     panels = "".join(
         f"<figure><figcaption>{title}</figcaption>"
         f'<svg data-part="{name}" role="img" aria-label="{title}"></svg></figure>'
         for name, title in PANELS.items()
     )
-    lines = "".join(f'<p data-part="{name}" aria-live="polite"></p>' for name in ("shown", "clicked", "refused"))
+    lines = "".join(
+        f'<p data-part="{name}" aria-live="polite"></p>' for name in ("shown", "clicked", "refused")
+    )
     return (
         f'<div class="explorer" id="{ROOT}"><p class="controls">{"".join(fields)}</p>{lines}'
         f'<ul class="key">{key}<li><span class="stroke recorded"></span>recorded</li>'

@@ -20,7 +20,11 @@ from historysim.results import analysis
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.layout import report_missing_variables, standard_layout
-from historysim.results.plots.loop_pictures import FrettingPicture, LoopLevelsPicture, LoopTrendsPicture
+from historysim.results.plots.loop_pictures import (
+    FrettingPicture,
+    LoopLevelsPicture,
+    LoopTrendsPicture,
+)
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
 from historysim.results.plots.style import choose_scale
@@ -38,11 +42,21 @@ from historysim.results.report.page import (
     render_page,
     table,
 )
-from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary, with_unit
+from historysim.results.tables import (
+    SWEEP,
+    TABLE,
+    WrittenTable,
+    loop_summary,
+    sweep_rows,
+    sweep_summary,
+    with_unit,
+)
 
 SEVERAL_LINES = ("scenario", "validity")
 # a release, with what a build adds to it
-_VERSION = re.compile(r"\d+(\.\d+)*((a|b|rc)\d+)?(\.post\d+)?(\.dev\d+)?(\+[a-z0-9]+([._][a-z0-9]+)*)?", re.ASCII)
+_VERSION = re.compile(
+    r"\d+(\.\d+)*((a|b|rc)\d+)?(\.post\d+)?(\.dev\d+)?(\+[a-z0-9]+([._][a-z0-9]+)*)?", re.ASCII
+)
 TIME = "Through time"  # the heading of the interactive part
 
 
@@ -61,7 +75,11 @@ def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
         script, interactive = _interactive_section(history)
     except InputError as error:
         script, interactive = "", Section(TIME, (paragraph(f"Not available: {error}", "note"),))
-    sections = [_without_warnings(analysis.summary(history)), validity_section(history), interactive]
+    sections = [
+        _without_warnings(analysis.summary(history)),
+        validity_section(history),
+        interactive,
+    ]
     return page(
         _title(history, "Load history"),
         [*sections, _figures(history, figures), *provenance_sections(history)],
@@ -79,7 +97,9 @@ def interactive_page(history: xr.Dataset) -> str:
 def _interactive_section(history: xr.Dataset) -> tuple[str, Section]:
     """Render the script of the interactive part, and its section."""
     if "slip_state" not in history:
-        raise InputError("the history is of totals alone; expected one with asperities, to move through")
+        raise InputError(
+            "the history is of totals alone; expected one with asperities, to move through"
+        )
     with report_missing_variables(history):
         script, body, notes = interactive_part(history)
     return script, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
@@ -91,7 +111,9 @@ def validity_section(history: xr.Dataset) -> Section:
     if not findings:
         text = "All assumptions that are checked hold where the asperities are pressed most."
         return Section("Validity", (paragraph(text),))
-    intro = paragraph("Where the asperities are pressed most, the model is used beyond its assumptions:")
+    intro = paragraph(
+        "Where the asperities are pressed most, the model is used beyond its assumptions:"
+    )
     rows = [(finding.name, f"{finding.value:.3g}", f"{finding.limit:.3g}") for finding in findings]
     warnings = (paragraph(finding.text, "warning") for finding in findings)
     return Section("Validity", (intro, *warnings, table(rows, ("assumption", "found", "limit"))))
@@ -100,8 +122,8 @@ def validity_section(history: xr.Dataset) -> Section:
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
     """Render pictures of a history by their names, with captions, as HTML.
 
-    By default loop, loads and slip states, and the contact at its representative step, or the traction of a single
-    asperity, whose map is a point; yielding and wear, if there are any.
+    By default loop, loads and slip states, and the contact at its representative step, or the
+    traction of a single asperity, whose map is a point; yielding and wear, if there are any.
     """
     if names is None:
         names = ["history"]
@@ -113,7 +135,10 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
         kind = PICTURES[name]
         try:
             blocks.append(
-                picture(draw(history, name), add_values(kind.report_caption(history), lines, kind.caption_lines))
+                picture(
+                    draw(history, name),
+                    add_values(kind.report_caption(history), lines, kind.caption_lines),
+                )
             )
         except InputError as error:
             blocks.append(paragraph(f"No picture {name}: {error}", "note"))
@@ -131,7 +156,11 @@ def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
 
 def provenance_sections(history: xr.Dataset) -> list[Section]:
     """Return the provenance of a history, and the commands that reproduce it."""
-    rows = [(name, text) for name, text in readable_attributes(history).items() if name not in SEVERAL_LINES]
+    rows = [
+        (name, text)
+        for name, text in readable_attributes(history).items()
+        if name not in SEVERAL_LINES
+    ]
     blocks = [table(rows)]
     if scenario := history.attrs.get("scenario"):
         blocks.append(collapsible("the scenario, as stored in the result", str(scenario)))
@@ -143,12 +172,19 @@ def provenance_sections(history: xr.Dataset) -> list[Section]:
         where = "The scenario above, saved as scenario.toml, makes the result again:"
         again = f"historysim run scenario.toml -o {name}"
     else:
-        where = "The history was made from Python, from an ensemble and events that it does not hold:"
+        where = (
+            "The history was made from Python, from an ensemble and events that it does not hold:"
+        )
         again = "history = historysim.replay(ensemble, events)"
     version = str(history.attrs.get("historysim_version", __version__))
-    made_with = [paragraph(f"It was made with version {version}:"), code(f"pip install historysim=={version}")]
+    made_with = [
+        paragraph(f"It was made with version {version}:"),
+        code(f"pip install historysim=={version}"),
+    ]
     if not _VERSION.fullmatch(version):
-        made_with = [paragraph("The result does not name the version of historysim that it was made with.")]
+        made_with = [
+            paragraph("The result does not name the version of historysim that it was made with.")
+        ]
     reproduce = Section("How to reproduce", (paragraph(where), code(again), *made_with))
     return [Section("Provenance", tuple(blocks)), reproduce]
 
@@ -168,18 +204,24 @@ def loops_page(loops: xr.Dataset) -> str:
     if loops.attrs["content"] == LOOPS:
         means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
         caption = "How the loops change from one to the next; lines are their means."
-        caption = add_values(caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal"))
+        caption = add_values(
+            caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal")
+        )
         figure = LoopTrendsPicture().figure(loops)
         if "energy_ratio" in loops and np.isfinite(loops["energy_ratio"]).any():
             text = "Fretting: energy friction coefficient, slip amplitude, and energy ratios of each loop."
             pictures = (picture(FrettingPicture().figure(loops), text),)
     else:
         along = "normal load" if "level" in loops.dims else "amplitude"
-        means = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
+        means = (
+            f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
+        )
         rows = table(*_by_group(lines[:split]))
         caption = f"Over the {along}; bars are the standard deviation of one loop."
         if "friction_line_slope" in loops.attrs:
-            slope, low, high = (loops.attrs[f"friction_line_slope{end}"] for end in ("", "_low", "_high"))
+            slope, low, high = (
+                loops.attrs[f"friction_line_slope{end}"] for end in ("", "_low", "_high")
+            )
             caption += f" The friction force rises by {slope:.3g} of the load (95 %: {low:.3g} to {high:.3g})."
         figure = LoopLevelsPicture().figure(loops)
     return page(
@@ -206,13 +248,26 @@ def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[s
 @render_page.register(Sliding)
 def sliding_page(sliding: Sliding) -> str:
     """Render friction over time or distance as one self-contained HTML page."""
-    windows = (sliding.window_place, sliding.window_mean, sliding.window_deviation, sliding.window_count)
+    windows = (
+        sliding.window_place,
+        sliding.window_mean,
+        sliding.window_deviation,
+        sliding.window_count,
+    )
     rows = [
         (f"{middle:.6g}", f"{mean:.4g}", f"{deviation:.2g}", f"{count:,}")
         for middle, mean, deviation, count in zip(*windows, strict=True)
     ]
-    heading = (f"middle of the window [{UNITS[sliding.over]}]", "mean T/N", "standard deviation of a sample", "samples")
-    caption, lines = "The friction coefficient, its windows and the approach to the steady value.", sliding.summary()
+    heading = (
+        f"middle of the window [{UNITS[sliding.over]}]",
+        "mean T/N",
+        "standard deviation of a sample",
+        "samples",
+    )
+    caption, lines = (
+        "The friction coefficient, its windows and the approach to the steady value.",
+        sliding.summary(),
+    )
     caption = add_values(caption, lines, ("friction coefficient", "static peak", "steady value"))
     return page(
         f"Friction over {sliding.over}",
@@ -224,7 +279,9 @@ def sliding_page(sliding: Sliding) -> str:
     )
 
 
-def _first_rows(rows: Sequence[Sequence[str]], heading: Sequence[str], noun: str) -> tuple[str, ...]:
+def _first_rows(
+    rows: Sequence[Sequence[str]], heading: Sequence[str], noun: str
+) -> tuple[str, ...]:
     """Return a table limited to the rows that a page can show, and their total number."""
     first_rows = table(rows[:MOST_ROWS], heading)
     if len(rows) <= MOST_ROWS:
@@ -237,7 +294,8 @@ def table_page(written: WrittenTable) -> str:
     """Render a table that was written to a file as one self-contained HTML page."""
     columns = written.columns
     rows = [
-        [_cell(value) for value in row] for row in zip(*(column.values for column in columns.values()), strict=True)
+        [_cell(value) for value in row]
+        for row in zip(*(column.values for column in columns.values()), strict=True)
     ]
     heading = [with_unit(name, column.attrs) for name, column in columns.items()]
     try:
@@ -265,11 +323,17 @@ def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
     held = paragraph("All assumptions that are checked hold in every cell.")
     heading, *rows = ([_cell(value) for value in row] for row in sweep_rows(sweep, steps=False))
     listed = _first_rows(rows, heading, "cells; historysim sweep -o sweep.csv lists all.")
-    pictures = [*figures, *sweep_pictures(sweep)] or [paragraph("No number changes from cell to cell.")]
+    pictures = [*figures, *sweep_pictures(sweep)] or [
+        paragraph("No number changes from cell to cell.")
+    ]
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
-    provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
+    provenance = [
+        table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])
+    ]
     if "scenario" in attributes:
-        provenance.append(collapsible("the scenario, as stored in the file", attributes["scenario"]))
+        provenance.append(
+            collapsible("the scenario, as stored in the file", attributes["scenario"])
+        )
     return page(
         _title(sweep, "Sweep"),
         [
@@ -290,7 +354,12 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
     for name, values in sweep.data_vars.items():
         # a label is not a number
         is_quantity = values.dtype.kind == "f" and name not in LABELS
-        if is_quantity and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
+        if (
+            is_quantity
+            and values.dims
+            and set(values.dims) <= swept
+            and float(values.min()) < float(values.max())
+        ):
             factor, unit = choose_scale(str(values.attrs.get("units", "")), values.values)
             ends = " to ".join(f"{float(end) * factor:.3g}" for end in (values.min(), values.max()))
             label = f"{values.attrs.get('long_name', name)}: {ends} {unit}".rstrip()
@@ -299,18 +368,27 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
 
 
 def comparison_page(
-    comparison: Comparison, title: str, scenario: str, *, fitted: Iterable[tuple[str, str]] = (), result: str = ""
+    comparison: Comparison,
+    title: str,
+    scenario: str,
+    *,
+    fitted: Iterable[tuple[str, str]] = (),
+    result: str = "",
 ) -> str:
     """Render a comparison of a model with a measurement as one self-contained HTML page.
 
-    `scenario` and `result` are the strings of the scenario without and with fitted values; `fitted` are lines
-    (label, value) of the fitted parameters and their uncertainty.
+    `scenario` and `result` are the strings of the scenario without and with fitted values; `fitted`
+    are lines (label, value) of the fitted parameters and their uncertainty.
     """
     fitted = list(fitted)
     fit_section = [Section("What was fitted", (table(fitted),))] if fitted else []
     rows: Sequence[tuple[str, str, str]] = comparison.rows()
     means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
-    caption = add_values("Measured loops and loads, and those of the model.", comparison.summary(), ("rms difference",))
+    caption = add_values(
+        "Measured loops and loads, and those of the model.",
+        comparison.summary(),
+        ("rms difference",),
+    )
     texts = [collapsible("the scenario", scenario)]
     if result:
         texts.append(collapsible("the scenario with the fitted values", result))
@@ -320,7 +398,9 @@ def comparison_page(
             *fit_section,
             Section("Summary", (table(comparison.summary()),)),
             Section("Loops", (means,)),
-            Section("Pictures", (picture(ComparisonPicture(title=title).figure(comparison), caption),)),
+            Section(
+                "Pictures", (picture(ComparisonPicture(title=title).figure(comparison), caption),)
+            ),
             Section("Provenance", tuple(texts)),
             _again(f"historysim {'fit' if fitted else 'compare'} scenario.toml"),
         ],

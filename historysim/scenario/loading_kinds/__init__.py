@@ -17,7 +17,8 @@ from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
 EACH = "each"  # run = "each": all runs of a record, evaluated separately
-NAMED_BY_A_KEY = ("waypoints", "blocks", "file")  # kinds identified by a key of the same name, without ``kind``
+# kinds identified by a key of the same name, without ``kind``
+NAMED_BY_A_KEY = ("waypoints", "blocks", "file")
 
 # Kinds of ``[loading]`` by name.
 LOADINGS: Registry[type["Loading"]] = Registry(
@@ -34,14 +35,16 @@ class Loading(QuantityFields, abc.ABC):
     also_called: ClassVar[tuple[str, ...]] = ()
 
     substeps: int = 1  #: recorded steps from one event to the next; they do not change the result
-    #: ``true`` limits a tangential load to the friction limit and flags the step; otherwise it is an error.
+    #: ``true`` limits a tangential load to the friction limit and flags the step; otherwise it is
+    #: an error.
     saturate: bool = False
 
     def __attrs_post_init__(self) -> None:
         """Check the substeps."""
         if not 1 <= self.substeps <= most("STEPS"):
             raise field_error(
-                f"{format_value(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps"
+                f"{format_value(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}",
+                "substeps",
             )
 
     @abc.abstractmethod
@@ -69,5 +72,7 @@ def loading_from_toml(converter: Converter, value: object, _: object) -> Loading
         problem = " and ".join(kinds) or ", ".join(repr(key) for key in entry) or "nothing"
         registered = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
         more = f", or kind, one of {registered}" if registered else ""
-        raise InputError(f"{problem} given; expected exactly one of waypoints, blocks and file{more}")
+        raise InputError(
+            f"{problem} given; expected exactly one of waypoints, blocks and file{more}"
+        )
     return kind_from_toml(converter, {"kind": kinds[0], **entry} if kinds else entry, LOADINGS)

@@ -16,7 +16,8 @@ from historysim.loads.holding import Timeline, find_ramp
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
-Changes = dict[str, "Event | tuple[Any, ...]"]  # by the names of events: their fields without the time, or the event
+# by the names of events: their fields without the time, or the event
+Changes = dict[str, "Event | tuple[Any, ...]"]
 Place = tuple[str | int, ...]
 MOST_EVENTS = 10_000_000
 
@@ -38,7 +39,8 @@ class Waypoint:
     event_keys: ClassVar = ("changes", EVENTS)
 
     time: Time | None = None  #: time; or ``after``
-    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: time since the previous waypoint
+    #: time since the previous waypoint
+    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     asperities: tuple[int, ...] | None = None  #: asperities whose friction changes; by default all
     name: str | None = None  #: label of the state, for pictures and ``--steps``
     changes: Changes = attrs.Factory(dict)
@@ -47,10 +49,14 @@ class Waypoint:
         """Check that it has one time and at least one value."""
         if (self.time is None) == (self.after is None):
             problem = "neither time nor after" if self.time is None else "both time and after"
-            raise InputError(f"{problem}; expected either the time itself, or the time after the previous waypoint")
+            raise InputError(
+                f"{problem}; expected either the time itself, or the time after the previous waypoint"
+            )
         _check_channels(self.changes)
         if self.asperities is not None and "friction" not in self.changes:
-            raise field_error("given without friction; expected both, or asperities in geometry", "asperities")
+            raise field_error(
+                "given without friction; expected both, or asperities in geometry", "asperities"
+            )
         if not self.changes:
             raise InputError(f"no value; expected one or more of {', '.join(EVENTS.own())}")
 
@@ -60,7 +66,9 @@ class Waypoint:
         waypoint = with_kinds(cls, value, converter)
         change = waypoint.changes.get("friction")
         if waypoint.asperities is not None and isinstance(change, tuple):
-            waypoint = attrs.evolve(waypoint, changes={**waypoint.changes, "friction": (*change, waypoint.asperities)})
+            waypoint = attrs.evolve(
+                waypoint, changes={**waypoint.changes, "friction": (*change, waypoint.asperities)}
+            )
         return waypoint
 
 
@@ -77,16 +85,21 @@ def _check_channels(changes: Mapping[str, Any]) -> None:
         for channel in channels:
             if (earlier := controlled.setdefault(channel, key)) != key:
                 hint = (
-                    ", or each in another direction, as { x = … } and { y = … }" if kind.channel == "tangential" else ""
+                    ", or each in another direction, as { x = … } and { y = … }"
+                    if kind.channel == "tangential"
+                    else ""
                 )
-                raise InputError(f"{earlier} and {key} together; expected one of them{hint}: the other follows from it")
+                raise InputError(
+                    f"{earlier} and {key} together; expected one of them{hint}: the other follows from it"
+                )
 
 
 @attrs.define
 class LocatedTimeline(Timeline):
     """Events of a scenario in time order, with their keys in the scenario."""
 
-    #: Whether channels keep their values at waypoints that do not set them; None if the scenario does not state it.
+    #: Whether channels keep their values at waypoints that do not set them; None if the scenario
+    #: does not state it.
     holds: bool | None = None
     now: float = 0.0  #: time of the last waypoint [s]
     locations: list[Place] = attrs.Factory(list)  #: key of each event
@@ -95,7 +108,11 @@ class LocatedTimeline(Timeline):
         """Append an event for each change at a time."""
         for key, change in changes.items():
             with error_path(key):
-                timed = attrs.evolve(cast("Any", change), time=time) if isinstance(change, Event) else None
+                timed = (
+                    attrs.evolve(cast("Any", change), time=time)
+                    if isinstance(change, Event)
+                    else None
+                )
                 event = EVENTS[key].from_contents(time, change) if timed is None else timed  # type: ignore[arg-type] # fields
             self.append(event)
         self.now = time
@@ -127,7 +144,9 @@ class InlineLoading(Loading):
     @classmethod
     def hint_for_key(cls, key: str) -> str:
         """Suggest a waypoint for the key of a channel; empty for other keys."""
-        return f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
+        return (
+            f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
+        )
 
     @abc.abstractmethod
     def timeline(self) -> LocatedTimeline:
@@ -160,7 +179,10 @@ class Waypoints(InlineLoading):
         for index, name in enumerate(names):
             if name is not None and name in names[:index]:
                 raise field_error(
-                    f"{format_value(name)} is used before; expected a unique name", "waypoints", index, "name"
+                    f"{format_value(name)} is used before; expected a unique name",
+                    "waypoints",
+                    index,
+                    "name",
                 )
 
     @property
@@ -181,7 +203,8 @@ class Waypoints(InlineLoading):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
                 if line.events and time < line.now:
                     raise field_error(
-                        f"{time:g} s comes after {line.now:g} s; expected times that do not decrease", "time"
+                        f"{time:g} s comes after {line.now:g} s; expected times that do not decrease",
+                        "time",
                     )
                 line.reach(time, waypoint.changes, "loading", "waypoints", index)
         return line
@@ -206,8 +229,14 @@ class Each:
         lengths = {key: len(value) for key, value in self.values.items()}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
             counts = ", ".join(f"{count} of {key}" for key, count in lengths.items())
-            names = ", ".join(name for name, kind in EVENTS.own().items() if len(attrs.fields(cast("Any", kind))) < 4)
-            raise InputError(f"{counts or 'no'} values; expected arrays of one length, of one or more of {names}")
+            names = ", ".join(
+                name
+                for name, kind in EVENTS.own().items()
+                if len(attrs.fields(cast("Any", kind))) < 4
+            )
+            raise InputError(
+                f"{counts or 'no'} values; expected arrays of one length, of one or more of {names}"
+            )
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
@@ -217,7 +246,10 @@ class Each:
     @property
     def turns(self) -> list[Changes]:
         """Values of each turn."""
-        return [{key: (values[turn],) for key, values in self.values.items()} for turn in range(self.count)]
+        return [
+            {key: (values[turn],) for key, values in self.values.items()}
+            for turn in range(self.count)
+        ]
 
     @property
     def count(self) -> int:
@@ -241,9 +273,11 @@ class WaypointBlock:
     ]
     """
 
-    waypoints: tuple[Waypoint, ...]  #: Waypoints with ``after``. A channel that the block does not set is held.
+    #: Waypoints with ``after``. A channel that the block does not set is held.
+    waypoints: tuple[Waypoint, ...]
     repeat: int = 1  #: number of repetitions
-    each: Each | None = None  #: values to reach first, in sequence, as below; the waypoints run at each of them
+    #: values to reach first, in sequence, as below; the waypoints run at each of them
+    each: Each | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that it can be repeated."""
@@ -253,12 +287,18 @@ class WaypointBlock:
             with error_path("waypoints", index):
                 if waypoint.after is None:
                     raise field_error(
-                        "the time of a block follows from the blocks before it; expected after instead", "time"
+                        "the time of a block follows from the blocks before it; expected after instead",
+                        "time",
                     )
                 if waypoint.name is not None:
-                    raise field_error("a block may run several times; expected names only in loading.waypoints", "name")
+                    raise field_error(
+                        "a block may run several times; expected names only in loading.waypoints",
+                        "name",
+                    )
         if self.repeat < 1:
-            raise field_error(f"{format_value(self.repeat)}; expected an integer of 1 or more", "repeat")
+            raise field_error(
+                f"{format_value(self.repeat)}; expected an integer of 1 or more", "repeat"
+            )
 
     def count(self) -> int:
         """Return its number of events, without the few that hold channels."""
@@ -299,7 +339,9 @@ def build_timeline(blocks: Sequence[WaypointBlock], *, hold: bool | None = None)
     """Build the events of blocks with their locations; InputError if there are too many."""
     count = sum(block.count() for block in blocks)
     if count > MOST_EVENTS:
-        problem = f"{format_value(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
+        problem = (
+            f"{format_value(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
+        )
         raise field_error(problem, "loading", "blocks")
     line = LocatedTimeline(holds=hold)
     for index, block in enumerate(blocks):

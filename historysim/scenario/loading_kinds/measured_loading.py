@@ -80,10 +80,14 @@ class MeasuredLoading(RecordKeys):
                 events = measurement.events()
             except InputError as error:
                 raise InputError(f"{self.name}: {error}") from error
-        earlier_events = self._events_before(measurement.time) if self.blocks else _events_of_start(measurement)
+        earlier_events = (
+            self._events_before(measurement.time) if self.blocks else _events_of_start(measurement)
+        )
         if not len(earlier_events):
             return events
-        return Events.join([earlier_events, events if isinstance(events, Events) else Events(events)])
+        return Events.join(
+            [earlier_events, events if isinstance(events, Events) else Events(events)]
+        )
 
     def _events_before(self, time: Floats) -> Events:
         """Build the events of the blocks, which end one sample before the record with all channels held."""
@@ -92,7 +96,9 @@ class MeasuredLoading(RecordKeys):
         steps = np.diff(time)
         interval = float(np.median(steps)) if steps.size else 0.0
         offset = float(time[0]) - (interval or 1.0) - line.now
-        return Events([attrs.evolve(cast("Any", event), time=event.time + offset) for event in line.events])
+        return Events(
+            [attrs.evolve(cast("Any", event), time=event.time + offset) for event in line.events]
+        )
 
 
 @attrs.frozen(kw_only=True)
@@ -112,7 +118,9 @@ class RunLoading(MeasuredLoading):
         keys = attrs.asdict(loading, recurse=False)
         with error_path("loading"):
             runs = read_runs(folder, loading)
-        return {number: cls(**{**keys, "run": number}, record=record) for number, record in runs.items()}
+        return {
+            number: cls(**{**keys, "run": number}, record=record) for number, record in runs.items()
+        }
 
     def measurement(self, folder: Path) -> Measurement:  # noqa: ARG002 - the record has been read
         """Condition the record; InputError if that is not possible."""
@@ -124,8 +132,13 @@ class RunLoading(MeasuredLoading):
 def _events_of_start(measurement: Measurement) -> Events:
     """Return events that press the contact before its move to the first sample of a displacement with known zero."""
     channels, time = measurement.channels, float(measurement.time[0])
-    if not measurement.starts_displaced or not {"normal_load", "tangential_displacement"} <= channels.keys():
+    if (
+        not measurement.starts_displaced
+        or not {"normal_load", "tangential_displacement"} <= channels.keys()
+    ):
         return Events([])
     if channels["tangential_displacement"][0] == 0:
         return Events([])
-    return Events([NormalLoad(time, float(channels["normal_load"][0])), TangentialDisplacement(time, 0.0)])
+    return Events(
+        [NormalLoad(time, float(channels["normal_load"][0])), TangentialDisplacement(time, 0.0)]
+    )

@@ -33,8 +33,10 @@ from historysim.tables.run_column import find_run_column
 
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
-FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on the reading of a file, and on hum in a channel
-CLEAR_OF_ZERO = 0.05  # first sample of a tangential displacement over its range, above which a notice is given
+# labels of remarks on the reading of a file, and on hum in a channel
+FILE_REMARK, HUM_REMARK = "file", "hum"
+# first sample of a tangential displacement over its range, above which a notice is given
+CLEAR_OF_ZERO = 0.05
 # the space distinguishes them from the keys of channels
 _RUN, RETRACE = " run", " retrace"
 
@@ -58,10 +60,16 @@ def condition_record(record: "RawRecord") -> Measurement:
             record.resample(section.interval)
     converted: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
     # columns of coefficients come after the load that multiplies them
-    for (group, key), channel in sorted(section.channels.items(), key=lambda item: factor_channel(item[1]) is not None):
+    for (group, key), channel in sorted(
+        section.channels.items(), key=lambda item: factor_channel(item[1]) is not None
+    ):
         with error_path(group, key), _file_named(section.name):
-            factor = {**converted["response"], **converted["columns"]}.get(factor_channel(channel) or "")
-            converted[group][key] = record.convert_channel(channel, group, key, 1.0 if factor is None else factor)
+            factor = {**converted["response"], **converted["columns"]}.get(
+                factor_channel(channel) or ""
+            )
+            converted[group][key] = record.convert_channel(
+                channel, group, key, 1.0 if factor is None else factor
+            )
     record.close_free_play(converted)
     measurement = Measurement(
         time=record.time,
@@ -72,11 +80,15 @@ def condition_record(record: "RawRecord") -> Measurement:
         removed=record.removed,
         row=record.row,
         offset=record.offset,
-        starts_displaced=getattr(section.columns.tangential_displacement, "offset", None) is not None,
+        starts_displaced=getattr(section.columns.tangential_displacement, "offset", None)
+        is not None,
     )
     if section.reduce:
         replayed = measurement.replayed_indices().size
-        record.remark("replayed", f"{replayed:,} of {_samples(measurement.time.size)}, which the contact remembers")
+        record.remark(
+            "replayed",
+            f"{replayed:,} of {_samples(measurement.time.size)}, which the contact remembers",
+        )
     return attrs.evolve(measurement, remarks=tuple(record.remarks))
 
 
@@ -93,7 +105,9 @@ def _read_record(folder: Path, section: RecordKeys) -> "RawRecord":
     if len(numbers) > MOST_LISTED:
         listed_runs += f", … {numbers[-1]}"
     if run == EACH:
-        expected = f"expected one of the runs {listed_runs}: these are separate records, not a single one"
+        expected = (
+            f"expected one of the runs {listed_runs}: these are separate records, not a single one"
+        )
         raise field_error(f'"each"; {expected}', "run")
     raise field_error(f"there is no run {run}; expected one of {listed_runs}", "run")
 
@@ -106,7 +120,10 @@ def read_runs(folder: Path, section: RecordKeys) -> "dict[int, RawRecord]":
     paths = section.paths(folder)
     one_file_per_run = section.runs_by is None and len(paths) > 1
     if one_file_per_run:
-        records = [_align_clocks(folder, attrs.evolve(section, file=str(path.absolute()))) for path in paths]
+        records = [
+            _align_clocks(folder, attrs.evolve(section, file=str(path.absolute())))
+            for path in paths
+        ]
     else:
         records = [_align_clocks(folder, section)]
     runs: dict[int, RawRecord] = {}
@@ -115,7 +132,10 @@ def read_runs(folder: Path, section: RecordKeys) -> "dict[int, RawRecord]":
         for number, rows in _find_run_rows(record.run):
             if len(paths) > 1 and not one_file_per_run and (np.diff(rows) > 1).any():
                 problem = f"run {number} is in separate parts of {len(paths)} files"
-                raise field_error(f"{problem}; expected one part: leave runs_by out, and each file is a run", "runs_by")
+                raise field_error(
+                    f"{problem}; expected one part: leave runs_by out, and each file is a run",
+                    "runs_by",
+                )
             runs[number + (counted if one_file_per_run else 0)] = record.take(rows)
     for number, run in runs.items():
         named = f"{number} ({run.section.name})" if one_file_per_run else f"{number}"
@@ -151,13 +171,20 @@ def _align_clocks(folder: Path, section: RecordKeys) -> "RawRecord":
         column = channel.combine(raw)
         first_readings[group, key] = _first_reading(column)
         if channel.time is not None or channel.shift != 0:
-            with error_path(group, key, "shift" if channel.time is None else "time"), _file_named(section.name):
-                column = _resample_onto_clock(time, on_clock, column, channel.shift, section.max_gap)
+            with (
+                error_path(group, key, "shift" if channel.time is None else "time"),
+                _file_named(section.name),
+            ):
+                column = _resample_onto_clock(
+                    time, on_clock, column, channel.shift, section.max_gap
+                )
             shifted = on_clock.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
     remarks = [(FILE_REMARK, notice) for notice in notices]
-    record = RawRecord(section, time, values, first_readings, main.lines, inside, _number_runs(main), remarks)
+    record = RawRecord(
+        section, time, values, first_readings, main.lines, inside, _number_runs(main), remarks
+    )
     paths = section.paths(folder)
     if section.runs_by is None and len(paths) == 1:
         record.remark_runs(paths[0])
@@ -174,16 +201,22 @@ def _first_reading(column: Floats) -> float:
     return float(finite[0]) if finite.size else math.nan
 
 
-def _read(folder: Path, section: RecordKeys, clock: Column | None, channels: Mapping[str, Channel]) -> Table:
+def _read(
+    folder: Path, section: RecordKeys, clock: Column | None, channels: Mapping[str, Channel]
+) -> Table:
     columns: dict[str, Column] = {} if clock is None else {"time": clock}
     units = {"time": "s"}
     if section.runs_by is not None and clock == section.columns.time:
         columns[_RUN], units[_RUN] = section.runs_by, "1"
     for key, channel in channels.items():
-        for name, source, unit in zip(column_names(key, channel), channel.sources, channel.units_in_si, strict=True):
+        for name, source, unit in zip(
+            column_names(key, channel), channel.sources, channel.units_in_si, strict=True
+        ):
             columns[name], units[name] = source, unit
     try:
-        table = section.table(folder, columns, units, missing=section.missing == "drop", by_time=True)
+        table = section.table(
+            folder, columns, units, missing=section.missing == "drop", by_time=True
+        )
     except MissingValueError as error:
         try:
             read = section.table(folder, columns, units, missing=True, by_time=True)
@@ -192,7 +225,9 @@ def _read(folder: Path, section: RecordKeys, clock: Column | None, channels: Map
         except InputError:
             # another value is not a number
             left_out = "such samples"
-        raise field_error(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
+        raise field_error(
+            f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place
+        ) from error
     if clock is None and table.time is not None and section.rate is None:
         return attrs.evolve(table, columns={**table.columns, "time": table.time})
     if clock is None:
@@ -202,7 +237,8 @@ def _read(folder: Path, section: RecordKeys, clock: Column | None, channels: Map
         return table
     time, count = _continue_clock(table.columns["time"], table.file_rows)
     restarted = (
-        f"the clock starts again in {count_text(count, 'file', 'files')}, joined one sample after the previous file"
+        f"the clock starts again in {count_text(count, 'file', 'files')}, "
+        "joined one sample after the previous file"
     )
     notices = (*table.notices, restarted) if count else table.notices
     return attrs.evolve(table, columns={**table.columns, "time": time}, notices=notices)
@@ -229,7 +265,9 @@ def _continue_clock(time: Floats, file_rows: Sequence[int]) -> tuple[Floats, int
     return continued, restarts
 
 
-def _resample_onto_clock(time: Floats, table: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
+def _resample_onto_clock(
+    time: Floats, table: Table, column: Floats, shift: float, max_gap: float | None
+) -> Floats:
     """Resample a channel from its separate clock onto the clock of the record; NaN outside its samples."""
     timed_rows = np.flatnonzero(~np.isnan(table.columns["time"]))
     clock = table.columns["time"][timed_rows]
@@ -248,7 +286,9 @@ def _number_runs(table: Table) -> Floats:
     time = table.columns["time"]
     timed_rows = np.flatnonzero(~np.isnan(time))
     number = np.full(time.size, np.nan)
-    number[timed_rows] = np.append(0, np.cumsum(np.diff(time[timed_rows]) < 0))[: timed_rows.size] + 1
+    number[timed_rows] = (
+        np.append(0, np.cumsum(np.diff(time[timed_rows]) < 0))[: timed_rows.size] + 1
+    )
     return number
 
 
@@ -271,13 +311,15 @@ class RawRecord:
     section: RecordKeys
     time: Floats
     values: dict[tuple[str, str], Floats]  #: raw values, possibly with gaps
-    first_readings: dict[tuple[str, str], float]  #: first reading of each, before samples are left out
+    #: first reading of each, before samples are left out
+    first_readings: dict[tuple[str, str], float]
     row: Integers | None
     inside: Booleans  #: samples within the range of all clocks
     run: Floats
     remarks: list[tuple[str, str]]
     removed: dict[str, Floats] = attrs.Factory(dict)  #: parts of channels removed by filters
-    offset: dict[str, float] = attrs.Factory(dict)  #: offset added to the readings of each displacement [m]
+    #: offset added to the readings of each displacement [m]
+    offset: dict[str, float] = attrs.Factory(dict)
 
     def remark(self, label: str, text: str) -> None:
         """Add a line of (label, text)."""
@@ -325,13 +367,17 @@ class RawRecord:
         """Check that the values are workable in SI."""
         beyond = np.flatnonzero(np.abs(values) > LARGEST)
         if beyond.size:
-            raise InputError(f"{self.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI")
+            raise InputError(
+                f"{self.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI"
+            )
 
     def append_retrace(self) -> None:
         """Append the retrace in reverse order; channels without a retrace repeat their trace backwards."""
         if not any(key.endswith(RETRACE) for _, key in self.values):
             return
-        traces = {path: column for path, column in self.values.items() if not path[1].endswith(RETRACE)}
+        traces = {
+            path: column for path, column in self.values.items() if not path[1].endswith(RETRACE)
+        }
         self.values = {
             (group, key): np.append(column, self.values.get((group, key + RETRACE), column)[::-1])
             for (group, key), column in traces.items()
@@ -353,7 +399,9 @@ class RawRecord:
             within = f"expected times within the record, from {self.time.min():.9g} s to {self.time.max():.9g} s"
             raise InputError(f"no sample between start and end; {within}")
         if outside.any():
-            self.remark("before the start or after the end", f"{_samples(int(outside.sum()))}, left out")
+            self.remark(
+                "before the start or after the end", f"{_samples(int(outside.sum()))}, left out"
+            )
         self.keep(~outside)
 
     def leave_out_missing(self) -> None:
@@ -414,28 +462,38 @@ class RawRecord:
         duration = float(self.time[-1] - self.time[0])
         # a division might overflow
         if not duration < MOST_SAMPLES * interval:
-            problem = f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s"
+            problem = (
+                f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s"
+            )
             raise InputError(f"{problem}; expected a longer one")
         self.check_order(rising=True)
         count = math.floor(duration / interval * (1 + 1e-12)) + 1
         time = np.minimum(self.time[0] + interval * np.arange(count), self.time[-1])
-        self.values = {key: reduction.resample(self.time, array, time) for key, array in self.values.items()}
+        self.values = {
+            key: reduction.resample(self.time, array, time) for key, array in self.values.items()
+        }
         self.time, self.row = time, None
         self.remark("resampled", f"every {quantity_text(interval, 's')}, {_samples(count)}")
 
-    def convert_channel(self, channel: Channel, group: str, key: str, factor: Floats | float) -> Floats:
+    def convert_channel(
+        self, channel: Channel, group: str, key: str, factor: Floats | float
+    ) -> Floats:
         """Return a channel times a factor in SI, filtered, corrected and checked for size."""
         constant = getattr(channel, "constant", None)
         if constant is not None:
             return np.full(self.time.size, constant)
         raw = self.values[group, key]
         offset = getattr(channel, "offset", None)
-        values = channel.factor * (getattr(channel, "area", None) or 1.0) * raw * factor + (offset or 0.0)
+        values = channel.factor * (getattr(channel, "area", None) or 1.0) * raw * factor + (
+            offset or 0.0
+        )
         values = self.correct(channel, key, values)
         if isinstance(channel, LengthChannel):
             self.offset[key] = offset or 0.0
             if offset is None and not channel.centred:
-                values = self.from_zero(key, values, channel.factor * self.first_readings[group, key])
+                values = self.from_zero(
+                    key, values, channel.factor * self.first_readings[group, key]
+                )
         self.check_sizes(values)
         if jumps := reduction.jumps_of_counter(raw):
             self.remark(FILE_REMARK, f"{key.replace('_', ' ')}: {jumps}")
@@ -452,7 +510,9 @@ class RawRecord:
             clear = abs(first_reading) > CLEAR_OF_ZERO * float(np.ptp(values))
             first_text = quantity_text(first_reading, "m")
             text = f"its first sample, {first_text}, is its zero; offset = 0 leaves the readings unchanged"
-            self.remark(FILE_REMARK if clear else f"{name}: zero", f"{name}: {text}" if clear else text)
+            self.remark(
+                FILE_REMARK if clear else f"{name}: zero", f"{name}: {text}" if clear else text
+            )
             self.offset[key] = -first_reading
             return values - first_reading
         if first_reading > 0:
@@ -481,21 +541,30 @@ class RawRecord:
         if isinstance(channel, LengthChannel) and channel.backlash:
             with error_path("backlash"):
                 self.check_order(rising=True)
-                values = correction.remove_backlash(self.time, values, channel.backlash, dead_band=dead_band)
+                values = correction.remove_backlash(
+                    self.time, values, channel.backlash, dead_band=dead_band
+                )
             self.remark(f"{name}: backlash removed", quantity_text(channel.backlash, "m"))
         if channel.drift_free:
             with error_path("drift_free"):
                 self.check_order(rising=True)
                 drift = correction.drift_of_cycles(self.time, values, dead_band=of_cycles)
             values = values - drift.value * (self.time - self.time[0])
-            self.remark(f"{name}: drift removed", uncertain_text(drift.value, drift.standard_error, f"{unit}/s"))
+            self.remark(
+                f"{name}: drift removed",
+                uncertain_text(drift.value, drift.standard_error, f"{unit}/s"),
+            )
         if channel.centred:
             with error_path("centred"):
                 offset = correction.offset_of_cycles(values, dead_band=of_cycles)
             values = values - offset.value
-            self.remark(f"{name}: offset removed", uncertain_text(offset.value, offset.standard_error, unit))
+            self.remark(
+                f"{name}: offset removed", uncertain_text(offset.value, offset.standard_error, unit)
+            )
         if isinstance(channel, ForceChannel) and channel.negative_as_zero:
-            self.remark(f"{name}: negative, replaced by 0", _samples(int(np.count_nonzero(values < 0))))
+            self.remark(
+                f"{name}: negative, replaced by 0", _samples(int(np.count_nonzero(values < 0)))
+            )
             values = np.maximum(values, 0.0)
         return values
 

@@ -37,9 +37,11 @@ class BuiltSurface:
     surface: "Surface | None" = None  #: height map of the summits
     friction: Any = None  #: friction coefficients of the summits, if the surface defines them
     notices: tuple[str, ...] = ()  #: notices for the user
-    interacts: bool = False  #: whether the whole map is solved, with elastic interaction, instead of its summits
+    #: whether the whole map is solved, with elastic interaction, instead of its summits
+    interacts: bool = False
     solutions: "NormalSolutions | None" = None  #: normal solutions of the map, once computed
-    #: A normal curve instead of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
+    #: A normal curve instead of summits: approaches from first touch [m], loads [N] and areas [m²]
+    #: or None.
     curve: tuple[Any, Any, Any] | None = None
     #: A cylinder instead of summits: its radius, length and reference depth [m].
     cylinder: tuple[float, float, float] | None = None
@@ -82,7 +84,10 @@ class PassEntry:
     sliding_distance: Length = 0.0  #: sliding distance of the flat in each pass
     #: Number of passes, up to 1000.
     repeat: int = attrs.field(
-        default=1, validator=Key(lambda number: 1 <= number <= MOST_PASSES, f"a number from 1 to {MOST_PASSES}")
+        default=1,
+        validator=Key(
+            lambda number: 1 <= number <= MOST_PASSES, f"a number from 1 to {MOST_PASSES}"
+        ),
     )
 
 
@@ -104,8 +109,10 @@ class Passes:
     """
 
     steps: tuple[PassEntry, ...]  #: the passes, in sequence
-    wear: AnyWearLaw | None = None  #: A law of wear with its keys, as in ``[wear]``; without it summits yield only
-    #: Material that is cut off: ``"lost"``, or ``"conserved"``, which raises all other points equally.
+    #: A law of wear with its keys, as in ``[wear]``; without it summits yield only
+    wear: AnyWearLaw | None = None
+    #: Material that is cut off: ``"lost"``, or ``"conserved"``, which raises all other points
+    #: equally.
     volume: str = "lost"
 
     def apply(self, built: BuiltSurface, pair: "MaterialPair", friction: object) -> BuiltSurface:
@@ -113,19 +120,32 @@ class Passes:
         from historysim.asperities.running_in import Pass, run_in
 
         if built.surface is None or built.summits is None or built.find is None:
-            raise field_error("given for a surface without a height map; expected a random, measured or sum", "passes")
+            raise field_error(
+                "given for a surface without a height map; expected a random, measured or sum",
+                "passes",
+            )
         if built.interacts:
-            raise field_error('given with interaction = "full", which has no summits; expected one of them', "passes")
+            raise field_error(
+                'given with interaction = "full", which has no summits; expected one of them',
+                "passes",
+            )
         if not isinstance(friction, int | float):
-            raise field_error("needs one friction coefficient; expected friction.coefficient as a number", "passes")
+            raise field_error(
+                "needs one friction coefficient; expected friction.coefficient as a number",
+                "passes",
+            )
         if not self.steps:
             raise field_error("is empty; expected one or more passes", "passes", "steps")
         with error_path("passes"):
             steps = [
-                Pass(entry.normal_load, entry.sliding_distance) for entry in self.steps for _ in range(entry.repeat)
+                Pass(entry.normal_load, entry.sliding_distance)
+                for entry in self.steps
+                for _ in range(entry.repeat)
             ]
             laws: Any = {"friction": float(friction), "yielding": built.yielding, "wear": self.wear}
-            surface, records = run_in(built.surface, pair, steps, volume=self.volume, find=built.find, **laws)
+            surface, records = run_in(
+                built.surface, pair, steps, volume=self.volume, find=built.find, **laws
+            )
         first_record, last_record = records[0], records[-1]
         notice = (
             f"run in by {len(records)} passes: preliminary displacement "
@@ -133,7 +153,9 @@ class Passes:
             f"{last_record.preliminary_displacement * 1e9:.4g} nm in the last; "
             f"{first_record.contact_count} and {last_record.contact_count} contacts; volume {self.volume}"
         )
-        return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, notice))
+        return attrs.evolve(
+            built, surface=surface, summits=built.find(surface), notices=(*built.notices, notice)
+        )
 
 
 @attrs.frozen(kw_only=True)
@@ -141,15 +163,16 @@ class ChangedSurface(SurfaceKind):
     """Keys common to all kinds of surface."""
 
     of: SurfaceKind
-    #: Of a surface with summits: scales their heights, and the heights of their map, about the mean of the summits. The
-    #: radii of the summits are unchanged.
+    #: Of a surface with summits: scales their heights, and the heights of their map, about the mean
+    #: of the summits. The radii of the summits are unchanged.
     height_scale: float | None = attrs.field(
         default=None, validator=Key(lambda scale: scale > 0, "a number greater than 0")
     )
-    #: Of a height map: ``"full"`` includes elastic interaction: the contact of the whole map is solved;
-    #: ``"none"`` is the default.
+    #: Of a height map: ``"full"`` includes elastic interaction: the contact of the whole map is
+    #: solved; ``"none"`` is the default.
     interaction: str | None = attrs.field(
-        default=None, validator=Key(lambda word: word in INTERACTIONS, f"one of {', '.join(INTERACTIONS)}")
+        default=None,
+        validator=Key(lambda word: word in INTERACTIONS, f"one of {', '.join(INTERACTIONS)}"),
     )
     yielding: AnyYieldingLaw | None = None  #: of a surface with summits: yielding law, as below
     passes: Passes | None = None  #: of a height map: running-in, as below
@@ -165,7 +188,9 @@ class ChangedSurface(SurfaceKind):
             built = _stretch_heights(built, self.height_scale)
         if self.interaction == "full":
             if built.surface is None:
-                problem = "full, of a surface without a height map; expected a random, measured or sum"
+                problem = (
+                    "full, of a surface without a height map; expected a random, measured or sum"
+                )
                 raise field_error(problem, "interaction")
             built = attrs.evolve(built, interacts=True)
         if self.yielding is not None:
@@ -188,9 +213,14 @@ class ChangedSurface(SurfaceKind):
 def _stretch_heights(built: BuiltSurface, scale: float) -> BuiltSurface:
     summits, surface = built.summits, built.surface
     if summits is None:
-        raise field_error("given for a surface without summits, which has no heights; expected none", "height_scale")
+        raise field_error(
+            "given for a surface without summits, which has no heights; expected none",
+            "height_scale",
+        )
     mean = summits.height.mean()
     if surface is not None:
         heights = mean + scale * (surface.heights - mean)
         surface = type(surface)(heights, surface.pixel_size, surface.periodic)
-    return attrs.evolve(built, summits=summits.at_heights(mean + scale * (summits.height - mean)), surface=surface)
+    return attrs.evolve(
+        built, summits=summits.at_heights(mean + scale * (summits.height - mean)), surface=surface
+    )

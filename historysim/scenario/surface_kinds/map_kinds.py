@@ -14,7 +14,13 @@ from historysim.basics.wording import Notify, format_value, silent
 from historysim.errors import InputError, error_path, field_error
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice
-from historysim.surfaces.preparation import PREPARATIONS, Preparation, list_keys, registered_steps, select_steps
+from historysim.surfaces.preparation import (
+    PREPARATIONS,
+    Preparation,
+    list_keys,
+    registered_steps,
+    select_steps,
+)
 from historysim.surfaces.reading import read_surface
 from historysim.surfaces.summits import WOLF, Summits
 
@@ -47,12 +53,14 @@ class HeightMap(SurfaceKind):
 
     preparations: ClassVar[tuple[type[Preparation], ...]] = registered_steps()
 
-    #: Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
+    #: Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile,
+    #: than 2 (3).
     rule: int = 9
-    #: ``true``, or a fraction of Rz: accepts only summits that rise above the saddle to a higher one by 5 % of Rz,
-    #: or by that fraction.
+    #: ``true``, or a fraction of Rz: accepts only summits that rise above the saddle to a higher
+    #: one by 5 % of Rz, or by that fraction.
     prune: bool | float | None = attrs.field(default=None, validator=_FRACTION)
-    ball_radius: Length | None = None  #: places the map on a ball, centre on top, after all preparation
+    #: places the map on a ball, centre on top, after all preparation
+    ball_radius: Length | None = None
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -61,7 +69,9 @@ class HeightMap(SurfaceKind):
         if entry.keys() <= {*attrs.fields_dict(cls), "kind"}:
             return cls
         everything = {"preparations": tuple(PREPARATIONS.values())}
-        return attrs.frozen(kw_only=True, field_transformer=_with_steps)(type(cls.__name__, (cls,), everything))
+        return attrs.frozen(kw_only=True, field_transformer=_with_steps)(
+            type(cls.__name__, (cls,), everything)
+        )
 
     @abc.abstractmethod
     def read_or_generate(self, folder: Path, notify: Notify) -> "Surface":
@@ -169,7 +179,8 @@ class MeasuredMap(HeightMap):
     pixel_size: Lengths | None = None  #: spacing of the points, if the file does not state it
     height_unit: str | None = None  #: unit of the heights, likewise
     lateral_unit: str | None = None  #: unit of coordinates, likewise
-    channel: int | str | None = None  #: number, from 0, or name of the channel of a file that has several
+    #: number, from 0, or name of the channel of a file that has several
+    channel: int | str | None = None
     missing: Numbers = ()  #: numbers that mark missing points in the file, such as ``-9999``
 
     @property
@@ -248,7 +259,9 @@ class MeetingMaps(SurfaceKind):
     def build(self, folder: Path) -> BuiltSurface:
         """Build the meeting summits."""
         if np.shape(self.shift) != (2,):
-            raise field_error(f"{format_value(self.shift)}; expected one length along x and one along y", "shift")
+            raise field_error(
+                f"{format_value(self.shift)}; expected one length along x and one along y", "shift"
+            )
         notices: list[str] = []
         summits, centres = [], []
         for name, kind in (("first", self.first), ("second", self.second)):
@@ -257,4 +270,6 @@ class MeetingMaps(SurfaceKind):
                 summits.append(kind.find_summits(surface))
                 centres.append((np.array(surface.shape) - 1) / 2 * surface.pixel_size)
         x, y = centres[0] - centres[1] + self.shift
-        return BuiltSurface(summits[0].meeting(summits[1], shift=(float(x), float(y))), notices=tuple(notices))
+        return BuiltSurface(
+            summits[0].meeting(summits[1], shift=(float(x), float(y))), notices=tuple(notices)
+        )

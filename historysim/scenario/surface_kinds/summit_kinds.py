@@ -84,8 +84,14 @@ class InlineSummits(SurfaceKind):
         sizes = {key: np.size(value) for key, value in explicit_fields(self).items()}
         for key, size in sizes.items():
             if size == 0:
-                raise field_error("an empty array; expected one number, or one for each summit", key)
-        height = np.broadcast_to(self.height, max(sizes.values())) if sizes["height"] == 1 else self.height
+                raise field_error(
+                    "an empty array; expected one number, or one for each summit", key
+                )
+        height = (
+            np.broadcast_to(self.height, max(sizes.values()))
+            if sizes["height"] == 1
+            else self.height
+        )
         return BuiltSurface(Summits(height, self.radius, self.x, self.y, slope=self.slope))
 
 
@@ -112,7 +118,9 @@ class SummitTable(NumbersFile, SurfaceKind):
         for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
             values = np.asarray(columns.get(key, ()))
             for row in np.flatnonzero((values <= 0) if key == "radius" else (values < 0))[:1]:
-                problem = f"{rows.place(int(row))}: {key} is {values[row]:g}; expected {expected}, in SI"
+                problem = (
+                    f"{rows.place(int(row))}: {key} is {values[row]:g}; expected {expected}, in SI"
+                )
                 raise field_error(f"{self.name}: {problem}", "file")
         summits = Summits(columns["height"], columns["radius"], columns.get("x"), columns.get("y"))
         return BuiltSurface(summits, friction=columns.get("friction"))
@@ -139,10 +147,13 @@ class Textured(SurfaceKind):
 
     count: tuple[int, ...]  #: asperities along x and y, ``[nx, ny]``
     pitch: Lengths  #: spacing of the asperities, one length or ``[px, py]``
-    radius: Length  #: radius of each; with ``scaling`` the radius of the single asperity that the array replaces
-    scaling: str | None = None  #: ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
+    #: radius of each; with ``scaling`` the radius of the single asperity that the array replaces
+    radius: Length
+    #: ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
+    scaling: str | None = None
     height_scatter: Length = 0.0  #: standard deviation of Gaussian heights
-    radius_scatter: Number = 0.0  #: standard deviation of log-normal radii, as a fraction of their mean
+    #: standard deviation of log-normal radii, as a fraction of their mean
+    radius_scatter: Number = 0.0
     seed: int | None = None  #: seed of the scatter; required with scatter
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
@@ -150,10 +161,14 @@ class Textured(SurfaceKind):
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
-                raise field_error(f"{format_value(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
+                raise field_error(
+                    f"{format_value(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling"
+                )
             radius *= max(math.prod(self.count), 1) ** LAWS[self.scaling]
         with representable():
-            scatter: Any = {key: getattr(self, key) for key in ("height_scatter", "radius_scatter", "seed")}
+            scatter: Any = {
+                key: getattr(self, key) for key in ("height_scatter", "radius_scatter", "seed")
+            }
             return BuiltSurface(textured_summits(self.count, self.pitch, radius, **scatter))  # type: ignore[arg-type]
 
 
@@ -165,12 +180,15 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
     kind = "normal_curve"
     also_called = ("curve", "stiffness", "finite elements", "fem")
 
-    #: Columns: ``approach`` from first touch, ``load``, whose slope increases, and optionally the contact ``area``.
+    #: Columns: ``approach`` from first touch, ``load``, whose slope increases, and optionally the
+    #: contact ``area``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("approach load", "area"))
 
     def build(self, folder: Path) -> BuiltSurface:
         """Read the curve."""
-        columns = self.table(folder, self.columns, {"approach": "m", "load": "N", "area": "m2"}).columns
+        columns = self.table(
+            folder, self.columns, {"approach": "m", "load": "N", "area": "m2"}
+        ).columns
         return BuiltSurface(None, curve=(columns["approach"], columns["load"], columns.get("area")))
 
 
@@ -193,8 +211,8 @@ class Cylinder(SurfaceKind):
 
     radius: Length  #: radius of the cylinder
     length: Length  #: length of the contact along its axis
-    #: Depth below the surface to which displacements refer, such as the thickness of the body; loads, energies and
-    #: tractions do not depend on it.
+    #: Depth below the surface to which displacements refer, such as the thickness of the body;
+    #: loads, energies and tractions do not depend on it.
     reference_depth: Length
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a cylinder needs no file
@@ -213,7 +231,8 @@ class DistributedSummits(SurfaceKind):
     radius: Length  #: radius of all summits
     summit_density: SummitDensity  #: summits per nominal area
     nominal_area: Area  #: nominal area
-    #: With a seed heights and positions are random; without one the summits are the quantiles (i + ½)/n of the density.
+    #: With a seed heights and positions are random; without one the summits are the quantiles (i +
+    #: ½)/n of the density.
     seed: int | None = None
 
     @abc.abstractmethod
@@ -310,4 +329,6 @@ class DistributionTable(NumbersFile, DistributedSummits):
 
     def distribution(self, folder: Path) -> HeightDistribution:
         """Read the height distribution from the file."""
-        return self.read(folder, self.columns, {"height": "m", "gap": "m", "density": "1"}, _tabulate)
+        return self.read(
+            folder, self.columns, {"height": "m", "gap": "m", "density": "1"}, _tabulate
+        )

@@ -32,7 +32,8 @@ class Preparation(QuantityFields, abc.ABC):
     kind: ClassVar[str]  #: its name
     order: ClassVar[float]  #: steps act from the lowest to the highest
     maps: ClassVar[tuple[str, ...]] = ()  #: kinds of map that have its keys; all kinds, if empty
-    compared: ClassVar[bool] = True  #: True if `historysim show` compares the map before and after this step
+    #: True if `historysim show` compares the map before and after this step
+    compared: ClassVar[bool] = True
 
     @abc.abstractmethod
     def prepare(self, surface: Surface, notify: Notify) -> Surface:
@@ -46,7 +47,9 @@ class Preparation(QuantityFields, abc.ABC):
             If a key does not suit the map; `historysim.errors.at` names the key.
         """
 
-    def after(self, key: str, method: Callable[..., Surface], surface: Surface, **options: Any) -> Surface:
+    def after(
+        self, key: str, method: Callable[..., Surface], surface: Surface, **options: Any
+    ) -> Surface:
         """Apply a method of the map with the value of a key; return the map itself if the key is not set.
 
         Errors of the method name the key.
@@ -58,9 +61,14 @@ class Preparation(QuantityFields, abc.ABC):
             return method(surface, value, **options)
 
 
-def select_steps(map_kind: str | None, steps: Iterable[type["Preparation"]]) -> list[type["Preparation"]]:
+def select_steps(
+    map_kind: str | None, steps: Iterable[type["Preparation"]]
+) -> list[type["Preparation"]]:
     """Return the preparation steps that a map kind supports, in the order in which they act."""
-    return sorted((step for step in steps if not step.maps or map_kind in step.maps), key=lambda step: step.order)
+    return sorted(
+        (step for step in steps if not step.maps or map_kind in step.maps),
+        key=lambda step: step.order,
+    )
 
 
 def registered_steps() -> tuple[type["Preparation"], ...]:
@@ -75,7 +83,11 @@ def list_keys(steps: Iterable[type["Preparation"]]) -> "list[attrs.Attribute[Any
 
 
 def _without(
-    surface: Surface, deviations: float, *, find: Callable[[Floats, float], Booleans], notify: Notify
+    surface: Surface,
+    deviations: float,
+    *,
+    find: Callable[[Floats, float], Booleans],
+    notify: Notify,
 ) -> Surface:
     """Return the map without points that deviate by more than this number of robust standard deviations."""
     wrong = find(surface.heights, deviations)
@@ -90,7 +102,8 @@ class Crop(Preparation):
 
     kind, order, maps = "crop", 10, ("random", "measured")
 
-    crop_x: Lengths | None = None  #: The points between two positions along x; the first point is at 0.
+    #: The points between two positions along x; the first point is at 0.
+    crop_x: Lengths | None = None
     crop_y: Lengths | None = None  #: Likewise along y.
 
     def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
@@ -106,8 +119,8 @@ class Spikes(Preparation):
 
     kind, order, maps = "spikes", 20, ("measured",)
 
-    #: Points that stand off the median of the 24 around them by more than so many robust standard deviations become
-    #: missing.
+    #: Points that stand off the median of the 24 around them by more than so many robust standard
+    #: deviations become missing.
     spikes: Number | None = attrs.field(default=None, validator=_DEVIATIONS)
 
     def prepare(self, surface: Surface, notify: Notify) -> Surface:
@@ -153,10 +166,12 @@ class Filters(Preparation):
 
     kind, order = "filters", 50
 
-    s_filter: Length | None = None  #: Keeps what is longer than this cut-off, two pixels or more (ISO 16610-21).
+    #: Keeps what is longer than this cut-off, two pixels or more (ISO 16610-21).
+    s_filter: Length | None = None
     l_filter: Length | None = None  #: Takes off what is longer than this cut-off.
     robust: bool = False  #: Both filters by ISO 16610-71.
-    resolution: Lengths | None = None  #: Pixel size on which the map is laid after ``s_filter``, by splines.
+    #: Pixel size on which the map is laid after ``s_filter``, by splines.
+    resolution: Lengths | None = None
 
     def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
         """Apply the S-filter, the resolution and the L-filter, in this order."""

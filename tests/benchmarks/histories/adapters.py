@@ -2,8 +2,8 @@
 
     python adapters.py LAW FOLDER      # then: python score.py --all FOLDER
 
-`historysim` and `lammps` run these programs; the other laws are written from their equations and need numpy alone.
-Displacement-controlled laws give no result for the cases that prescribe loads.
+`historysim` and `lammps` run these programs; the other laws are written from their equations and
+need numpy alone. Displacement-controlled laws give no result for the cases that prescribe loads.
 """
 
 import sys
@@ -46,7 +46,9 @@ def build_motion(case, columns, parts):
         return np.concatenate([values[:1], *legs])
 
     height = np.array(case["summit_height"])
-    friction = np.repeat(columns.get("mu", np.full(columns["t"].size, case["friction"])), parts)[parts - 1 :]
+    friction = np.repeat(columns.get("mu", np.full(columns["t"].size, case["friction"])), parts)[
+        parts - 1 :
+    ]
     names = ("ux", "uy") if "ux" in columns else ("u",)
     displacement = np.column_stack([fine(columns[name]) for name in names])
     return Motion(
@@ -56,7 +58,8 @@ def build_motion(case, columns, parts):
     )  # fmt: skip
 
 
-# -- laws from their equations: tangential load [N], (step,) or (step, 2), and energy dissipated [J] -------
+# -- laws from their equations: tangential load [N], (step,) or (step, 2), and energy dissipated [J]
+# -------
 
 
 def springs(motion, count):
@@ -82,20 +85,32 @@ def springs(motion, count):
 def slider(motion, *, rescaled=False, of_force=False):
     """One slider for each asperity: `mindlin` of LAMMPS' pair granular, and what `_rescale` and `/force` add.
 
-    A spring 8 G* a of the displacement that is kept, or of force that grows with it, cut off at μN; `_rescale` shrinks
-    what is kept with the radius (LAMMPS' manual, pair_style granular; Thornton, Cummins and Cleary, 2013).
+    A spring 8 G* a of the displacement that is kept, or of force that grows with it, cut off at μN;
+    `_rescale` shrinks what is kept with the radius (LAMMPS' manual, pair_style granular; Thornton,
+    Cummins and Cleary, 2013).
     """
     moves = np.atleast_2d(np.diff(motion.displacement, axis=0, prepend=motion.displacement[:1]).T).T
-    kept, before, loads = np.zeros((motion.radius.size, moves.shape[1])), np.zeros(motion.radius.size), []
+    kept, before, loads = (
+        np.zeros((motion.radius.size, moves.shape[1])),
+        np.zeros(motion.radius.size),
+        [],
+    )
     limits = motion.friction[:, None] * motion.normal_load
     for radius, limit, move in zip(motion.contact_radius, limits, moves, strict=True):
         stiffness = 8 * motion.shear_modulus * radius[:, None]
         if rescaled:
-            kept = kept * np.where(radius < before, radius / np.where(before > 0, before, 1), 1)[:, None]
+            kept = (
+                kept
+                * np.where(radius < before, radius / np.where(before > 0, before, 1), 1)[:, None]
+            )
         load = kept + stiffness * move if of_force else stiffness * (kept + move)
         size = np.sqrt((load**2).sum(axis=1))
         load *= np.where(size > limit, limit / np.where(size > 0, size, 1), 1)[:, None]
-        kept = load if of_force else np.divide(load, stiffness, out=np.zeros_like(load), where=stiffness > 0)
+        kept = (
+            load
+            if of_force
+            else np.divide(load, stiffness, out=np.zeros_like(load), where=stiffness > 0)
+        )
         before = radius
         loads.append(load.sum(axis=0))
     loads = np.array(loads)
@@ -105,14 +120,20 @@ def slider(motion, *, rescaled=False, of_force=False):
 def mindlin_iwan_fit(motion, radii=100):
     """Tractions at so many radii, which is the rough contact of TMDSimPy; one direction.
 
-    Porter and Brake, Mechanical Systems and Signal Processing 192 (2023) 110210, equations 35, 37, 38, 42 and 43. The
-    tractions stay at their places while the contact grows or shrinks.
+    Porter and Brake, Mechanical Systems and Signal Processing 192 (2023) 110210, equations 35, 37,
+    38, 42 and 43. The tractions stay at their places while the contact grows or shrinks.
     """
     part = np.linspace(0, 1, radii)
     weight = np.full(radii, 1 / (radii - 1))
     weight[[0, -1]] /= 2
     with np.errstate(divide="ignore"):
-        stiff = 0.8709 + (1 - 0.8709) / np.sqrt(1 - part**2) + 0.0629 * part - 0.8915 * part**2 + 0.6998 * part**3
+        stiff = (
+            0.8709
+            + (1 - 0.8709) / np.sqrt(1 - part**2)
+            + 0.0629 * part
+            - 0.8915 * part**2
+            + 0.6998 * part**3
+        )
     stiff[-1] = 0.0
     pressure = np.sqrt(1 - part**2)
     asperities = motion.radius.size
@@ -153,11 +174,20 @@ def historysim(name):
     import historysim as hs
 
     case, columns = score.read_case(name)
-    pair = hs.MaterialPair.from_moduli(contact_modulus=case["contact_modulus"], shear_modulus=case["shear_modulus"])
-    contact = hs.Ensemble(pair, case["summit_height"], case["summit_radius"], friction=case["friction"])
+    pair = hs.MaterialPair.from_moduli(
+        contact_modulus=case["contact_modulus"], shear_modulus=case["shear_modulus"]
+    )
+    contact = hs.Ensemble(
+        pair, case["summit_height"], case["summit_radius"], friction=case["friction"]
+    )
     starts = [*np.flatnonzero(columns["t"] == 0), columns["t"].size]
     parts = [
-        _replay(hs, contact, {key: values[first:last] for key, values in columns.items()}, case["control"])
+        _replay(
+            hs,
+            contact,
+            {key: values[first:last] for key, values in columns.items()},
+            case["control"],
+        )
         for first, last in pairwise(starts)
     ]
     result = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
@@ -167,7 +197,9 @@ def historysim(name):
 def _replay(hs, contact, columns, control):
     loads = control[0] == "N"
     normal, tangential = (
-        (hs.NormalLoad, hs.TangentialLoad) if loads else (hs.NormalDisplacement, hs.TangentialDisplacement)
+        (hs.NormalLoad, hs.TangentialLoad)
+        if loads
+        else (hs.NormalDisplacement, hs.TangentialDisplacement)
     )
     axes = [columns[key] for key in control[1:] if key != "mu"]
     events = []
@@ -179,7 +211,9 @@ def _replay(hs, contact, columns, control):
             normal(time, columns[control[0]][row]), tangential(time, values if len(values) > 1 else values[0]),
         ]  # fmt: skip
     history = hs.replay(contact, events, record="totals")
-    found = history.isel(step=[int(np.flatnonzero(history.time == time)[-1]) for time in columns["t"]])
+    found = history.isel(
+        step=[int(np.flatnonzero(history.time == time)[-1]) for time in columns["t"]]
+    )
     result = {
         "d": contact.summit_height.max() - found.separation.values,
         "u": found.tangential_displacement.values,
@@ -187,7 +221,9 @@ def _replay(hs, contact, columns, control):
         "E": found.total_dissipated_energy.values,
     }
     names = ("Tx", "Ty") if len(axes) > 1 else ("T",)
-    return result | dict(zip(names, np.atleast_2d(found.total_tangential_load.values.T), strict=True))
+    return result | dict(
+        zip(names, np.atleast_2d(found.total_tangential_load.values.T), strict=True)
+    )
 
 
 def lammps(name, parts=1000):
@@ -197,12 +233,16 @@ def lammps(name, parts=1000):
     case, columns = score.read_case(name)
     if "d" not in case["control"] or len(case["summit_radius"]) > 1 or "mu" in columns:
         return None
-    # equal spheres, in units of the largest approach and of E*, so large that the normal stays: T is as √R
+    # equal spheres, in units of the largest approach and of E*, so large that the normal stays: T
+    # is as √R
     unit, friction, radius = columns["d"].max(), case["friction"], 2e7
     theta = case["contact_modulus"] / (4 * case["shear_modulus"])
     poisson = (2 * theta - 2) / (2 * theta - 1)
     young = 2 * (1 - poisson**2)
-    path = np.column_stack([columns[key] for key in (("ux", "uy") if "ux" in columns else ("u",))]) / unit
+    path = (
+        np.column_stack([columns[key] for key in (("ux", "uy") if "ux" in columns else ("u",))])
+        / unit
+    )
     if path.shape[1] == 1:
         path = np.column_stack([path, np.zeros(len(path))])
     path = np.column_stack([path, -columns["d"] / unit])
@@ -223,7 +263,9 @@ def lammps(name, parts=1000):
         "thermo_style custom step c_x c_y c_z", "thermo 1000000",
     ):  # fmt: skip
         program.command(command)
-    force = case["contact_modulus"] * unit**2 * np.sqrt(case["summit_radius"][0] / unit / (radius / 2))
+    force = (
+        case["contact_modulus"] * unit**2 * np.sqrt(case["summit_radius"][0] / unit / (radius / 2))
+    )
     rows = []
     before = path[0] + (0, 0, 2.0)
     for after in path:
@@ -245,8 +287,12 @@ LAWS = {
     "springs-256": lambda name: compute_columns(lambda motion: springs(motion, 256), name),
     "mindlin-iwan-fit": lambda name: compute_columns(mindlin_iwan_fit, name, directions=1),
     "mindlin": lambda name: compute_columns(slider, name),
-    "mindlin/force": lambda name: compute_columns(lambda motion: slider(motion, of_force=True), name),
-    "mindlin_rescale": lambda name: compute_columns(lambda motion: slider(motion, rescaled=True), name),
+    "mindlin/force": lambda name: compute_columns(
+        lambda motion: slider(motion, of_force=True), name
+    ),
+    "mindlin_rescale": lambda name: compute_columns(
+        lambda motion: slider(motion, rescaled=True), name
+    ),
     "mindlin_rescale/force": lambda name: compute_columns(
         lambda motion: slider(motion, rescaled=True, of_force=True), name
     ),
@@ -267,7 +313,10 @@ def main():
             continue
         lines = [
             ",".join(result),
-            *(",".join(map(repr, row)) for row in zip(*(v.tolist() for v in result.values()), strict=True)),
+            *(
+                ",".join(map(repr, row))
+                for row in zip(*(v.tolist() for v in result.values()), strict=True)
+            ),
         ]
         (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 

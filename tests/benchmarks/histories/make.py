@@ -2,8 +2,9 @@
 
     python make.py [CASE …]     # all cases by default; the plane ones take some minutes each
 
-Needs numpy, scipy, and two oracles of `tests/support`: rows of springs, which confirm the cases along one line, and
-square cells on a half-space, which confirm those in the plane and give their bounds. Nothing of historysim is imported.
+Needs numpy, scipy, and two oracles of `tests/support`: rows of springs, which confirm the cases
+along one line, and square cells on a half-space, which confirm those in the plane and give their
+bounds. Nothing of historysim is imported.
 """
 
 import hashlib
@@ -44,7 +45,8 @@ class Case(NamedTuple):
     """One load history: path (row, controls) in SI, and the contact that follows it."""
 
     title: str
-    control: tuple[str, ...]  # columns that are given: d and u, N and T, or d, ux and uy; and mu where friction changes
+    # columns that are given: d and u, N and T, or d, ux and uy; and mu where friction changes
+    control: tuple[str, ...]
     path: np.ndarray
     contact_modulus: float = 44e9
     shear_modulus: float = 13.75e9
@@ -71,12 +73,19 @@ class Case(NamedTuple):
 
     def load(self, d):
         lag = max(self.height) - np.array(self.height)
-        return 4 / 3 * self.contact_modulus * float(np.sqrt(self.radius) @ np.maximum(d - lag, 0.0) ** 1.5)
+        return (
+            4
+            / 3
+            * self.contact_modulus
+            * float(np.sqrt(self.radius) @ np.maximum(d - lag, 0.0) ** 1.5)
+        )
 
     def largest_approach(self):
         if not self.loads:
             return float(self.path[:, 0].max())
-        return (0.75 * self.path[:, 0].max() / self.contact_modulus / math.sqrt(self.radius[0])) ** (2 / 3)
+        return (
+            0.75 * self.path[:, 0].max() / self.contact_modulus / math.sqrt(self.radius[0])
+        ) ** (2 / 3)
 
     def units(self):
         """Units of errors: the largest N and d of the case, μN, full slip, and their product."""
@@ -90,7 +99,8 @@ class Case(NamedTuple):
 
 D0 = 200e-9  # largest approach of the ball [m]
 FULL = 0.16 * D0  # full slip of the ball at D0 [m], with θ = 0.8: all controls have few digits
-PLANE = {"contact_modulus": 40e9, "shear_modulus": 10e9}  # two bodies of E = 80 GPa and ν = 0: θ = 1
+# two bodies of E = 80 GPa and ν = 0: θ = 1
+PLANE = {"contact_modulus": 40e9, "shear_modulus": 10e9}
 STEPS = 2000  # of the integration of an impact
 
 
@@ -131,7 +141,9 @@ def spiral(chords=16, turns=2):
     """From the origin outwards to full slip."""
     share = np.arange(chords * turns + 1) / (chords * turns)
     angle = 2 * np.pi * turns * share
-    return plane(np.column_stack([np.ones_like(share), *(share * (np.cos(angle), np.sin(angle))).round(6)]))
+    return plane(
+        np.column_stack([np.ones_like(share), *(share * (np.cos(angle), np.sin(angle))).round(6)])
+    )
 
 
 def random_points(seed, count, approaches):
@@ -146,7 +158,8 @@ def random_points(seed, count, approaches):
 def impact(contact_modulus, shear_modulus, friction, radius, mass, speed, angle, rows=24):
     """Path of an elastic sphere that hits a plane under an angle to the normal; times, and d and u to five digits.
 
-    Leap-frog integration with 400 springs. The digits of the file define the path, whose answer is exact for them.
+    Leap-frog integration with 400 springs. The digits of the file define the path, whose answer is
+    exact for them.
     """
     theta = contact_modulus / (4 * shear_modulus)
     speed_normal = speed * math.cos(angle)
@@ -162,7 +175,8 @@ def impact(contact_modulus, shear_modulus, friction, radius, mass, speed, angle,
             path.append((step * pause, d, u))
         load = 4 / 3 * contact_modulus * math.sqrt(radius) * d**1.5
         normal -= pause * load / mass
-        surface -= 3.5 * pause * weight * stretch.sum() / mass  # a solid sphere turns: 1 + m R²/I = 7/2
+        # a solid sphere turns: 1 + m R²/I = 7/2
+        surface -= 3.5 * pause * weight * stretch.sum() / mass
         d, u = d + pause * normal, u + pause * surface
         limit = theta * friction * np.maximum(d - x**2 / radius, 0.0)
         stretch = np.clip(stretch + pause * surface, -limit, limit)
@@ -170,7 +184,9 @@ def impact(contact_modulus, shear_modulus, friction, radius, mass, speed, angle,
     path.append((step * pause, -0.01 * deepest, u))
     # the first row, at first touch, has neither load nor displacement
     times, ds, us = np.array([(0.0, 0.0, 0.0), *path]).T
-    scale_d, scale_u = (10.0 ** (math.floor(math.log10(np.abs(values).max())) - 4) for values in (ds, us))
+    scale_d, scale_u = (
+        10.0 ** (math.floor(math.log10(np.abs(values).max())) - 4) for values in (ds, us)
+    )
     rounded = np.column_stack([(ds / scale_d).round() * scale_d, (us / scale_u).round() * scale_u])
     return {"path": rounded, "time": tuple(float(f"{time:.6g}") for time in times)}
 
@@ -197,7 +213,13 @@ def measured_impact():
         ("measured_source", "Kharaz et al., Powder Technol. 120 (2001) 281, read from Granular Matter 13 (2011) 643"),
         ("measured_equation", "tangential restitution = 1 - ∫T dt/(mass speed sin angle)"),
     )  # fmt: skip
-    return {**made, "contact_modulus": modulus, "shear_modulus": shear, "friction": 0.092, "notes": notes}
+    return {
+        **made,
+        "contact_modulus": modulus,
+        "shear_modulus": shear,
+        "friction": 0.092,
+        "notes": notes,
+    }
 
 
 def rough(seed, count, scatter, radii):
@@ -240,8 +262,30 @@ def build_cases():
         (0.4, 0), (1, 0.3), (0.7, -0.2), (0.9, 0.25), (0.6, 0.05), (0.85, 0.15), (0.5, 0.1), (1, 0.6), (0.5, 0.1),
         (1, 0.6), (0.4, 0.6), (1, 0.6), (1, -1), (0.7, -0.4), (0.7, -1),
     ]  # fmt: skip
-    inside = [(50, 0), (20, 0), (50, 6), (30, 3), (60, 6), (20, 3), (50, -2), (25, -2), (40, 0), (40, 2)]
-    outside = [(20, 0), (30, 5), (25, -3), (40, 6), (30, -4), (20, 3), (50, 9.5), (45, -8), (45, 8), (50, 9)]
+    inside = [
+        (50, 0),
+        (20, 0),
+        (50, 6),
+        (30, 3),
+        (60, 6),
+        (20, 3),
+        (50, -2),
+        (25, -2),
+        (40, 0),
+        (40, 2),
+    ]
+    outside = [
+        (20, 0),
+        (30, 5),
+        (25, -3),
+        (40, 6),
+        (30, -4),
+        (20, 3),
+        (50, 9.5),
+        (45, -8),
+        (45, 8),
+        (50, 9),
+    ]
     lift = [
         (0.5, 0), (1, 0.6), (0.4, 0.5), (-0.2, 0.3), (0.3, 0.55), (0.9, 0.2), (-0.1, -0.4), (-0.3, 0.5), (0.6, 0.1),
         (0, 0.1), (0.6, 0.1), (0.6, 0.4), (-0.6, 0.4), (0.6, 1.2),
@@ -256,9 +300,13 @@ def build_cases():
     many = rough(15, 200, 20e-9, (5e-6, 15e-6))
     corner = plane([(1, 0, 0), (1, 0.6, 0), (1, 0.6, 0.3), (1, 0.6, 0.6), (1, 0.6, 0)])
     return {
-        "01_mindlin_deresiewicz": Case("The eleven paths of Mindlin and Deresiewicz", loads, eleven, time=times),
+        "01_mindlin_deresiewicz": Case(
+            "The eleven paths of Mindlin and Deresiewicz", loads, eleven, time=times
+        ),
         "02_nested_reversals": Case(
-            "Nested reversals and wipe-out at constant N", du, np.array([(D0, 1e-9 * u) for u in nested])
+            "Nested reversals and wipe-out at constant N",
+            du,
+            np.array([(D0, 1e-9 * u) for u in nested]),
         ),
         "03_nested_varying_load": Case(
             "Nested loops with N varying, commensurate numbers",
@@ -273,23 +321,34 @@ def build_cases():
         "04_inside_the_cone": Case(
             "N rises and falls, |dT/dN| < μ; withdrawal at T = 0", loads, 1e-3 * np.array(inside)
         ),
-        "05_outside_the_cone": Case("N rises and falls, |dT/dN| > μ", loads, 1e-3 * np.array(outside)),
+        "05_outside_the_cone": Case(
+            "N rises and falls, |dT/dN| > μ", loads, 1e-3 * np.array(outside)
+        ),
         "06_lift_off": Case("Lift-off and new touch", du, ball(lift)),
         "07_withdrawal_characteristic": Case(
             "Sliding, then withdrawal with du = θμ dd: no dissipation", du, ball(slide)
         ),
-        "08_close_to_sliding": Case("Loads of ±0.999 μN", loads, np.array([(50e-3, 10e-3 * t) for t in limit])),
+        "08_close_to_sliding": Case(
+            "Loads of ±0.999 μN", loads, np.array([(50e-3, 10e-3 * t) for t in limit])
+        ),
         "09_friction_falls": Case("Friction falls at rest", ("d", "u", "mu"), friction_falls()),
         "10_grazing_impact": Case("Grazing impact: 75° to the normal", du, **ball_impact(0.5, 75)),
         "11_steep_impact": Case("Steep impact: 10° to the normal", du, **ball_impact(0.5, 10)),
         "12_measured_impact": Case(
-            "Oblique impact of aluminium oxide on glass, 20.2°, as measured", du, **measured_impact()
+            "Oblique impact of aluminium oxide on glass, 20.2°, as measured",
+            du,
+            **measured_impact(),
         ),
         "13_twelve_equal": Case("Twelve equal asperities", du, rough_path(20e-9, 3.4e-9), **equal),
         "14_twelve_unequal": Case(
-            "Twelve unequal asperities", du, rough_path(30e-9, 5e-9), **rough(14, 12, 10e-9, (4e-6, 20e-6))
+            "Twelve unequal asperities",
+            du,
+            rough_path(30e-9, 5e-9),
+            **rough(14, 12, 10e-9, (4e-6, 20e-6)),
         ),
-        "15_gaussian_ensemble": Case("Two hundred asperities of Gaussian heights", du, rough_path(40e-9, 6e-9), **many),
+        "15_gaussian_ensemble": Case(
+            "Two hundred asperities of Gaussian heights", du, rough_path(40e-9, 6e-9), **many
+        ),
         "16_corner": Case("L: along x, then along y", duu, corner, **PLANE, cells=56),
         "17_square": Case(
             "Square",
@@ -304,14 +363,18 @@ def build_cases():
         "21_square_varying_load": Case(
             "Square with N varying",
             duu,
-            plane([(0.7, 0, 0), (1, 0.5, 0), (0.6, 0.5, 0.5), (0.9, 0, 0.5), (0.5, 0, 0), (1, 0.5, 0)]),
+            plane(
+                [(0.7, 0, 0), (1, 0.5, 0), (0.6, 0.5, 0.5), (0.9, 0, 0.5), (0.5, 0, 0), (1, 0.5, 0)]
+            ),
             **PLANE,
         ),
         "22_random_constant_load": Case(
             "Random way points at constant N", duu, random_points(22, 8, (1.0, 1.0)), **PLANE
         ),
         "23_random_varying_load": Case("Random way points with N varying", duu, random_12, **PLANE),
-        "24_dither": Case("Dither across a contact that has slid", duu, plane(dither), **PLANE, cells=56),
+        "24_dither": Case(
+            "Dither across a contact that has slid", duu, plane(dither), **PLANE, cells=56
+        ),
     }
 
 
@@ -324,10 +387,18 @@ def solve_line(case):
     lag = [max(case.height) - each for each in case.height]
     for time, controls in zip(case.time or range(len(case.path)), case.path, strict=True):
         if time == 0:
-            profile = Profile(case.contact_modulus, case.shear_modulus, lag, case.radius, case.friction)
+            profile = Profile(
+                case.contact_modulus, case.shear_modulus, lag, case.radius, case.friction
+            )
         _move_profile(profile, case, [float(f"{each:.12g}") for each in controls], first=time == 0)
         d, u, mu = profile.d, profile.u, profile.friction
-        row = {"d": d, "u": u, "N": profile.normal_load, "T": profile.tangential_load, "E": profile.dissipated}
+        row = {
+            "d": d,
+            "u": u,
+            "N": profile.normal_load,
+            "T": profile.tangential_load,
+            "E": profile.dissipated,
+        }
         rows.append(row | {"mu": mu})
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
@@ -347,7 +418,9 @@ def _move_profile(profile, case, controls, *, first):
 def check_line(case):
     """The same columns by rows of springs."""
     rows, springs = [], None
-    contact = Contact.build(case.contact_modulus, case.shear_modulus, case.height, case.radius, case.friction)
+    contact = Contact.build(
+        case.contact_modulus, case.shear_modulus, case.height, case.radius, case.friction
+    )
     for time, controls in zip(case.time or range(len(case.path)), case.path, strict=True):
         if time == 0:
             springs = SpringRow(contact, case.largest_approach() * (1 + 1e-9), SPRINGS)
@@ -432,7 +505,9 @@ def derive_bounds(case, difference):
     if case.plane:
         loads = round_up(max(difference["Tx"], difference["Ty"]))
         return {"N": 1e-12, "Tx": loads, "Ty": loads, "E": round_up(difference["E"])}
-    return {column: 1e-9 if column == "E" and case.loads else 1e-12 for column in answer_columns(case)}
+    return {
+        column: 1e-9 if column == "E" and case.loads else 1e-12 for column in answer_columns(case)
+    }
 
 
 def describe(case, difference):
@@ -453,7 +528,9 @@ def describe(case, difference):
         "summit_radius": list(case.radius),
         "control": list(case.control),
         "expected": list(answer_columns(case)),
-        "path": "straight in (N, T) between rows" if case.loads else "straight in (d, u) between rows",
+        "path": "straight in (N, T) between rows"
+        if case.loads
+        else "straight in (d, u) between rows",
         "start": "untouched, u = 0; the first row is reached by d or N alone",
         "equation": "T = Σ Δm_j N(a_j), Jäger (1995) and Ciavarella (1998); E by the work of slip",
         "bound_type": "proven: closed form in 40 digits, printed with 15"
@@ -478,7 +555,10 @@ def describe(case, difference):
         ("units", units), ("bounds", derive_bounds(case, difference)), ("second_method_difference", difference)
     ):  # fmt: skip
         lines.append(f"{key}:")
-        lines += [f"  {column}: {value:.{1 if key != 'units' else 14}e}" for column, value in values.items()]
+        lines += [
+            f"  {column}: {value:.{1 if key != 'units' else 14}e}"
+            for column, value in values.items()
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -523,8 +603,14 @@ def save(name, columns, inputs):
 
 def write_hashes():
     """Write the SHA-256 of every file of the cases, in the form of `sha256sum`."""
-    names = sorted(path for pattern in ("[0-9][0-9]_*.csv", "[0-9][0-9]_*.yaml") for path in FOLDER.glob(pattern))
-    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}" for path in sorted(names)]
+    names = sorted(
+        path
+        for pattern in ("[0-9][0-9]_*.csv", "[0-9][0-9]_*.yaml")
+        for path in FOLDER.glob(pattern)
+    )
+    lines = [
+        f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}" for path in sorted(names)
+    ]
     (FOLDER / f"{VERSION}.sha256").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -1,7 +1,8 @@
 """Reference solutions of the cases: a closed form along one line, radial boundary elements in the plane.
 
-`Profile` evaluates the superposition of Jäger and Ciavarella exactly, in decimal arithmetic. `Annuli` is a half-space
-with Coulomb's law on every annulus. Neither shares code with historysim; each case is confirmed by a second method.
+`Profile` evaluates the superposition of Jäger and Ciavarella exactly, in decimal arithmetic.
+`Annuli` is a half-space with Coulomb's law on every annulus. Neither shares code with historysim;
+each case is confirmed by a second method.
 """
 
 from decimal import Decimal, getcontext
@@ -16,17 +17,20 @@ GAUSS_3 = [
     (Decimal(0), Decimal(8) / 9),
     ((Decimal(3) / 5).sqrt(), Decimal(5) / 9),
 ]
-NODES, WEIGHTS = ([Decimal(float(each)) for each in column] for column in np.polynomial.legendre.leggauss(10))
+NODES, WEIGHTS = (
+    [Decimal(float(each)) for each in column] for column in np.polynomial.legendre.leggauss(10)
+)
 
 
 class Profile:
     """Asperities with one friction coefficient between two rigid bodies, moved along one line.
 
-    By the method of dimensionality reduction each asperity is a row of springs of stiffness 8 G* dx. The spring at
-    half-width x of an asperity whose summit is `lag` below the highest first touches at the approach
-    a = lag + x²/R, its label. Springs of one label have the same deflection v(a), which is piecewise linear, and
-    |v| ≤ θ μ (d - a) by Coulomb's law. On a straight path of (d, u), v follows in closed form, and so do the integrals
-    of T, of the stored and of the dissipated energy, which are polynomials of x between the vertices.
+    By the method of dimensionality reduction each asperity is a row of springs of stiffness 8 G*
+    dx. The spring at half-width x of an asperity whose summit is `lag` below the highest first
+    touches at the approach a = lag + x²/R, its label. Springs of one label have the same deflection
+    v(a), which is piecewise linear, and |v| ≤ θ μ (d - a) by Coulomb's law. On a straight path of
+    (d, u), v follows in closed form, and so do the integrals of T, of the stored and of the
+    dissipated energy, which are polynomials of x between the vertices.
 
     Parameters
     ----------
@@ -39,7 +43,8 @@ class Profile:
         self.contact_modulus, self.shear_modulus = Decimal(contact_modulus), Decimal(shear_modulus)
         self.asperities = [(Decimal(h), Decimal(r)) for h, r in zip(lags, radii, strict=True)]
         self.friction = Decimal(friction)
-        self.vertices = []  # (label, deflection), from the centre of the highest asperity to the edge of contact
+        # (label, deflection), from the centre of the highest asperity to the edge of contact
+        self.vertices = []
         self.d = self.u = self.dissipated = Decimal(0)
 
     @property
@@ -48,7 +53,12 @@ class Profile:
 
     def normal_load_at(self, d):
         depths = [(max(d - h, Decimal(0)), r) for h, r in self.asperities]
-        return 4 * self.contact_modulus / 3 * sum(r.sqrt() * depth * depth.sqrt() for depth, r in depths)
+        return (
+            4
+            * self.contact_modulus
+            / 3
+            * sum(r.sqrt() * depth * depth.sqrt() for depth, r in depths)
+        )
 
     def _integral(self, breakpoints, integrand):
         """8 G* ∫ f(a) dx over all asperities, where f is a polynomial of second degree between breakpoints."""
@@ -106,7 +116,13 @@ class Profile:
         """Energy dissipated on a straight path: for every spring its slip times its mean limit while it slips."""
         shift, rise, slope = u - self.u, d - self.d, self.slope
         old = self.vertices
-        labels = [Decimal(0), max(d, Decimal(0)), max(self.d, Decimal(0)), *self._labels(), *(a for a, _ in vertices)]
+        labels = [
+            Decimal(0),
+            max(d, Decimal(0)),
+            max(self.d, Decimal(0)),
+            *self._labels(),
+            *(a for a, _ in vertices),
+        ]
         if rise < 0:  # springs that leave: their trial deflection changes sign at a separate vertex
             lost = [(a, v + shift * (a - self.d) / rise) for a, v in old]
             labels += [a for a, _ in clip(lost, max(d, Decimal(0)), Decimal(0))]
@@ -204,7 +220,12 @@ def _adaptive(function, low, high, tolerance, whole=None):
 
     def rule(a, b):
         return (
-            (b - a) / 2 * sum(w * function((a + b) / 2 + (b - a) / 2 * x) for x, w in zip(NODES, WEIGHTS, strict=True))
+            (b - a)
+            / 2
+            * sum(
+                w * function((a + b) / 2 + (b - a) / 2 * x)
+                for x, w in zip(NODES, WEIGHTS, strict=True)
+            )
         )
 
     whole = rule(low, high) if whole is None else whole
@@ -212,7 +233,9 @@ def _adaptive(function, low, high, tolerance, whole=None):
     left, right = rule(low, middle), rule(middle, high)
     if abs(left + right - whole) <= tolerance or high - low < Decimal("1e-6"):
         return left + right
-    return _adaptive(function, low, middle, tolerance, left) + _adaptive(function, middle, high, tolerance, right)
+    return _adaptive(function, low, middle, tolerance, left) + _adaptive(
+        function, middle, high, tolerance, right
+    )
 
 
 def interpolate(vertices, a):
@@ -239,16 +262,21 @@ def clip(vertices, d, slope):
 class Annuli:
     """One sphere moved in two tangential directions, ν = 0: vector tractions on annuli, Coulomb's law on each.
 
-    Units: E* = R = θ = μ = 1, approaches of at most 1, so that |u| = 1 is full slip at the largest. Constant traction
-    on annuli of equal area, the exact energy of a half-space, one implicit Euler step for each part of a path.
+    Units: E* = R = θ = μ = 1, approaches of at most 1, so that |u| = 1 is full slip at the largest.
+    Constant traction on annuli of equal area, the exact energy of a half-space, one implicit Euler
+    step for each part of a path.
     """
 
     def __init__(self, count):
         edge = np.sqrt(np.linspace(0, 1, count + 1))
         self.edge, self.area = edge, np.pi * np.diff(edge**2)
-        # mean displacement of annulus i under annulus j; the points crowd at the edges, where the integrand is singular
+        # mean displacement of annulus i under annulus j; the points crowd at the edges, where the
+        # integrand is singular
         node, weight = np.polynomial.legendre.leggauss(24)
-        share, weight = (1 - np.cos(np.pi * (node + 1) / 2)) / 2, weight * np.pi / 4 * np.sin(np.pi * (node + 1) / 2)
+        share, weight = (
+            (1 - np.cos(np.pi * (node + 1) / 2)) / 2,
+            weight * np.pi / 4 * np.sin(np.pi * (node + 1) / 2),
+        )
         r = edge[:-1, None] + np.diff(edge)[:, None] * share
         ring = 2 * np.pi * r * np.diff(edge)[:, None] * weight
         discs = np.stack([(ring * _disc_displacement(r, a)).sum(axis=1) for a in edge], axis=1)

@@ -3,10 +3,11 @@
     python score.py RESULT.csv CASE [--tolerance 0.01]
     python score.py --all FOLDER [--tolerance 0.01]
 
-RESULT.csv has the rows and column names of CASE.csv. Columns of the answer that are left out are not scored, and the
-result is "incomplete". A folder holds one result for each case, named CASE.csv.
+RESULT.csv has the rows and column names of CASE.csv. Columns of the answer that are left out are
+not scored, and the result is "incomplete". A folder holds one result for each case, named CASE.csv.
 The exit status is 1 if a scored case fails or is incomplete.
-An error is the largest difference of a column over its unit (μN, full slip, μN × full slip), which CASE.yaml states.
+An error is the largest difference of a column over its unit (μN, full slip, μN × full slip), which
+CASE.yaml states.
 """
 
 import argparse
@@ -56,23 +57,31 @@ def read_csv(path):
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
     except (OSError, UnicodeDecodeError) as problem:
-        raise ScoreError(f"{path}: cannot be read ({problem}); expected a CSV file in UTF-8") from None
+        raise ScoreError(
+            f"{path}: cannot be read ({problem}); expected a CSV file in UTF-8"
+        ) from None
     if not lines:
         raise ScoreError(f"{path}: is empty; expected a header line and one line for each waypoint")
     names = [name.strip() for name in lines[0].split(",")]
     if len(set(names)) < len(names):
-        raise ScoreError(f"{path}: a column name occurs twice in {', '.join(names)}; name each column once")
+        raise ScoreError(
+            f"{path}: a column name occurs twice in {', '.join(names)}; name each column once"
+        )
     columns = np.empty((len(lines) - 1, len(names)))
     for row, line in enumerate(lines[1:]):
         cells = line.split(",")
         if len(cells) != len(names):
-            raise ScoreError(f"{path}: row {row + 1} has {len(cells)} cells; expected {len(names)}, as in the header")
+            raise ScoreError(
+                f"{path}: row {row + 1} has {len(cells)} cells; expected {len(names)}, as in the header"
+            )
         for k, cell in enumerate(cells):
             try:
                 columns[row, k] = float(cell)
             except ValueError:
                 where = f"{cell.strip()!r} in row {row + 1}, column {names[k]}"
-                raise ScoreError(f"{path}: {where}; expected a number with a decimal point") from None
+                raise ScoreError(
+                    f"{path}: {where}; expected a number with a decimal point"
+                ) from None
     return dict(zip(names, columns.T, strict=True))
 
 
@@ -90,7 +99,9 @@ def compute_errors(result, name):
     rows = answer["t"].size
     if not set(case["expected"]) & set(result):
         expected = ", ".join(case["expected"])
-        raise ScoreError(f"{name}: the result has the columns {', '.join(result)}; expected at least one of {expected}")
+        raise ScoreError(
+            f"{name}: the result has the columns {', '.join(result)}; expected at least one of {expected}"
+        )
     errors = {}
     for column in answer:
         if column not in result:
@@ -102,7 +113,9 @@ def compute_errors(result, name):
             )
         if column not in case["expected"]:
             # the inputs of the case: another path would be scored for nothing
-            if not np.allclose(values, answer[column], rtol=1e-6, atol=1e-6 * np.abs(answer[column]).max()):
+            if not np.allclose(
+                values, answer[column], rtol=1e-6, atol=1e-6 * np.abs(answer[column]).max()
+            ):
                 raise ScoreError(
                     f"{name}: column {column} is an input of the case and differs; expected that of {name}.csv"
                 )
@@ -115,8 +128,9 @@ def compute_errors(result, name):
 def verdict(errors, bounds, tolerance=0.0):
     """Compare errors with the bounds of a case and with a tolerance.
 
-    Returns "fails" beyond bounds plus tolerance; else "incomplete" if columns with a bound are missing; else "exact"
-    within the bounds, where the reference cannot tell a result from the answer, and "passes" otherwise.
+    Returns "fails" beyond bounds plus tolerance; else "incomplete" if columns with a bound are
+    missing; else "exact" within the bounds, where the reference cannot tell a result from the
+    answer, and "passes" otherwise.
     """
     excess = max(errors[column] - bounds[column] for column in errors)
     if excess > tolerance:
@@ -136,7 +150,9 @@ def format_score(result, name, tolerance):
             lines.append(f"{column:8}{'–':>10}{bound:10.1e}  missing")
             continue
         error = errors[column]
-        lines.append(f"{column:8}{error:10.1e}{bound:10.1e}  {verdict({column: error}, {column: bound}, tolerance)}")
+        lines.append(
+            f"{column:8}{error:10.1e}{bound:10.1e}  {verdict({column: error}, {column: bound}, tolerance)}"
+        )
     overall = verdict(errors, bounds, tolerance)
     lines.append(f"{'case':28}  {overall}")
     return lines, overall in PASSING
@@ -148,22 +164,34 @@ def format_table(folder, tolerance):
     Cases without a result count neither way.
     """
     if not folder.is_dir():
-        raise ScoreError(f"{folder}: is not a folder; expected one with a result for each case, named CASE.csv")
+        raise ScoreError(
+            f"{folder}: is not a folder; expected one with a result for each case, named CASE.csv"
+        )
     found = [name for name in list_cases() if (folder / f"{name}.csv").exists()]
     if not found:
-        raise ScoreError(f"{folder}: holds no result; expected files named as the cases, such as {list_cases()[0]}.csv")
+        raise ScoreError(
+            f"{folder}: holds no result; expected files named as the cases, such as {list_cases()[0]}.csv"
+        )
     all_pass = True
     lines = [f"{'case':32}{'T':>10}{'u':>10}{'E':>10}  verdict"]
     for name in list_cases():
         if name not in found:
             lines.append(f"{name:32}{'–':>10}{'–':>10}{'–':>10}  no result")
             continue
-        errors, bounds = compute_errors(read_csv(folder / f"{name}.csv"), name), read_case(name)[0]["bounds"]
+        errors, bounds = (
+            compute_errors(read_csv(folder / f"{name}.csv"), name),
+            read_case(name)[0]["bounds"],
+        )
         largest = {
-            group: max((error for column, error in errors.items() if column.startswith(group)), default=None)
+            group: max(
+                (error for column, error in errors.items() if column.startswith(group)),
+                default=None,
+            )
             for group in "TuE"
         }
-        cells = "".join(f"{'–' if error is None else format(error, '.1e'):>10}" for error in largest.values())
+        cells = "".join(
+            f"{'–' if error is None else format(error, '.1e'):>10}" for error in largest.values()
+        )
         overall = verdict(errors, bounds, tolerance)
         all_pass &= overall in PASSING
         lines.append(f"{name:32}{cells}  {overall}")
@@ -172,11 +200,19 @@ def format_table(folder, tolerance):
 
 def main():
     """Print the score of one result or of a folder of results."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("result", nargs="?", type=Path, help="CSV file with the rows and columns of the case")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "result", nargs="?", type=Path, help="CSV file with the rows and columns of the case"
+    )
     parser.add_argument("case", nargs="?", help="name of the case, such as 02_nested_reversals")
-    parser.add_argument("--all", type=Path, metavar="FOLDER", help="score every CASE.csv of a folder")
-    parser.add_argument("--tolerance", type=float, default=0.0, help="accuracy that you state for your law")
+    parser.add_argument(
+        "--all", type=Path, metavar="FOLDER", help="score every CASE.csv of a folder"
+    )
+    parser.add_argument(
+        "--tolerance", type=float, default=0.0, help="accuracy that you state for your law"
+    )
     options = parser.parse_args()
     if not options.all and not options.case:
         parser.error("expected RESULT.csv and CASE, or --all FOLDER")

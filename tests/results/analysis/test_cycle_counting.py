@@ -19,15 +19,17 @@ def contact(friction=FRICTION):
 
 def held(load, displacements):
     """Return displacements at a constant normal load, which is applied first."""
-    turns = (hs.TangentialDisplacement(1.0 + index, float(u)) for index, u in enumerate(displacements))
+    turns = (
+        hs.TangentialDisplacement(1.0 + index, float(u)) for index, u in enumerate(displacements)
+    )
     return [hs.NormalLoad(0.0, load), *turns]
 
 
 def rainflow(values, *, starts_at_rest):
     """Return ranges of full and half cycles by ASTM E1049, section 5.4.4.
 
-    A virgin contact remembers every amplitude around its start, as after a decaying oscillation: then a range with the
-    starting point is half a cycle when the opposite of its end is passed.
+    A virgin contact remembers every amplitude around its start, as after a decaying oscillation:
+    then a range with the starting point is half a cycle when the opposite of its end is passed.
     """
     turns = [values[0]]
     for previous, value, following in zip(values, values[1:], values[2:], strict=False):
@@ -78,8 +80,12 @@ def test_in_partial_slip_cycles_are_those_of_rainflow(seed):
     assert_sum(counted, history)
     # at the closing moment a loop is where it started
     ended = counted.where(counted.closed, drop=True)
-    for start, end in zip(ended.start_tangential_displacement.values, ended.end_time.values, strict=True):
-        assert np.interp(end, history.time, history.tangential_displacement) == pytest.approx(start, abs=1e-9 * reach)
+    for start, end in zip(
+        ended.start_tangential_displacement.values, ended.end_time.values, strict=True
+    ):
+        assert np.interp(end, history.time, history.tangential_displacement) == pytest.approx(
+            start, abs=1e-9 * reach
+        )
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -127,7 +133,9 @@ KINDS = [
 
 @pytest.mark.parametrize(("normal", "tangential", "options"), KINDS)
 @pytest.mark.parametrize("seed", range(4))
-def test_a_closed_loop_leaves_the_contact_as_if_it_had_not_happened(seed, normal, tangential, options):
+def test_a_closed_loop_leaves_the_contact_as_if_it_had_not_happened(
+    seed, normal, tangential, options
+):
     ensemble = contact()
     job = hs.Replay(ensemble, varying(seed, normal, tangential), **options)
     history = job.dataset()
@@ -135,19 +143,31 @@ def test_a_closed_loop_leaves_the_contact_as_if_it_had_not_happened(seed, normal
     assert_sum(counted, history)
     scale = float(abs(history.total_tangential_load).max())
     for row in np.flatnonzero(counted.closed.values):
-        start, end = (job.state(until=float(counted[name][row])) for name in ("start_time", "end_time"))
+        start, end = (
+            job.state(until=float(counted[name][row])) for name in ("start_time", "end_time")
+        )
         without = ensemble.advance(
-            start, normal_displacement=end.approach, tangential_displacement=end.tangential_displacement
+            start,
+            normal_displacement=end.approach,
+            tangential_displacement=end.tangential_displacement,
         )
         assert without.tangential_load == pytest.approx(end.tangential_load, abs=1e-8 * scale)
         for further in (30e-3, -30e-3):
-            moved = [ensemble.advance(state, tangential_displacement=further) for state in (without, end)]
-            assert moved[0].tangential_load == pytest.approx(moved[1].tangential_load, abs=1e-8 * scale)
+            moved = [
+                ensemble.advance(state, tangential_displacement=further) for state in (without, end)
+            ]
+            assert moved[0].tangential_load == pytest.approx(
+                moved[1].tangential_load, abs=1e-8 * scale
+            )
         # what was dissipated in its time is its energy and that of the rows within it
-        within = (counted.start_time >= counted.start_time[row]) & (counted.end_time <= counted.end_time[row])
+        within = (counted.start_time >= counted.start_time[row]) & (
+            counted.end_time <= counted.end_time[row]
+        )
         dissipated = end.dissipated_energy - start.dissipated_energy
         total = float(counted.dissipated_energy.where(within).sum())
-        assert total == pytest.approx(dissipated, abs=1e-9 * float(history.total_dissipated_energy[-1]))
+        assert total == pytest.approx(
+            dissipated, abs=1e-9 * float(history.total_dissipated_energy[-1])
+        )
 
 
 @pytest.mark.parametrize("asperity", [None, 0, 1])
@@ -156,7 +176,9 @@ def test_finer_events_have_the_same_cycles(seed, asperity):
     """A path in displacements, cut into parts that are events of their own, has the same fronts."""
     events = varying(seed, hs.NormalDisplacement, hs.TangentialDisplacement)
     times = np.unique([event.time for event in events])
-    finer = np.append(np.unique([times[:-1] + share * np.diff(times) for share in (0.0, 0.3, 0.6)]), times[-1])
+    finer = np.append(
+        np.unique([times[:-1] + share * np.diff(times) for share in (0.0, 0.3, 0.6)]), times[-1]
+    )
     cut = []
     for kind in (hs.NormalDisplacement, hs.TangentialDisplacement):
         points = [(event.time, event.value) for event in events if isinstance(event, kind)]
@@ -167,7 +189,10 @@ def test_finer_events_have_the_same_cycles(seed, asperity):
     coarse, fine = (hs.replay(contact(), each, record="all") for each in (events, cut))
     first, second = (history.contact.cycles(asperity) for history in (coarse, fine))
     closed = [counted.where(counted.closed, drop=True) for counted in (first, second)]
-    ended, energies = ([np.sort(each[name].values) for each in closed] for name in ("end_time", "dissipated_energy"))
+    ended, energies = (
+        [np.sort(each[name].values) for each in closed]
+        for name in ("end_time", "dissipated_energy")
+    )
     assert ended[1] == pytest.approx(ended[0], rel=1e-8)
     smallest = 1e-12 * float(coarse.total_dissipated_energy[-1])
     assert energies[1] == pytest.approx(energies[0], rel=1e-6, abs=smallest)
@@ -189,7 +214,9 @@ def test_an_asperity_alone_has_the_cycles_of_its_contact():
     alone = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, FRICTION), events).contact.cycles()
     among = hs.replay(contact(), events).contact.cycles(0)
     assert among.sizes == alone.sizes
-    assert among.dissipated_energy.values == pytest.approx(alone.dissipated_energy.values, rel=1e-9, abs=1e-15)
+    assert among.dissipated_energy.values == pytest.approx(
+        alone.dissipated_energy.values, rel=1e-9, abs=1e-15
+    )
     assert among.end_time.values == pytest.approx(alone.end_time.values, rel=1e-9, nan_ok=True)
 
 
@@ -198,7 +225,9 @@ def test_a_reversal_is_remembered_until_its_loop_closes():
     counted = hs.replay(contact(), held(LOAD, np.array([0.8, 0.2, 0.4]) * reach)).contact.cycles()
     assert counted.closed.values.tolist() == [False, False, False]
     assert np.isnan(counted.end_time).all()
-    closing = hs.replay(contact(), held(LOAD, np.array([0.8, 0.2, 0.4, 0.2 - 1e-3]) * reach)).contact.cycles()
+    closing = hs.replay(
+        contact(), held(LOAD, np.array([0.8, 0.2, 0.4, 0.2 - 1e-3]) * reach)
+    ).contact.cycles()
     assert closing.end_time.values[2] == pytest.approx(3.0 + 0.2 / 0.201, rel=1e-9)
 
 
@@ -214,7 +243,9 @@ REFUSED = {
     ),
     "asperity=": lambda: evaluation(SLIDE, friction=[0.5, 0.3, 0.5, 0.2]),
     "an event changes": lambda: evaluation([*SLIDE, hs.FrictionChange(3.0, 0.2)]),
-    "law of wear": lambda: evaluation(SLIDE, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0)),
+    "law of wear": lambda: evaluation(
+        SLIDE, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0)
+    ),
     "law of friction": lambda: evaluation(SLIDE, friction=hs.laws.ShearStrength(0.1)),
     "law of yielding": lambda: evaluation(SLIDE, yielding=hs.yielding.KogutEtsion(hardness=1.0)),
     "need the load events": lambda: evaluation(SLIDE).copy().drop_encoding(),

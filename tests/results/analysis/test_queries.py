@@ -32,8 +32,13 @@ SUBSTEPS = 8
 @pytest.fixture(scope="module")
 def ball():
     """One asperity that goes once round between ±0.6 of its limit, in closed form."""
-    swing = [hs.TangentialLoad(float(time), sign * 0.6 * MU * LOAD) for time, sign in ((1, 1), (2, -1), (3, 1))]
-    return hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), [hs.NormalLoad(0.0, LOAD), *swing], substeps=6)
+    swing = [
+        hs.TangentialLoad(float(time), sign * 0.6 * MU * LOAD)
+        for time, sign in ((1, 1), (2, -1), (3, 1))
+    ]
+    return hs.replay(
+        hs.Ensemble(PAIR, 0.0, RADIUS, MU), [hs.NormalLoad(0.0, LOAD), *swing], substeps=6
+    )
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +49,9 @@ def events():
 
 @pytest.fixture(scope="module")
 def history(events):
-    return hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=SUBSTEPS, record="all")
+    return hs.replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=SUBSTEPS, record="all"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +76,9 @@ def test_displacements_of_each_definition_agree_with_the_closed_form(ball):
         "zero_load_to_slip": 2 ** (1 / 3) * DELTA,
         "residual": (2 ** (1 / 3) - 1) * DELTA,
     }
-    assert {name: found[name].item() for name in found.data_vars} == pytest.approx(expected, rel=1e-12)
+    assert {name: found[name].item() for name in found.data_vars} == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 def test_displacements_of_an_ensemble_agree_with_its_loop(history):
@@ -80,7 +89,8 @@ def test_displacements_of_an_ensemble_agree_with_its_loop(history):
     fine = hs.replay(rough, [pressed, *swing], substeps=2000, record="totals")
     found = analysis.branch_displacements(history).isel(step=-1)
     u, load, limit = (
-        fine[name].values[2000:] for name in ("tangential_displacement", "total_tangential_load", "friction_limit")
+        fine[name].values[2000:]
+        for name in ("tangential_displacement", "total_tangential_load", "friction_limit")
     )
     # each is located between two steps
     step = 2 * SWING / 2000
@@ -88,11 +98,15 @@ def test_displacements_of_an_ensemble_agree_with_its_loop(history):
     slides = u[np.argmax(load <= -limit * (1 - 1e-12))]
     assert found["reversal_to_slip"].item() == pytest.approx(SWING - slides, abs=step)
     assert found["zero_load_to_slip"].item() == pytest.approx(zero - slides, abs=step)
-    assert found["residual"].item() == pytest.approx(found["virgin"].item() - (SWING - zero), abs=step)
+    assert found["residual"].item() == pytest.approx(
+        found["virgin"].item() - (SWING - zero), abs=step
+    )
 
 
 def test_the_work_of_presliding_equals_the_energy_of_a_closed_loop(ball, history):
-    assert analysis.presliding_work(ball).values[-1] == pytest.approx(0.8 * MU * LOAD * DELTA, rel=1e-12)
+    assert analysis.presliding_work(ball).values[-1] == pytest.approx(
+        0.8 * MU * LOAD * DELTA, rel=1e-12
+    )
     delta = analysis.preliminary_displacement(history).values[-1]
     row = SpringRow(Contact.build(E, G, HEIGHTS, RADII, FRICTION), DEPTH, 800)
     row.apply(("displacement", DEPTH), ("displacement", 0.0))
@@ -107,7 +121,9 @@ def test_the_work_of_presliding_equals_the_energy_of_a_closed_loop(ball, history
 
 
 def test_nothing_slides_without_contact_or_without_friction():
-    apart = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), [hs.NormalDisplacement(0.0, -1e-9)])
+    apart = hs.replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), [hs.NormalDisplacement(0.0, -1e-9)]
+    )
     smooth = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.0), [hs.NormalLoad(0.0, LOAD)])
     for history in (apart, smooth):
         assert analysis.presliding_work(history).values.tolist() == [0.0]
@@ -115,18 +131,30 @@ def test_nothing_slides_without_contact_or_without_friction():
 
 
 def test_the_friction_of_each_step_counts():
-    events = [hs.NormalLoad(0.0, LOAD), hs.FrictionChange(1.0, 2 * MU), hs.FrictionChange(2.0, 3 * MU)]
+    events = [
+        hs.NormalLoad(0.0, LOAD),
+        hs.FrictionChange(1.0, 2 * MU),
+        hs.FrictionChange(2.0, 3 * MU),
+    ]
     changing = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
     assert analysis.branch_displacements(changing)["residual"].values == pytest.approx(
         (2 ** (1 / 3) - 1) * DELTA * np.array([1, 2, 3]), rel=1e-12
     )
-    assert analysis.presliding_work(changing).values == pytest.approx(0.8 * MU * LOAD * DELTA * np.array([1, 4, 9]))
+    assert analysis.presliding_work(changing).values == pytest.approx(
+        0.8 * MU * LOAD * DELTA * np.array([1, 4, 9])
+    )
 
 
 def test_energy_per_cycle_agrees_with_the_closed_form(ball):
     f = 0.6
     a = np.sqrt(RADIUS * APPROACH)
-    work = 9 * MU**2 * LOAD**2 / (10 * a * G) * (1 - (1 - f) ** (5 / 3) - 5 * f / 6 * (1 + (1 - f) ** (2 / 3)))
+    work = (
+        9
+        * MU**2
+        * LOAD**2
+        / (10 * a * G)
+        * (1 - (1 - f) ** (5 / 3) - 5 * f / 6 * (1 + (1 - f) ** (2 / 3)))
+    )
     found = analysis.energy_per_cycle(ball)
     assert found["total_energy"].values == pytest.approx([work], rel=1e-9)
     assert found["energy"].dims == ("loop", "asperity")
@@ -136,11 +164,21 @@ def test_energy_per_cycle_agrees_with_the_closed_form(ball):
 
 def test_energy_per_cycle_of_each_asperity_agrees_with_springs(history, springs):
     found = analysis.energy_per_cycle(history)
-    (start,), (end,) = (np.searchsorted(history.time, found[name]) for name in ("start_time", "end_time"))
+    (start,), (end,) = (
+        np.searchsorted(history.time, found[name]) for name in ("start_time", "end_time")
+    )
     work = springs["dissipated_energy"][end] - springs["dissipated_energy"][start]
-    assert np.abs(found["energy"].values[0] - work).max() <= 2 * springs["row"].dissipated_energy_error.max()
+    assert (
+        np.abs(found["energy"].values[0] - work).max()
+        <= 2 * springs["row"].dissipated_energy_error.max()
+    )
     assert found["total_energy"].values[0] == pytest.approx(found["energy"].values.sum(), rel=1e-12)
-    names = ["total_normal_load", "total_tangential_load", "tangential_displacement", "total_dissipated_energy"]
+    names = [
+        "total_normal_load",
+        "total_tangential_load",
+        "tangential_displacement",
+        "total_dissipated_energy",
+    ]
     assert list(analysis.energy_per_cycle(history[names]).data_vars) == ["total_energy"]
 
 
@@ -160,7 +198,9 @@ def test_shares_are_counted_asperity_by_asperity(history):
                 if state:
                     sums[state - 1] += weight(step, i)
             total = sum(sums) or 1.0
-            assert found[name].values[step] == pytest.approx([part / total for part in sums], rel=1e-12)
+            assert found[name].values[step] == pytest.approx(
+                [part / total for part in sums], rel=1e-12
+            )
 
 
 def test_the_slipping_area_is_that_outside_the_stick_radii_of_the_springs(history, springs):
@@ -168,7 +208,11 @@ def test_the_slipping_area_is_that_outside_the_stick_radii_of_the_springs(histor
     expected = 1 - (springs["stick_radius"] ** 2).sum(axis=1) / a2.sum()
     # a stick radius of springs is known to a spacing
     error = 2 * (np.sqrt(a2) * springs["row"].spacing).sum() / a2.sum()
-    assert np.abs(analysis.slip_shares(history)["slipping_area"].values - expected).max() < error < 0.01
+    assert (
+        np.abs(analysis.slip_shares(history)["slipping_area"].values - expected).max()
+        < error
+        < 0.01
+    )
 
 
 def test_the_order_of_sliding_agrees_with_springs(history, springs):
@@ -188,7 +232,8 @@ def test_the_order_of_sliding_agrees_with_springs(history, springs):
     assert found["slip_rank"].values.tolist() == [0, 0, 0, 0, -1]
     summary = dict(history_summary.summary(history))
     assert re.fullmatch(
-        rf"asperity {order[0]} at \S+ s; asperity {order[-1]} last at \S+ s; 4 of 5 slide", summary["first to slide"]
+        rf"asperity {order[0]} at \S+ s; asperity {order[-1]} last at \S+ s; 4 of 5 slide",
+        summary["first to slide"],
     )
 
 
@@ -204,8 +249,12 @@ def test_within_one_step_the_instants_give_the_order(events, ball):
 
 
 def test_the_stiffness_of_asperities_is_the_slope_of_the_curve(ball, history):
-    onward, reversed_ = (analysis.tangential_stiffness(history, way) for way in ("onward", "reversed"))
-    assert onward.sum("asperity").values == pytest.approx(history.tangential_stiffness.values, rel=1e-9)
+    onward, reversed_ = (
+        analysis.tangential_stiffness(history, way) for way in ("onward", "reversed")
+    )
+    assert onward.sum("asperity").values == pytest.approx(
+        history.tangential_stiffness.values, rel=1e-9
+    )
     a = np.sqrt(RADII * np.maximum(HEIGHTS + DEPTH, 0.0))
     assert reversed_.values[5] == pytest.approx(8 * G * a, rel=1e-9)
     # virgin loading: 8 G* a (1 - T/μN)^(1/3)
@@ -218,7 +267,9 @@ def test_the_stiffness_of_asperities_is_the_slope_of_the_curve(ball, history):
 
 def test_stick_ratio_and_pressures_are_hertz_and_mindlin_s(ball, history):
     load = ball.total_tangential_load.values[:7]
-    assert analysis.stick_ratio(ball).values[:7, 0] == pytest.approx((1 - load / (MU * LOAD)) ** (1 / 3), rel=1e-9)
+    assert analysis.stick_ratio(ball).values[:7, 0] == pytest.approx(
+        (1 - load / (MU * LOAD)) ** (1 / 3), rel=1e-9
+    )
     mean = LOAD / (np.pi * RADIUS * APPROACH)
     assert analysis.mean_pressure(ball).values == pytest.approx(np.full((19, 1), mean), rel=1e-9)
     assert analysis.peak_pressure(ball)[3, 0].item() == pytest.approx(
@@ -230,7 +281,9 @@ def test_stick_ratio_and_pressures_are_hertz_and_mindlin_s(ball, history):
 
 
 def test_the_nominal_pressure_needs_an_area(ball):
-    assert analysis.nominal_pressure(ball, 1e-6).values == pytest.approx(np.full(19, LOAD / 1e-6), rel=1e-9)
+    assert analysis.nominal_pressure(ball, 1e-6).values == pytest.approx(
+        np.full(19, LOAD / 1e-6), rel=1e-9
+    )
     with pytest.raises(InputError, match="has no nominal area"):
         analysis.nominal_pressure(ball)
     with pytest.raises(InputError, match="nominal_area"):
@@ -240,7 +293,11 @@ def test_the_nominal_pressure_needs_an_area(ball):
 
 
 def test_the_power_of_sliding_is_friction_times_speed_and_sums_up_to_the_energy(history):
-    slides = [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(2.0, 1e-6), hs.TangentialDisplacement(6.0, -1e-6)]
+    slides = [
+        hs.NormalLoad(0.0, LOAD),
+        hs.TangentialDisplacement(2.0, 1e-6),
+        hs.TangentialDisplacement(6.0, -1e-6),
+    ]
     ball = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, MU), slides, substeps=50)
     power = ball.contact.dissipated_power()
     assert power.attrs["units"] == "W"
@@ -283,7 +340,8 @@ def test_answers_read_in_blocks_equal_those_in_memory(history, tmp_path, monkeyp
 
 
 @pytest.mark.parametrize(
-    "question", [analysis.mean_pressure, analysis.slip_shares, slips.slip_onset, analysis.dissipated_power]
+    "question",
+    [analysis.mean_pressure, analysis.slip_shares, slips.slip_onset, analysis.dissipated_power],
 )
 def test_answers_for_dask_arrays_are_equal_and_lazy(history, question):
     dask = pytest.importorskip("dask")
@@ -302,7 +360,9 @@ def test_a_query_reads_one_block_at_a_time(history, tmp_path, monkeypatch):
     with xr.open_dataset(tmp_path / "h.nc", decode_times=False, cache=False) as opened:
         read, kind = [], type(opened["slip_state"].variable._data)
         original = kind.get_duck_array
-        monkeypatch.setattr(kind, "get_duck_array", lambda self: read.append(self.shape) or original(self))
+        monkeypatch.setattr(
+            kind, "get_duck_array", lambda self: read.append(self.shape) or original(self)
+        )
         analysis.slip_shares(opened)
         assert max(shape[0] for shape in read if len(shape) == 2) == 4
 
@@ -326,7 +386,9 @@ def test_first_loading_is_the_sum_of_cattaneos_curves():
         depth = optimize.brentq(lambda d, load=load: loads(d).sum() - load, 0, 1e-5, xtol=1e-22)
         reach = 40e9 / (4 * 12e9) * friction * np.maximum(height + depth, 1e-300)
         u, t = first_loading(history, load, points=31)
-        expected = friction * loads(depth) * (1 - np.clip(1 - u[:, np.newaxis] / reach, 0, None) ** 1.5)
+        expected = (
+            friction * loads(depth) * (1 - np.clip(1 - u[:, np.newaxis] / reach, 0, None) ** 1.5)
+        )
         assert u[-1] == pytest.approx(reach.max(), rel=1e-9)
         assert t == pytest.approx(expected.sum(axis=1), rel=1e-9, abs=1e-15)
     with pytest.raises(InputError, match="normal_load"):

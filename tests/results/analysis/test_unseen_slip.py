@@ -29,7 +29,11 @@ def test_unseen_slip_is_reported_with_the_necessary_substeps(substeps):
 
 
 def test_sticking_and_resolved_histories_have_no_note():
-    short = [EVENTS[0], hs.TangentialDisplacement(1.0, 0.5e-9), hs.TangentialDisplacement(3.0, -0.5e-9)]
+    short = [
+        EVENTS[0],
+        hs.TangentialDisplacement(1.0, 0.5e-9),
+        hs.TangentialDisplacement(3.0, -0.5e-9),
+    ]
     assert slip_note(hs.replay(BALL, short)) == ""
     still = hs.replay(BALL, EVENTS[:1])
     assert slip_note(still) == slip_note(still.drop_vars("tangential_displacement")) == ""
@@ -39,14 +43,23 @@ def test_captions_follow_the_history():
     two = hs.Ensemble(PAIR, np.array([0.0, -1e-9]), 1e-6, 0.2)
     for substeps, least in ((1, 1.0), (20, 0.8)):
         history = hs.replay(two, EVENTS, substeps=substeps)
-        share = float(history.contact.slip_shares().slipping_area[history.contact.representative_step()])
+        share = float(
+            history.contact.slip_shares().slipping_area[history.contact.representative_step()]
+        )
         caption = PICTURES["contact-map"].report_caption(history)
         if substeps == 1:
-            expected = "no step shows partial slip; all of it slips." if share == 1 else "nothing of it slips."
+            expected = (
+                "no step shows partial slip; all of it slips."
+                if share == 1
+                else "nothing of it slips."
+            )
             assert caption.endswith(expected)
         else:
             assert share > least
-            assert caption == f"The contact at the step where nearest to half of its area slips: {100 * share:.0f} %."
+            assert (
+                caption
+                == f"The contact at the step where nearest to half of its area slips: {100 * share:.0f} %."
+            )
     totals = hs.replay(two, EVENTS, record="totals")
     assert "energy" in PICTURES["history"].report_caption(totals)
     assert "slip state" in PICTURES["history"].report_caption(history)

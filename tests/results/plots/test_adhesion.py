@@ -28,13 +28,17 @@ def test_zones_agree_with_regime(contacts):
     fills = zones(axes)
     assert set(fills) == set(Regime)
     rng = np.random.default_rng(3)
-    x, y = (np.exp(rng.uniform(*np.log(limits), 1000)) for limits in (axes.get_xlim(), axes.get_ylim()))
+    x, y = (
+        np.exp(rng.uniform(*np.log(limits), 1000)) for limits in (axes.get_xlim(), axes.get_ylim())
+    )
     # the zones are polygons of fine steps: points within 1 % of a border are left out
     near = [regime(x * dx, y * dy) for dx, dy in itertools.product((0.99, 1.01), repeat=2)]
     clear = np.all([zone == near[0] for zone in near], axis=0)
     assert clear.mean() > 0.95
     found = {
-        zone: np.any([path.contains_points(np.column_stack([x, y])) for path in fill.get_paths()], axis=0)
+        zone: np.any(
+            [path.contains_points(np.column_stack([x, y])) for path in fill.get_paths()], axis=0
+        )
         for zone, fill in fills.items()
     }
     assert (np.sum(list(found.values()), axis=0) == 1)[clear].all()
@@ -47,7 +51,9 @@ def names(figure):
 
 
 def test_the_map_grows_to_hold_all_contacts():
-    axes = drawn(hs.plots.adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)}))
+    axes = drawn(
+        hs.plots.adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)})
+    )
     assert axes.get_xlim()[0] < 1e-5
     assert axes.get_xlim()[1] > 1e4
     assert axes.get_ylim()[0] < 1e-4
@@ -58,7 +64,9 @@ def test_the_map_grows_to_hold_all_contacts():
 
 
 def test_unloaded_and_pulled_contacts_are_marked_at_the_lower_edge():
-    figure = hs.plots.adhesion_map({"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)})
+    figure = hs.plots.adhesion_map(
+        {"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)}
+    )
     axes = drawn(figure)
     arrows = {float(mark.get_xdata()[0]): float(mark.get_ydata()[0]) for mark in marks(axes, "v")}
     assert set(arrows) == {0.5, 10.0}

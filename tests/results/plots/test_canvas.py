@@ -23,7 +23,9 @@ PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 
 def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
     pair = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
-    history = hs.replay(hs.Ensemble(pair, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), hs.TangentialLoad(1.0, 0.01)])
+    history = hs.replay(
+        hs.Ensemble(pair, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), hs.TangentialLoad(1.0, 0.01)]
+    )
     settings, figure = dict(mpl.rcParams), hs.plot(history, picture="loop")
     figure.savefig(tmp_path / "h.pdf")
     figure.savefig(tmp_path / "h.png")
@@ -31,9 +33,14 @@ def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
     content = (tmp_path / "h.pdf").read_bytes()
     parts = [
         content,
-        *(zlib.decompress(part) for part in re.findall(rb"stream\r?\n(x.*?)\r?\nendstream", content, re.DOTALL)),
+        *(
+            zlib.decompress(part)
+            for part in re.findall(rb"stream\r?\n(x.*?)\r?\nendstream", content, re.DOTALL)
+        ),
     ]
-    kinds = set(re.findall(rb"/Subtype\s*/(Type3|TrueType|Type1|CIDFontType2|Type0)", b"\n".join(parts)))
+    kinds = set(
+        re.findall(rb"/Subtype\s*/(Type3|TrueType|Type1|CIDFontType2|Type0)", b"\n".join(parts))
+    )
     assert kinds
     assert b"Type3" not in kinds
     width = int.from_bytes((tmp_path / "h.png").read_bytes()[16:20], "big")
@@ -85,10 +92,14 @@ def test_labels_have_prefixes_and_the_common_part_of_the_ticks():
         assert axes.get_xlabel().startswith(label)
         assert axes.get_ylabel() == "area (µm²)"
         numbers = [float(text.get_text().replace("−", "-")) for text in axes.get_xticklabels()]
-        offset = float(found[1]) if (found := re.search(r"from ([\d.]+)", axes.get_xlabel())) else 0.0
+        offset = (
+            float(found[1]) if (found := re.search(r"from ([\d.]+)", axes.get_xlabel())) else 0.0
+        )
         offset *= 1e-3 if "mm" in axes.get_xlabel() else 1.0
         # the tick and what the label says are the place
-        assert [offset + 1e-9 * number for number in numbers] == pytest.approx(axes.get_xticks(), rel=1e-12, abs=1e-24)
+        assert [offset + 1e-9 * number for number in numbers] == pytest.approx(
+            axes.get_xticks(), rel=1e-12, abs=1e-24
+        )
         assert not axes.xaxis.offsetText.get_text()
 
 
@@ -98,7 +109,9 @@ def ball_loops():
 
     def loop(load, amplitude):
         moves = [hs.TangentialDisplacement(1.0 + i, amplitude * (-1) ** i) for i in range(3)]
-        return hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.2), [hs.NormalLoad(0.0, load), *moves], substeps=20)
+        return hs.replay(
+            hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.2), [hs.NormalLoad(0.0, load), *moves], substeps=20
+        )
 
     return loop(50e-3, 20e-9), loop(5.0, 3e-6)
 
@@ -106,7 +119,10 @@ def ball_loops():
 def labels_of(axes):
     """The units in the labels of axes, and the largest tick of each in SI units."""
     axes[0].figure.canvas.draw()
-    units = [[re.search(r"\((.*)\)", label)[1] for label in (one.get_xlabel(), one.get_ylabel())] for one in axes]
+    units = [
+        [re.search(r"\((.*)\)", label)[1] for label in (one.get_xlabel(), one.get_ylabel())]
+        for one in axes
+    ]
     factors = {"m": 1.0, "µm": 1e-6, "nm": 1e-9, "N": 1.0, "mN": 1e-3}
     for one, pair in zip(axes, units, strict=True):
         for axis, unit in zip((one.xaxis, one.yaxis), pair, strict=True):
@@ -151,7 +167,12 @@ def test_logarithmic_axes_and_common_parts_of_ticks_are_shared():
 @pytest.mark.hides_data
 @pytest.mark.parametrize(
     ("limits", "fault"),
-    [((0, 1e-6), "leaves the axes"), ((0, 1e6), "cover"), ((2, 3), "leaves the axes"), ((0, 1), None)],
+    [
+        ((0, 1e-6), "leaves the axes"),
+        ((0, 1e6), "cover"),
+        ((2, 3), "leaves the axes"),
+        ((0, 1), None),
+    ],
 )
 def test_data_that_a_figure_does_not_show_are_found(limits, fault):
     """A scale that is wrong by six orders of magnitude leaves a panel blank."""

@@ -61,7 +61,9 @@ def test_zones_agree_with_the_recorded_areas(result):
     whole, independent, pressure, traction = figure.axes[:4]
     with xr.open_dataset(result, decode_times=False) as history:
         row = history.isel(step=1)
-        touches, sticks = (float(row[name].sum()) / 32e-6**2 for name in ("contact_area", "stick_area"))
+        touches, sticks = (
+            float(row[name].sum()) / 32e-6**2 for name in ("contact_area", "stick_area")
+        )
     assert shares(whole) == pytest.approx([100 * touches, 100 * sticks], abs=0.2)
     assert shares(independent)[0] > 0
     assert pressure.images[0].get_array().max() > 0
@@ -98,7 +100,9 @@ def test_maps_of_a_step_carry_its_loads(result):
         for step in (0, 1):
             maps, row = history.contact.point_maps(step), history.isel(step=step)
             cell = 1e-12
-            assert float(maps["pressure"].sum()) * cell == pytest.approx(float(row["total_normal_load"]), rel=1e-9)
+            assert float(maps["pressure"].sum()) * cell == pytest.approx(
+                float(row["total_normal_load"]), rel=1e-9
+            )
             assert float(maps["traction"].sum()) * cell == pytest.approx(
                 float(row["total_tangential_load"]), rel=1e-9, abs=1e-15
             )

@@ -39,7 +39,8 @@ outputs = ["total_tangential_load", "tangential_displacement", "preliminary_disp
 friction.coefficient = [0.1, 0.2]
 "loading.waypoints[0].normal_load" = ["20 mN", "50 mN"]
 """
-DELTA = 40e9 / (4 * 10e9) * (9 * 0.05**2 / (16 * 1e-3 * 40e9**2)) ** (1 / 3)  # θ δ of the ball at 50 mN [m]
+# θ δ of the ball at 50 mN [m]
+DELTA = 40e9 / (4 * 10e9) * (9 * 0.05**2 / (16 * 1e-3 * 40e9**2)) ** (1 / 3)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +91,11 @@ def test_a_run_of_few_steps_is_smooth_if_its_events_are_known(ball, tmp_path):
     coarse = hs.load(ball, {"loading.substeps": 1})
     with hs.run(coarse, tmp_path / "coarse.nc") as history:
         assert history.sizes["step"] == 4
-        lines = [line for line in hs.plots.loops(history).axes[0].get_lines() if np.size(line.get_xdata()) > 10]
+        lines = [
+            line
+            for line in hs.plots.loops(history).axes[0].get_lines()
+            if np.size(line.get_xdata()) > 10
+        ]
         assert lines[0].get_xdata().size > 200
         # on the way out it is first loading (Mindlin)
         u, t = lines[0].get_xdata()[:80], lines[0].get_ydata()[:80]
@@ -99,9 +104,15 @@ def test_a_run_of_few_steps_is_smooth_if_its_events_are_known(ball, tmp_path):
         part = hs.plots.loops(history.isel(step=slice(2))).axes[0].get_lines()
         assert max(np.size(line.get_xdata()) for line in part) == 2
     in_memory = hs.run(coarse)
-    assert max(np.size(line.get_xdata()) for line in hs.plots.loops(in_memory).axes[0].get_lines()) > 200
+    assert (
+        max(np.size(line.get_xdata()) for line in hs.plots.loops(in_memory).axes[0].get_lines())
+        > 200
+    )
     in_memory.encoding.clear()
-    assert max(np.size(line.get_xdata()) for line in hs.plots.loops(in_memory).axes[0].get_lines()) == 4
+    assert (
+        max(np.size(line.get_xdata()) for line in hs.plots.loops(in_memory).axes[0].get_lines())
+        == 4
+    )
 
 
 def test_named_states_are_marked_and_chosen(ball):
@@ -139,8 +150,12 @@ def test_unsuitable_results_and_selections_are_refused(swept):
         hs.plots.loops(found[["preliminary_displacement"]])
     with pytest.raises(InputError, match="labels has 1"):
         hs.plots.loops(found, labels=["one"])
-    with pytest.raises(InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"):
+    with pytest.raises(
+        InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"
+    ):
         select_cells(found, {"friction": 0.1})
     with pytest.raises(InputError, match=r"has no value 0\.3"):
         select_cells(found, {"friction.coefficient": 0.3})
-    assert select_cells(found, {"loading.waypoints[0].normal_load": ["20 mN", "50 mN"]}).equals(found)
+    assert select_cells(found, {"loading.waypoints[0].normal_load": ["20 mN", "50 mN"]}).equals(
+        found
+    )

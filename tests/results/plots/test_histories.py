@@ -19,7 +19,11 @@ HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
 def replayed(record="all", friction=0.2, loops=2):
     swings = [(1.0, 50e-9), (3.0, -50e-9), (4.0, 0.0)]
     events = [hs.NormalLoad(0.0, 5e-3)]
-    events += [hs.TangentialDisplacement(4.0 * loop + after, value) for loop in range(loops) for after, value in swings]
+    events += [
+        hs.TangentialDisplacement(4.0 * loop + after, value)
+        for loop in range(loops)
+        for after, value in swings
+    ]
     return hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, friction), events, substeps=10, record=record)
 
 
@@ -29,7 +33,12 @@ def drawn(history):
 
 
 def limits(figure):
-    return [line for axes in figure.axes for line in axes.get_lines() if line.get_label() == "friction limit"]
+    return [
+        line
+        for axes in figure.axes
+        for line in axes.get_lines()
+        if line.get_label() == "friction limit"
+    ]
 
 
 @pytest.mark.parametrize("record", ["totals", [0]])
@@ -44,7 +53,9 @@ def test_the_friction_limit_is_drawn_for_any_selection_of_recorded_asperities(re
 
 @pytest.mark.parametrize("record", ["touching", "totals"])
 def test_the_emptiest_histories_can_be_drawn(record):
-    drawn(hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2), [hs.NormalLoad(0.0, 0.0)], record=record))
+    drawn(
+        hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2), [hs.NormalLoad(0.0, 0.0)], record=record)
+    )
 
 
 def test_long_histories_are_thinned(monkeypatch):
@@ -84,7 +95,9 @@ def test_states_differ_in_lightness():
 
 
 def test_swings_ignore_noise():
-    steps = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)])
+    steps = np.concatenate(
+        [np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)]
+    )
     noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
     swings = list(tractions._swings(noisy))
     assert len(swings) == 3
@@ -99,7 +112,9 @@ def test_the_picture_of_wear_shows_wear():
     assert sum(line.get_ydata()[-1] for line in each) == pytest.approx(total.get_ydata()[-1])
     before, after = right.get_lines()
     assert (after.get_xdata() < before.get_xdata()).all()
-    assert [axes.get_title(loc="left") for axes in hs.plot(history, panels=["wear"]).axes] == ["Wear"]
+    assert [axes.get_title(loc="left") for axes in hs.plot(history, panels=["wear"]).axes] == [
+        "Wear"
+    ]
     assert PICTURES["wear"].is_reported(history)
     assert not PICTURES["wear"].is_reported(replayed())
 
@@ -119,7 +134,8 @@ def test_the_picture_shows_first_loading_and_flattened_summits():
 
 
 @pytest.mark.parametrize(
-    ("options", "message"), [({"picture": "wear"}, "no worn_volume"), ({"picture": "yielding"}, "no yielded_depth")]
+    ("options", "message"),
+    [({"picture": "wear"}, "no worn_volume"), ({"picture": "yielding"}, "no yielded_depth")],
 )
 def test_a_history_without_wear_or_yielding_has_no_picture_of_it(options, message):
     with pytest.raises(InputError, match=message):

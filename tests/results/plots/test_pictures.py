@@ -13,13 +13,18 @@ from historysim.results.plots.pictures import PICTURES
 from historysim.results.plots.style import STATE_COLOURS
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
-ENSEMBLE = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2])
+ENSEMBLE = hs.Ensemble(
+    PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2]
+)
 
 
 @pytest.fixture(scope="module")
 def history():
     events = [hs.NormalLoad(0.0, 4e-3)]
-    events += [hs.TangentialDisplacement(float(time), sign * 30e-9) for time, sign in ((1, 1), (2, -1), (3, 1))]
+    events += [
+        hs.TangentialDisplacement(float(time), sign * 30e-9)
+        for time, sign in ((1, 1), (2, -1), (3, 1))
+    ]
     return hs.replay(ENSEMBLE, events, substeps=12)
 
 
@@ -33,7 +38,9 @@ def planar():
 
 # wear, yielding and pull-off are of what wears, yields or attracts alone
 OF_ANY = tuple(
-    name for name, kind in PICTURES.items() if "history" in kind.of and name not in {"wear", "yielding", "pull-off"}
+    name
+    for name, kind in PICTURES.items()
+    if "history" in kind.of and name not in {"wear", "yielding", "pull-off"}
 )
 OF_TWO_DIRECTIONS = {"hodograph", "slip-annulus"}
 
@@ -72,7 +79,9 @@ def test_tractions_equal_the_profiles_of_the_asperity_at_each_step(history):
         line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
         # and where the contact ends
         assert line.get_ydata() == pytest.approx(np.append(expected.traction.values[row], 0.0))
-    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(np.append(expected.friction_limit.values[-1], 0))
+    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(
+        np.append(expected.friction_limit.values[-1], 0)
+    )
 
 
 def test_by_default_a_swing_is_drawn_until_the_asperity_slides(history):
@@ -80,7 +89,11 @@ def test_by_default_a_swing_is_drawn_until_the_asperity_slides(history):
     heaviest = int(history.asperity[history.normal_load.values[telling].argmax()])
     axes = hs.plots.traction(history).axes[0]
     assert axes.get_title(loc="left") == f"Traction of asperity {heaviest}"
-    steps = [int(text.split(",")[0][5:]) for text in axes.get_legend_handles_labels()[1] if text.startswith("step")]
+    steps = [
+        int(text.split(",")[0][5:])
+        for text in axes.get_legend_handles_labels()[1]
+        if text.startswith("step")
+    ]
     states = history.slip_state.sel(asperity=heaviest).values
     assert steps[0] <= telling
     # neither sooner nor later
@@ -122,16 +135,23 @@ def test_pictures_without_patch_data_are_refused():
     area = np.stack([approach, np.clip(approach - 2e-8, 0, None)], axis=1) * 3e-5
     moves = [hs.NormalDisplacement(0.0, 8e-8), hs.TangentialDisplacement(1.0, 1e-8)]
     for areas in (area, None):
-        patches = hs.replay(hs.Ensemble.from_normal_curves(PAIR, approach, load, area=areas, friction=0.2), moves)
+        patches = hs.replay(
+            hs.Ensemble.from_normal_curves(PAIR, approach, load, area=areas, friction=0.2), moves
+        )
         for picture in ("traction", "slip-fronts"):
-            with pytest.raises(InputError, match="is of patches of an interacting contact, which have no"):
+            with pytest.raises(
+                InputError, match="is of patches of an interacting contact, which have no"
+            ):
                 hs.plot(patches, picture=picture)
         hs.plot(patches, picture="slip-map").draw_without_rendering()
 
 
 def test_a_path_in_the_plane_fits_its_size(planar):
     both = hs.plot(planar, picture="hodograph")
-    assert [axes.get_xlabel() for axes in both.axes] == ["displacement $U_x$ (nm)", "tangential load $T_x$ (mN)"]
+    assert [axes.get_xlabel() for axes in both.axes] == [
+        "displacement $U_x$ (nm)",
+        "tangential load $T_x$ (mN)",
+    ]
     assert both.notices == ()
     for size, panels in (((90, 120), 2), ((180, 120), 2), ((90, 70), 1)):
         figure = hs.plot(planar, picture="hodograph", size=size)
@@ -146,7 +166,11 @@ def test_the_friction_limit_of_each_state_uses_its_friction():
     # Hertz
     modulus, load = changing.attrs["contact_modulus"], 50e-3
     peak = (6 * load * modulus**2 / (np.pi**3 * 2.5e-3**2)) ** (1 / 3)
-    limits = {line.get_label(): line.get_ydata().max() for line in axes.get_lines() if "mu p" in line.get_label()}
+    limits = {
+        line.get_label(): line.get_ydata().max()
+        for line in axes.get_lines()
+        if "mu p" in line.get_label()
+    }
     assert limits == {
         r"$\pm\mu p$, $\mu$ = 0.2": pytest.approx(0.2 * peak),
         r"$\pm\mu p$, $\mu$ = 0.4": pytest.approx(0.4 * peak),

@@ -1,8 +1,8 @@
 """Every picture at the sizes of a journal: nothing overlaps, and it looks like the reference that was examined.
 
 The references are in `reference_pictures/`. After an intended change, write them again with
-`HISTORYSIM_NEW_PICTURES=1 pytest -m "slow or not slow" tests/results/plots/test_reference_pictures.py`, and look at
-each that git says has changed.
+`HISTORYSIM_NEW_PICTURES=1 pytest -m "slow or not slow"
+tests/results/plots/test_reference_pictures.py`, and look at each that git says has changed.
 """
 
 import io
@@ -53,10 +53,18 @@ def test_a_picture_fits_its_size_and_equals_its_reference(name, size):
     assert on_top_of_each_other(figure) == []
     # what there is no room for, and advice, is next to the figure
     assert not any("room" in text.get_text() for text in figure.findobj(mpl.text.Text))
-    assert not any("-" in text.get_text() for text in figure.findobj(mpl.text.Text) if text.get_text()[1:].isdecimal())
+    assert not any(
+        "-" in text.get_text()
+        for text in figure.findobj(mpl.text.Text)
+        if text.get_text()[1:].isdecimal()
+    )
     # nor does what names things lie on a panel; half a pixel is rounding
-    legends = [legend.get_window_extent().padded(-0.5) for legend in figure.findobj(mpl.legend.Legend)]
-    assert not any(box.overlaps(axes.get_window_extent()) for box in legends for axes in figure.axes)
+    legends = [
+        legend.get_window_extent().padded(-0.5) for legend in figure.findobj(mpl.legend.Legend)
+    ]
+    assert not any(
+        box.overlaps(axes.get_window_extent()) for box in legends for axes in figure.axes
+    )
     path = KEPT / f"{name}_{size[0]:g}x{size[1]:g}.png"
     now = pixels(figure)
     if os.environ.get("HISTORYSIM_NEW_PICTURES"):

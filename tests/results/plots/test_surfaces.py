@@ -32,7 +32,9 @@ def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", 
     events = []
     for time, load in enumerate(loads):
         events += [hs.NormalLoad(time, load), hs.TangentialDisplacement(time, swing * (-1) ** time)]
-    return hs.replay(hs.Ensemble.from_summits(PAIR, summits, friction), events, substeps=3, record=record)
+    return hs.replay(
+        hs.Ensemble.from_summits(PAIR, summits, friction), events, substeps=3, record=record
+    )
 
 
 def plot_surface(surface, history=None, step="partial"):
@@ -59,7 +61,9 @@ def rendered(surface, history=None, step=-1):
 
 def marks(axes):
     """Positions [m] of what is marked, by its state: 0 to 3, and -1 for what was not recorded."""
-    colours = {mpl.colors.to_rgba(colour): state for state, colour in enumerate(style.STATE_COLOURS)}
+    colours = {
+        mpl.colors.to_rgba(colour): state for state, colour in enumerate(style.STATE_COLOURS)
+    }
     (dots,) = [line for line in axes.get_lines() if line.get_marker() == "."]
     found = {0: np.column_stack([dots.get_xdata(), dots.get_ydata()])}
     for collection in (each for each in axes.collections if each.get_label() != "missing height"):
@@ -74,12 +78,18 @@ def check_marks(axes, x, y, state):
     for value in range(-1, 4):
         here = state == value
         expected = np.column_stack([x[here], y[here]])
-        np.testing.assert_allclose(found.get(value, np.empty((0, 2))), expected, rtol=1e-12, atol=1e-30)
+        np.testing.assert_allclose(
+            found.get(value, np.empty((0, 2))), expected, rtol=1e-12, atol=1e-30
+        )
 
 
 def flat(axes):
     """Position of the line of the rigid flat [m]: on the x axis of a distribution, on the y axis of a profile."""
-    (line,) = [line for line in axes.get_lines() if line.get_marker() != "." and line.get_linestyle() == "--"]
+    (line,) = [
+        line
+        for line in axes.get_lines()
+        if line.get_marker() != "." and line.get_linestyle() == "--"
+    ]
     upright = np.ptp(line.get_xdata()) == 0
     return line.get_xdata()[0] if upright else line.get_ydata()[0]
 
@@ -95,7 +105,8 @@ def rough():
     return surface_group.dataset(summits, surface), summits, history_of(summits)
 
 
-# -- what is drawn is what was asked ----------------------------------------------------------------
+# -- what is drawn is what was asked
+# ----------------------------------------------------------------
 
 
 @pytest.mark.parametrize("step", [0, 3])
@@ -105,7 +116,9 @@ def test_summits_are_drawn_at_their_positions_in_the_colour_of_their_state(rough
     state = history["slip_state"].values[step]
     check_marks(panels[MAP], summits.x, summits.y, state)
     check_marks(panels[DISTRIBUTION], summits.height, summits.radius, state)
-    assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]), rel=1e-12, abs=1e-30)
+    assert flat(panels[DISTRIBUTION]) == pytest.approx(
+        float(history["separation"][step]), rel=1e-12, abs=1e-30
+    )
     assert set(np.unique(history["slip_state"])) == {0, 1, 2, 3}
 
 
@@ -160,7 +173,11 @@ def test_a_profile_is_a_curve():
     for step in (0, -1):
         _, panels = rendered(group, history, step)
         axes = panels[PROFILE]
-        (curve,) = [line for line in axes.get_lines() if line.get_linestyle() == "-" and line.get_marker() != "."]
+        (curve,) = [
+            line
+            for line in axes.get_lines()
+            if line.get_linestyle() == "-" and line.get_marker() != "."
+        ]
         assert axes.get_xlabel() == "$y$ (µm)"
         assert axes.get_ylabel() == "height $z$ (nm)"
         np.testing.assert_allclose(curve.get_xdata(), np.arange(80) * 1e-6, atol=1e-15)
@@ -168,10 +185,13 @@ def test_a_profile_is_a_curve():
         check_marks(axes, summits.y, summits.height, history["slip_state"].values[step])
         assert flat(axes) == pytest.approx(float(history["separation"][step]))
         assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))
-    assert [line for line in drawn(group)[1][PROFILE].get_lines() if line.get_linestyle() == "--"] == []
+    assert [
+        line for line in drawn(group)[1][PROFILE].get_lines() if line.get_linestyle() == "--"
+    ] == []
 
 
-# -- one, many and none ------------------------------------------------------------------------------
+# -- one, many and none
+# ------------------------------------------------------------------------------
 
 
 @pytest.mark.hides_data  # one summit is a point of its surroundings
@@ -237,7 +257,8 @@ def test_a_summit_at_the_height_of_the_flat_agrees_with_the_contact_count():
         assert len(found.get(-1, ())) == int(history["contact_count"][step])
 
 
-# -- kinds, files and histories -----------------------------------------------------------------------
+# -- kinds, files and histories
+# -----------------------------------------------------------------------
 
 
 def test_a_scenario_and_its_result_are_drawn(tmp_path, monkeypatch):
@@ -249,7 +270,10 @@ def test_a_scenario_and_its_result_are_drawn(tmp_path, monkeypatch):
     with xr.open_dataset("s.nc") as history, xr.open_dataset("s.nc", group="surface") as surface:
         _, panels = drawn(surface, history, 1)
         check_marks(
-            panels[MAP], surface["summit_x"].values, surface["summit_y"].values, history["slip_state"].values[1]
+            panels[MAP],
+            surface["summit_x"].values,
+            surface["summit_y"].values,
+            history["slip_state"].values[1],
         )
 
 
@@ -275,10 +299,17 @@ def test_the_distribution_has_the_heights_and_radii_of_the_step():
     later = np.array([-2e-9, -4e-9, -1e-9, -30e-9])
     change = hs.GeometryChange(1.0, later, np.array([10e-6, 10e-6, 20e-6, 10e-6]))
     ensemble = hs.Ensemble(PAIR, heights, radii, 0.2)
-    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 5e-4), change, hs.NormalLoad(2.0, 5e-4)], record="all")
-    for step, height, radius in ((0, heights, np.full(4, radii)), (-1, later, [10e-6, 10e-6, 20e-6, 10e-6])):
+    history = hs.replay(
+        ensemble, [hs.NormalLoad(0.0, 5e-4), change, hs.NormalLoad(2.0, 5e-4)], record="all"
+    )
+    for step, height, radius in (
+        (0, heights, np.full(4, radii)),
+        (-1, later, [10e-6, 10e-6, 20e-6, 10e-6]),
+    ):
         _, panels = drawn(load_surface(history), history, step)
-        check_marks(panels[DISTRIBUTION], height, np.asarray(radius), history["slip_state"].values[step])
+        check_marks(
+            panels[DISTRIBUTION], height, np.asarray(radius), history["slip_state"].values[step]
+        )
         touching = height > history["separation"].values[step]
         assert touching.sum() == history["contact_count"].values[step]
         assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))

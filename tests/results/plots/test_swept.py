@@ -49,7 +49,9 @@ def test_means_and_deviations_over_seeds():
 
 
 def test_a_band_of_quantiles():
-    (axes,) = hs.plots.curve(SWEEP, quantity="drift", over="friction", each="rms_height", spread="quantiles").axes
+    (axes,) = hs.plots.curve(
+        SWEEP, quantity="drift", over="friction", each="rms_height", spread="quantiles"
+    ).axes
     line, band = axes.get_lines()[0], axes.collections[0]
     assert line.get_ydata() == pytest.approx(np.median(VALUES[0], axis=1))
     low, high = np.quantile(VALUES[0, 0], [0.1, 0.9])
@@ -85,17 +87,34 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
 
 POWER = xr.Dataset(
     {
-        "drift": (("load", "seed"), np.outer(np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5, [0.9, 1.1]) * 1e-9, {"units": "m"}),
-        "pressure": (("load", "seed"), np.outer([1.0, 2.0, 4.0, 8.0], [1.0, 1.0]) * 1e6, {"units": "Pa"}),
+        "drift": (
+            ("load", "seed"),
+            np.outer(np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5, [0.9, 1.1]) * 1e-9,
+            {"units": "m"},
+        ),
+        "pressure": (
+            ("load", "seed"),
+            np.outer([1.0, 2.0, 4.0, 8.0], [1.0, 1.0]) * 1e6,
+            {"units": "Pa"},
+        ),
         "low": (("load", "seed"), np.full((4, 2), 0.5e-9), {"units": "m"}),
         "high": (("load", "seed"), np.full((4, 2), 4e-9), {"units": "m"}),
     },
-    {"load": ("load", [1e-3, 2e-3, 4e-3, 8e-3], {"units": "N", "long_name": "load of the piece"}), "seed": [1, 2]},
+    {
+        "load": (
+            "load",
+            [1e-3, 2e-3, 4e-3, 8e-3],
+            {"units": "N", "long_name": "load of the piece"},
+        ),
+        "seed": [1, 2],
+    },
 )
 
 
 def test_one_number_over_another_with_a_fit():
-    (axes,) = hs.plots.curve(POWER, quantity="drift", over="pressure", fit="power", logarithmic=True).axes
+    (axes,) = hs.plots.curve(
+        POWER, quantity="drift", over="pressure", fit="power", logarithmic=True
+    ).axes
     assert axes.get_xlabel() == "pressure (MPa)"
     assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1e6, 2e6, 4e6, 8e6])
     assert "exponent 0.50" in {line.get_label() for line in axes.get_lines()}
@@ -104,5 +123,7 @@ def test_one_number_over_another_with_a_fit():
     assert {"1", "2"} <= {label.get_text() for label in axes.get_xticklabels()}
     (straight,) = hs.plots.curve(POWER, quantity="drift", fit="straight").axes
     share = np.corrcoef([1, 2, 4, 8], np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5)[0, 1] ** 2
-    assert f"straight line, $R^2$ = {share:.3f}" in {line.get_label() for line in straight.get_lines()}
+    assert f"straight line, $R^2$ = {share:.3f}" in {
+        line.get_label() for line in straight.get_lines()
+    }
     assert straight.get_xlabel() == "load of the piece (mN)"

@@ -16,7 +16,9 @@ HEIGHTS = np.array([0.0, -20e-9, -35e-9, -60e-9])
 PLACES = {"x": np.array([0.0, 4e-6, 8e-6, 2e-6]), "y": np.array([0.0, 6e-6, 3e-6, 9e-6])}
 ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2], **PLACES)
 EVENTS = [hs.NormalLoad(0.0, 4e-3)]
-EVENTS += [hs.TangentialDisplacement(float(time), sign * 30e-9) for time, sign in ((1, 1), (2, -1), (3, 1))]
+EVENTS += [
+    hs.TangentialDisplacement(float(time), sign * 30e-9) for time, sign in ((1, 1), (2, -1), (3, 1))
+]
 IN_PLANE = [hs.NormalLoad(0.0, 4e-3)]
 IN_PLANE += [
     hs.TangentialDisplacement(float(time), (x * 1e-8, y * 1e-8))
@@ -78,12 +80,24 @@ def check(shown, history, row, label, axis=None):
     assert f"step {row}:" in shown["text"]
     assert shown["spoken"].endswith(f"step {row}")
     largest = float(abs(history.total_tangential_load).max())
-    assert shown["load"] == pytest.approx(float(step.total_tangential_load.isel(place)), rel=1e-9, abs=1e-9 * largest)
-    assert shown["displacement"] == pytest.approx(float(step.tangential_displacement.isel(place)), rel=1e-9, abs=1e-20)
+    assert shown["load"] == pytest.approx(
+        float(step.total_tangential_load.isel(place)), rel=1e-9, abs=1e-9 * largest
+    )
+    assert shown["displacement"] == pytest.approx(
+        float(step.tangential_displacement.isel(place)), rel=1e-9, abs=1e-20
+    )
     assert shown["slip"] == step.slip_state.values.tolist()
-    assert shown["colours"] == {str(asperity): str(state) for asperity, state in enumerate(shown["slip"])}
-    for name, variable in (("normal", "normal_load"), ("radius", "contact_radius"), ("stick", "stick_radius")):
-        assert shown[name] == pytest.approx(step[variable].values.tolist(), rel=1e-9, abs=1e-15), name
+    assert shown["colours"] == {
+        str(asperity): str(state) for asperity, state in enumerate(shown["slip"])
+    }
+    for name, variable in (
+        ("normal", "normal_load"),
+        ("radius", "contact_radius"),
+        ("stick", "stick_radius"),
+    ):
+        assert shown[name] == pytest.approx(step[variable].values.tolist(), rel=1e-9, abs=1e-15), (
+            name
+        )
     own = history.sel(asperity=label)
     assert f"asperity {label}," in shown["clicked"]
     recorded = own.tangential_load.isel(place).values
@@ -94,7 +108,9 @@ def check(shown, history, row, label, axis=None):
     traction = traction if axis is None else traction[:, axis]
     # the square root is steep at a front, where rounding of its radius shows
     assert np.abs(np.array(shown["traction"]) - traction).max() < 1e-6 * expected.pressure(0.0)
-    assert shown["limit"] == pytest.approx(expected.friction * expected.pressure(distance), rel=1e-6, abs=1.0)
+    assert shown["limit"] == pytest.approx(
+        expected.friction * expected.pressure(distance), rel=1e-6, abs=1.0
+    )
 
 
 def test_the_slider_moves_loop_and_map_and_a_click_chooses_an_asperity(history, explored, opened):
@@ -158,7 +174,9 @@ def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explore
         assert page.evaluate(loop) == 1
 
 
-def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_where(tmp_path, opened):
+def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_where(
+    tmp_path, opened
+):
     events = [hs.NormalLoad(0.0, 4e-3), hs.TangentialLoad(1.0, 5e-4), hs.TangentialLoad(2.0, 0.0)]
     path = tmp_path / "t.html"
     path.write_text(hs.explore(hs.replay(ENSEMBLE, events, substeps=10)).page, encoding="utf-8")
@@ -168,7 +186,9 @@ def test_a_load_that_less_friction_cannot_hold_ends_the_loop_and_the_page_says_w
         slider.press("Home")
         page.evaluate(SETTLED)
         shown = page.evaluate(SHOWN)
-        assert re.search(r"friction holds .* where the loads ask for .*: the replay ends at", shown["refused"])
+        assert re.search(
+            r"friction holds .* where the loads ask for .*: the replay ends at", shown["refused"]
+        )
         slider.press("End")
         page.evaluate(SETTLED)
         assert page.evaluate(SHOWN)["refused"] == ""
@@ -184,7 +204,13 @@ def test_both_directions_are_shown(tmp_path, opened):
         for axis, name in enumerate("xy"):
             page.get_by_label("direction", exact=True).select_option(name)
             page.evaluate(SETTLED)
-            check(page.evaluate(SHOWN), history, history.sizes["step"] - 1, page.evaluate(SHOWN)["asperity"], axis)
+            check(
+                page.evaluate(SHOWN),
+                history,
+                history.sizes["step"] - 1,
+                page.evaluate(SHOWN)["asperity"],
+                axis,
+            )
 
 
 def random_setup(rng, count, *, planar):
@@ -193,7 +219,8 @@ def random_setup(rng, count, *, planar):
     ensemble = hs.Ensemble(PAIR, height, radius, np.where(np.arange(12) % 3, 0.3, 0.15))
     by_load = rng.random(count) < 0.5
     normal = Goals(
-        np.where(by_load, 0, 1), np.where(by_load, rng.uniform(0, 0.02, count), rng.uniform(-1e-8, 2e-7, count))
+        np.where(by_load, 0, 1),
+        np.where(by_load, rng.uniform(0, 0.02, count), rng.uniform(-1e-8, 2e-7, count)),
     )
     pushed = rng.random(count) < 0.3
     target = np.where(pushed, rng.uniform(-2e-3, 2e-3, count), rng.uniform(-1e-7, 1e-7, count))
@@ -217,10 +244,15 @@ def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count,
         "drive": [ensemble.tolerance, 0, 0, 1],
         "rows": count,
     }
-    arrays = {name: getattr(ensemble, name).tolist() for name in ("summit_height", "summit_radius", "friction")}
+    arrays = {
+        name: getattr(ensemble, name).tolist()
+        for name in ("summit_height", "summit_radius", "friction")
+    }
     path = tmp_path / "b.html"
     script = browser.SCRIPT.read_text(encoding="utf-8")
-    path.write_text(f"<!DOCTYPE html><link rel='icon' href='data:,'><script>{script}</script>", encoding="utf-8")
+    path.write_text(
+        f"<!DOCTYPE html><link rel='icon' href='data:,'><script>{script}</script>", encoding="utf-8"
+    )
     with opened(path) as page:
         digest = page.evaluate(
             """async ([library, setup, arrays, paths]) => {
@@ -234,7 +266,12 @@ def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count,
               const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", totals.slice()));
               return Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join("");
             }""",
-            [browser.encode(browser.LIBRARY.read_bytes()), setup, arrays, browser.encode(paths.tobytes())],
+            [
+                browser.encode(browser.LIBRARY.read_bytes()),
+                setup,
+                arrays,
+                browser.encode(paths.tobytes()),
+            ],
         )
     assert digest == hashlib.sha256(rows.totals.tobytes()).hexdigest()
 
@@ -246,7 +283,9 @@ def test_the_page_fits_a_small_dark_screen(report, opened):
         # only what scrolls by itself is wider
         assert page.evaluate(f"{root}.scrollWidth <= {root}.clientWidth")
         for selector in ("body", "figcaption", "th"):
-            ink, paper = (page.evaluate(COLOUR, [selector, name]) for name in ("color", "backgroundColor"))
+            ink, paper = (
+                page.evaluate(COLOUR, [selector, name]) for name in ("color", "backgroundColor")
+            )
             assert contrast(ink, paper) >= 4.5, selector
         paper = page.evaluate(COLOUR, ["body", "backgroundColor"])
         assert contrast(page.evaluate(COLOUR, ["svg text", "fill"]), paper) >= 4.5
@@ -263,7 +302,10 @@ def contrast(ink, paper):
     """Return the contrast of two colours after WCAG 2."""
 
     def luminance(colour):
-        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in np.array(colour) / 255]
+        linear = [
+            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+            for c in np.array(colour) / 255
+        ]
         return np.dot([0.2126, 0.7152, 0.0722], linear)
 
     dark, light = sorted(map(luminance, (ink, paper)))
@@ -317,14 +359,18 @@ def test_of_a_large_ensemble_the_recorded_asperities_are_embedded(monkeypatch):
 def test_a_history_of_too_many_steps_is_refused_with_what_is_possible(history, monkeypatch):
     monkeypatch.setattr(browser, "MOST_STEPS", 20)
     with pytest.raises(
-        InputError, match=r"20 steps at most, and the history has 31; .* history.isel\(step=slice\(20\)\)"
+        InputError,
+        match=r"20 steps at most, and the history has 31; .* history.isel\(step=slice\(20\)\)",
     ):
         browser.find_trajectory(history)
 
 
 UNSUPPORTED = {
     "friction or summits that events change": (ENSEMBLE, [*EVENTS, hs.FrictionChange(4.0, 0.1)]),
-    "asperities that evolve": (hs.Ensemble(PAIR, HEIGHTS, 1e-5, hs.laws.ShearStrength(3e8)), EVENTS),
+    "asperities that evolve": (
+        hs.Ensemble(PAIR, HEIGHTS, 1e-5, hs.laws.ShearStrength(3e8)),
+        EVENTS,
+    ),
 }
 
 
@@ -339,7 +385,9 @@ def test_histories_that_a_page_cannot_compute_are_refused(text):
 def test_a_page_of_1000_asperities_and_2000_steps_is_below_1_megabyte():
     rng = np.random.default_rng(1)
     places = {"x": rng.uniform(0, 1e-4, 1000), "y": rng.uniform(0, 1e-4, 1000)}
-    ensemble = hs.Ensemble(PAIR, rng.normal(0, 1e-7, 1000), rng.uniform(5e-6, 2e-5, 1000), 0.2, **places)
+    ensemble = hs.Ensemble(
+        PAIR, rng.normal(0, 1e-7, 1000), rng.uniform(5e-6, 2e-5, 1000), 0.2, **places
+    )
     events = [hs.NormalLoad(0.0, 0.1)]
     for time in range(1, 2000):
         events += [hs.NormalLoad(float(time), 0.1 + 0.02 * np.sin(time / 50))]

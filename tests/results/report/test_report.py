@@ -7,10 +7,18 @@ from html import unescape
 import pytest
 
 import historysim as hs
-from historysim.results.report.reports import history_pictures, provenance_sections, validity_section
+from historysim.results.report.reports import (
+    history_pictures,
+    provenance_sections,
+    validity_section,
+)
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
-EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.TangentialDisplacement(2.0, -5e-9)]
+EVENTS = [
+    hs.NormalLoad(0.0, 4e-3),
+    hs.TangentialDisplacement(1.0, 5e-9),
+    hs.TangentialDisplacement(2.0, -5e-9),
+]
 
 
 def replayed(**options):
@@ -26,7 +34,14 @@ def test_a_page_has_results_and_provenance(tmp_path):
     history.attrs |= {"title": "a <b> & c", "scenario": "[loading]\nsubsteps = 4 # <script>"}
     text = hs.report(history, tmp_path / "r.html")
     assert (tmp_path / "r.html").read_text(encoding="utf-8") == text
-    assert sections(text) == ["Summary", "Validity", "Through time", "Pictures", "Provenance", "How to reproduce"]
+    assert sections(text) == [
+        "Summary",
+        "Validity",
+        "Through time",
+        "Pictures",
+        "Provenance",
+        "How to reproduce",
+    ]
     assert "<h1>a &lt;b&gt; &amp; c</h1>" in text
     plain = unescape(re.sub("<[^>]*>", " ", text))
     for label, message in hs.show(history):
@@ -57,7 +72,9 @@ def test_shell_lines_of_a_page_quote_names_and_take_versions_by_their_form(name,
     history.attrs |= {"log_digest": "0", "historysim_version": "1.2.3rc1"}
     lines = commands()
     assert {f"historysim run {word} -o again.nc", f"historysim verify {word}"} <= set(lines)
-    assert shlex.split(lines[lines.index(f"historysim verify {word}")])[2].removeprefix("./") == name
+    assert (
+        shlex.split(lines[lines.index(f"historysim verify {word}")])[2].removeprefix("./") == name
+    )
     assert "pip install historysim==1.2.3rc1" in lines
     for version in ("1.0; rm -rf ~", "1.0\nid", "$(id)", "", "1.0 --index-url http://x"):
         history.attrs["historysim_version"] = version
@@ -79,7 +96,10 @@ def test_pictures_that_cannot_be_drawn_are_named():
     # of its origin nothing is known
     history.encoding.clear()
     (text,) = history_pictures(history, ["traction"])
-    assert "No picture traction: asperity 0: the recorded steps leave out part of its load history" in text
+    assert (
+        "No picture traction: asperity 0: the recorded steps leave out part of its load history"
+        in text
+    )
 
 
 def test_totals_alone_have_a_page_without_asperities():
