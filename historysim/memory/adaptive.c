@@ -1,18 +1,22 @@
-/* Adaptive: step size control for one-step methods of second order, by step doubling (README.md, theory 10).
+/* Adaptive: step size control for one-step methods of second order, by step doubling (README.md,
+ * theory 10).
  *
- * A step is integrated in a few substeps, and from its start again in twice as many, until two results agree. If the error
- * falls too slowly, the step is shortened: by bisection, or to the length predicted from the error, h' = safety h / sqrt(error). */
+ * A step is integrated in a few substeps, and from its start again in twice as many, until two
+ * results agree. If the error falls too slowly, the step is shortened: by bisection, or to the
+ * length predicted from the error, h' = safety h / sqrt(error). */
 
 #include "adaptive.h"
 
 /* Nested halves of a step, at most: chosen, as no settings have a minimum length below 2^-63. */
 #define MAX_LEVELS 64
 
-/* Integrate a step in 1, 2, 4, … times the initial number of substeps. Sets `accepted` to 1 if the result can be used, leaves it
- * 0 if the step has to be shortened. */
-static int refine(hs_integrand *integrand, const hs_interval *step, int is_full_path, int *accepted, double *error) {
+/* Integrate a step in 1, 2, 4, … times the initial number of substeps. Sets `accepted` to 1 if the
+ * result can be used, leaves it 0 if the step has to be shortened. */
+static int refine(hs_integrand *integrand, const hs_interval *step, int is_full_path, int *accepted,
+                  double *error) {
     const hs_adaptive *settings = integrand->settings;
-    const int can_shorten = step->end - step->begin > settings->min_length && step->level + 1 < MAX_LEVELS;
+    const int can_shorten =
+        step->end - step->begin > settings->min_length && step->level + 1 < MAX_LEVELS;
     double previous_error = HUGE_VAL;
     for (int substeps = settings->initial_substeps;; substeps *= 2, previous_error = *error) {
         int status = integrand->integrate(integrand, step, substeps, error);
@@ -25,7 +29,8 @@ static int refine(hs_integrand *integrand, const hs_interval *step, int is_full_
             (settings->slow_convergence_ratio == 0.0 && !can_shorten))
             break;
         if (can_shorten && compared &&
-            (settings->slow_convergence_ratio == 0.0 || *error > settings->slow_convergence_ratio * previous_error))
+            (settings->slow_convergence_ratio == 0.0 ||
+             *error > settings->slow_convergence_ratio * previous_error))
             return HS_OK;
     }
     *accepted = 1;
@@ -38,13 +43,15 @@ int hs_adapt(hs_integrand *integrand, double start, double stop) {
     hs_interval step = {start, stop, 0};
     integrand->substep_budget = settings->total_substeps;
     integrand->reached = start;
-    if (settings->initial_length < 1.0) targets[++step.level] = start + settings->initial_length * (stop - start);
+    if (settings->initial_length < 1.0)
+        targets[++step.level] = start + settings->initial_length * (stop - start);
     while (step.begin < stop) {
         int accepted = 0;
         double error, target;
         if (integrand->substep_budget <= 0 && step.begin > start) return HS_TOO_MANY_SUBSTEPS;
         step.end = targets[step.level];
-        int status = refine(integrand, &step, step.begin == start && step.end == stop, &accepted, &error);
+        int status =
+            refine(integrand, &step, step.begin == start && step.end == stop, &accepted, &error);
         if (status == HS_OK && accepted) status = integrand->accept(integrand, &step);
         if (status != HS_OK) return status;
         const double length = step.end - step.begin;
@@ -72,5 +79,6 @@ int hs_adapt(hs_integrand *integrand, double start, double stop) {
 
 void hs_coarsen(hs_adaptive *settings, double reached) {
     double factor = 2.0 / (reached * reached);
-    settings->tolerance *= hs_min(hs_max(factor, settings->min_coarsening), settings->max_coarsening);
+    settings->tolerance *=
+        hs_min(hs_max(factor, settings->min_coarsening), settings->max_coarsening);
 }

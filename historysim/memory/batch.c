@@ -1,28 +1,37 @@
-/* Batch: many contacts of one asperity each, which share nothing: the exact update (README.md, theory 7) of each on a straight
- * path in (d, V), by the fast path of single.h with P(a) = a^(3/2).
+/* Batch: many contacts of one asperity each, which share nothing: the exact update (README.md,
+ * theory 7) of each on a straight path in (d, V), by the fast path of single.h with P(a) = a^(3/2).
  *
- * Labels and anchors are in m, loads in units of (4/3) E* √R. The vertices of all contacts are in one array, each contact's in
- * sequence from its place; a contact without room left moves to the end of the array. A contact that does not touch has no
- * vertex; its first vertex then holds its approach and displacement. */
+ * Labels and anchors are in m, loads in units of (4/3) E* √R. The vertices of all contacts are in
+ * one array, each contact's in sequence from its place; a contact without room left moves to the
+ * end of the array. A contact that does not touch has no vertex; its first vertex then holds its
+ * approach and displacement. */
 
 #include "single.h"
 
 static double load_of(double label) { return label * sqrt(label); }
 
-static const double *friction_of(const hs_batch *batch, int64_t i) { return batch->friction + (batch->frictions > 1 ? i : 0); }
-static const double *scale_of(const hs_batch *batch, int64_t i) { return batch->scale + (batch->scales > 1 ? i : 0); }
+static const double *friction_of(const hs_batch *batch, int64_t i) {
+    return batch->friction + (batch->frictions > 1 ? i : 0);
+}
+static const double *scale_of(const hs_batch *batch, int64_t i) {
+    return batch->scale + (batch->scales > 1 ? i : 0);
+}
 
-/* Move the vertices of a contact to the end of the array, with room for at least `min_room` vertices. */
+/* Move the vertices of a contact to the end of the array, with room for at least `min_room`
+ * vertices. */
 static int relocate(hs_batch *batch, int64_t i, int64_t min_room) {
-    const int64_t room = 2 * batch->room[i] > min_room ? 2 * batch->room[i] : min_room, needed = batch->used + room;
+    const int64_t room = 2 * batch->room[i] > min_room ? 2 * batch->room[i] : min_room,
+                  needed = batch->used + room;
     if (needed > batch->capacity) {
         const int64_t capacity = needed + batch->capacity / 2;
-        hs_batch_vertex *grown = (hs_batch_vertex *)realloc(batch->vertices, (size_t)capacity * sizeof *grown);
+        hs_batch_vertex *grown =
+            (hs_batch_vertex *)realloc(batch->vertices, (size_t)capacity * sizeof *grown);
         if (!grown) return HS_OUT_OF_MEMORY;
         batch->vertices = grown;
         batch->capacity = capacity;
     }
-    memcpy(batch->vertices + batch->used, batch->vertices + batch->place[i], (size_t)batch->room[i] * sizeof *batch->vertices);
+    memcpy(batch->vertices + batch->used, batch->vertices + batch->place[i],
+           (size_t)batch->room[i] * sizeof *batch->vertices);
     batch->place[i] = batch->used;
     batch->room[i] = room;
     batch->used = needed;
@@ -30,13 +39,14 @@ static int relocate(hs_batch *batch, int64_t i, int64_t min_room) {
 }
 
 /* Move one contact that touches; returns its depth and the tangential load. */
-static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double friction, double d, double v, double load,
-                            double *tangential) {
+static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double friction, double d,
+                            double v, double load, double *tangential) {
     const hs_labels labels = {&stack->label, (int64_t)(sizeof *stack / sizeof(double))};
     int64_t top = depth - 1;
     const int cut = d < stack[top].label;
     if (cut) top = hs_cut_segment(labels, depth, d);
-    double edge = stack[top].label, anchor = stack[top].anchor, force = stack[top].force, slope = stack[top].slope;
+    double edge = stack[top].label, anchor = stack[top].anchor, force = stack[top].force,
+           slope = stack[top].slope;
     if (cut) {
         anchor -= slope * (edge - d);
         force -= slope * (load_of(edge) - load);
@@ -64,7 +74,8 @@ static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double fricti
             if (front.label != stack[top - 1].label) {
                 const double inner = stack[top].slope;
                 force += inner * (front_load - load_of(stack[top - 1].label));
-                stack[top++] = HS_MADE(hs_batch_vertex){front.label, v - slope * (d - front.label), inner, force};
+                stack[top++] = HS_MADE(hs_batch_vertex){front.label, v - slope * (d - front.label),
+                                                        inner, force};
             }
         }
     }
@@ -73,15 +84,17 @@ static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double fricti
     return top + 1;
 }
 
-int hs_batch_accepts(const hs_batch *batch, const double *approach, const double *displacement, double largest) {
+int hs_batch_accepts(const hs_batch *batch, const double *approach, const double *displacement,
+                     double largest) {
     int good = 1;
     /* comparisons with NaN are false */
-    for (int64_t i = 0; i < batch->count; ++i) good &= (fabs(approach[i]) <= largest) & (fabs(displacement[i]) <= largest);
+    for (int64_t i = 0; i < batch->count; ++i)
+        good &= (fabs(approach[i]) <= largest) & (fabs(displacement[i]) <= largest);
     return good;
 }
 
-int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement, double *normal_load,
-                  double *tangential_load) {
+int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement,
+                  double *normal_load, double *tangential_load) {
     for (int64_t i = 0; i < batch->count; ++i) {
         double d1 = approach[i], v1 = displacement[i] / batch->displacement_ratio, force;
         hs_batch_vertex *stack = batch->vertices + batch->place[i];
@@ -110,15 +123,16 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
     return HS_OK;
 }
 
-/* Initial room of each contact, in vertices: loops have up to five, and a step adds two. A power of two would make contacts
- * compete for the same lines of the cache. */
+/* Initial room of each contact, in vertices: loops have up to five, and a step adds two. A power of
+ * two would make contacts compete for the same lines of the cache. */
 #define INITIAL_ROOM 7
 
-hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales, const double *scale,
-                       double displacement_ratio) {
+hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales,
+                       const double *scale, double displacement_ratio) {
     hs_batch *batch = (hs_batch *)calloc(1, sizeof *batch);
     int64_t *numbers = (int64_t *)calloc((size_t)(3 * count + frictions + scales), sizeof *numbers);
-    hs_batch_vertex *vertices = (hs_batch_vertex *)calloc((size_t)(INITIAL_ROOM * (count + 1)), sizeof *vertices);
+    hs_batch_vertex *vertices =
+        (hs_batch_vertex *)calloc((size_t)(INITIAL_ROOM * (count + 1)), sizeof *vertices);
     if (!batch || !numbers || !vertices) {
         free(batch);
         free(numbers);
@@ -126,8 +140,18 @@ hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
         return NULL;
     }
     double *coefficient = (double *)(numbers + 3 * count);
-    *batch = HS_MADE(hs_batch){count, frictions, scales, displacement_ratio, numbers, numbers + count, numbers + 2 * count,
-                               coefficient, coefficient + frictions, vertices, INITIAL_ROOM * count, INITIAL_ROOM * (count + 1)};
+    *batch = HS_MADE(hs_batch){count,
+                               frictions,
+                               scales,
+                               displacement_ratio,
+                               numbers,
+                               numbers + count,
+                               numbers + 2 * count,
+                               coefficient,
+                               coefficient + frictions,
+                               vertices,
+                               INITIAL_ROOM * count,
+                               INITIAL_ROOM * (count + 1)};
     for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_bound_friction(friction[i]);
     for (int64_t i = 0; i < scales; ++i) batch->scale[i] = scale[i];
     for (int64_t i = 0; i < count; ++i) {
@@ -138,8 +162,12 @@ hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
 }
 
 hs_batch *hs_batch_copy(const hs_batch *batch) {
-    hs_batch *copy = hs_batch_new(batch->count, batch->frictions, batch->friction, batch->scales, batch->scale, batch->displacement_ratio);
-    hs_batch_vertex *vertices = copy ? (hs_batch_vertex *)realloc(copy->vertices, (size_t)batch->capacity * sizeof *vertices) : NULL;
+    hs_batch *copy = hs_batch_new(batch->count, batch->frictions, batch->friction, batch->scales,
+                                  batch->scale, batch->displacement_ratio);
+    hs_batch_vertex *vertices =
+        copy
+            ? (hs_batch_vertex *)realloc(copy->vertices, (size_t)batch->capacity * sizeof *vertices)
+            : NULL;
     if (!vertices) {
         hs_batch_free(copy);
         return NULL;
@@ -164,7 +192,9 @@ static hs_batch_vertex *stack_of(const hs_batch *batch, int64_t contact) {
     return contact >= 0 && contact < batch->count ? batch->vertices + batch->place[contact] : NULL;
 }
 /* A contact that does not touch fills its first vertex, too. */
-static size_t bytes_of(int64_t depth) { return (size_t)(depth > 1 ? depth : 1) * sizeof(hs_batch_vertex); }
+static size_t bytes_of(int64_t depth) {
+    return (size_t)(depth > 1 ? depth : 1) * sizeof(hs_batch_vertex);
+}
 
 void hs_batch_forget(hs_batch *batch, int64_t contact) {
     hs_batch_vertex *stack = stack_of(batch, contact);
@@ -182,35 +212,42 @@ int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *v
 
 /* True if vertices are valid for a friction coefficient: ascending labels, slopes within ±μ. */
 static int is_possible(const hs_batch_vertex *vertices, int64_t depth, double friction) {
-    int good = depth >= 0 && depth != 1 && isfinite(vertices[0].label) && isfinite(vertices[0].anchor);
+    int good =
+        depth >= 0 && depth != 1 && isfinite(vertices[0].label) && isfinite(vertices[0].anchor);
     for (int64_t j = 1; good && j < depth; ++j) {
         const hs_batch_vertex *vertex = vertices + j;
-        good = isfinite(vertex->label) && isfinite(vertex->anchor) && isfinite(vertex->force) && vertex->label >= vertex[-1].label &&
-               fabs(vertex->slope) <= friction;
+        good = isfinite(vertex->label) && isfinite(vertex->anchor) && isfinite(vertex->force) &&
+               vertex->label >= vertex[-1].label && fabs(vertex->slope) <= friction;
     }
-    return good && (depth > 0 ? vertices[0].label == 0.0 && vertices[0].force == 0.0 : vertices[0].label <= 0.0);
+    return good && (depth > 0 ? vertices[0].label == 0.0 && vertices[0].force == 0.0
+                              : vertices[0].label <= 0.0);
 }
 
 int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth) {
     if (!stack_of(batch, contact)) return HS_FOREIGN;
     if (!is_possible(vertices, depth, *friction_of(batch, contact))) return HS_NOT_A_STATE;
-    if (depth > batch->room[contact] && relocate(batch, contact, depth + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (depth > batch->room[contact] && relocate(batch, contact, depth + 2) != HS_OK)
+        return HS_OUT_OF_MEMORY;
     memcpy(stack_of(batch, contact), vertices, bytes_of(depth));
     batch->depth[contact] = depth;
     return HS_OK;
 }
 
-/* Slope of the chord between the neighbours of a vertex; and change of the tangential load if the vertex is removed. */
+/* Slope of the chord between the neighbours of a vertex; and change of the tangential load if the
+ * vertex is removed. */
 static double slope_across(const hs_batch_vertex *vertex) {
     return (vertex[1].anchor - vertex[-1].anchor) / (vertex[1].label - vertex[-1].label);
 }
 static double change_without(const hs_batch_vertex *vertex) {
-    double low = load_of(vertex[-1].label), middle = load_of(vertex->label), high = load_of(vertex[1].label);
-    return slope_across(vertex) * (high - low) - vertex->slope * (middle - low) - vertex[1].slope * (high - middle);
+    double low = load_of(vertex[-1].label), middle = load_of(vertex->label),
+           high = load_of(vertex[1].label);
+    return slope_across(vertex) * (high - low) - vertex->slope * (middle - low) -
+           vertex[1].slope * (high - middle);
 }
 
-/* Removes vertices in the order of the load changes. Anchors then change with one sign between the neighbours. Springs with equal
- * motion do not move apart, and T = ∫ v P'' da, so that no later load differs by more than the present one. */
+/* Removes vertices in the order of the load changes. Anchors then change with one sign between the
+ * neighbours. Springs with equal motion do not move apart, and T = ∫ v P'' da, so that no later
+ * load differs by more than the present one. */
 double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t max_vertices) {
     hs_batch_vertex *stack = stack_of(batch, contact);
     double lost = 0.0;

@@ -1,5 +1,5 @@
-/* Bracket of a root and its reduction by regula falsi with the Illinois modification: the function value at a bound that is
- * kept twice in sequence is halved. */
+/* Bracket of a root and its reduction by regula falsi with the Illinois modification: the function
+ * value at a bound that is kept twice in sequence is halved. */
 #ifndef HISTORYSIM_BRACKET_H
 #define HISTORYSIM_BRACKET_H
 
@@ -11,12 +11,15 @@ typedef struct hs_bracket {
 } hs_bracket;
 /* Intersection of the secant with zero; the midpoint if rounding puts that outside the bracket. */
 static inline double hs_false_position(const hs_bracket *root) {
-    double estimate = root->low + (root->high - root->low) * root->at_low / (root->at_low - root->at_high);
-    return root->low < estimate && estimate < root->high ? estimate : 0.5 * (root->low + root->high);
+    double estimate =
+        root->low + (root->high - root->low) * root->at_low / (root->at_low - root->at_high);
+    return root->low < estimate && estimate < root->high ? estimate
+                                                         : 0.5 * (root->low + root->high);
 }
 /* Replace one bound by a trial with its function value. */
 static inline void hs_narrow(hs_bracket *root, double trial, double value, int replaces_high) {
-    double *bound = replaces_high ? &root->high : &root->low, *bound_value = replaces_high ? &root->at_high : &root->at_low;
+    double *bound = replaces_high ? &root->high : &root->low,
+           *bound_value = replaces_high ? &root->at_high : &root->at_low;
     double *opposite_value = replaces_high ? &root->at_low : &root->at_high;
     *bound = trial;
     *bound_value = value;

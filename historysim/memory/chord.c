@@ -1,15 +1,17 @@
-/* Chord: one step of a path on which asperities evolve. From the state at its start it computes the friction of each group at
- * stations, which are denser towards first touch, how far asperities slide, and the end of the step, and moves all groups there by
- * the update of a cone that changes linearly (README.md, theory 2 and 7). */
+/* Chord: one step of a path on which asperities evolve. From the state at its start it computes the
+ * friction of each group at stations, which are denser towards first touch, how far asperities
+ * slide, and the end of the step, and moves all groups there by the update of a cone that changes
+ * linearly (README.md, theory 2 and 7). */
 
 #include "chord.h"
 #include "bracket.h"
 #include "contact.h"
 #include "shape.h"
 
-/* Ratio of the approaches of adjacent stations, less 1, over the length of the substep as a fraction of the path: so twice as
- * many substeps have twice as many stations, and do not agree because both have the same; chosen. The same on a substep from
- * first contact on, with stations that are farther apart there; and a ratio over a substep that needs none. */
+/* Ratio of the approaches of adjacent stations, less 1, over the length of the substep as a
+ * fraction of the path: so twice as many substeps have twice as many stations, and do not agree
+ * because both have the same; chosen. The same on a substep from first contact on, with stations
+ * that are farther apart there; and a ratio over a substep that needs none. */
 #define STATION_SPACING 1.6
 #define TOUCH_SPACING 0.2
 #define SLIGHT 1.03
@@ -37,7 +39,8 @@ static int make_stations(walk *w, int64_t count) {
     double *asked[4];
     for (size_t k = 0; k < 4; ++k) asked[k] = (double *)(grown + most) + 2 * k * most;
     if (w->most) memcpy(grown, w->stations, (size_t)w->most * sizeof *grown);
-    for (size_t k = 0; k < 4 && w->most; ++k) memcpy(asked[k], w->asked[k], 2 * (size_t)w->most * sizeof(double));
+    for (size_t k = 0; k < 4 && w->most; ++k)
+        memcpy(asked[k], w->asked[k], 2 * (size_t)w->most * sizeof(double));
     free(w->stations);
     w->stations = grown;
     w->most = (int64_t)most;
@@ -46,13 +49,15 @@ static int make_stations(walk *w, int64_t count) {
 }
 
 /* Ask a law for the coefficient of an asperity at an approach of its own. */
-static void ask(walk *w, int64_t number, const hs_contact *contact, double weight, double own, double slid) {
+static void ask(walk *w, int64_t number, const hs_contact *contact, double weight, double own,
+                double slid) {
     w->asked[0][number] = weight * sqrt(own) * own * contact->units.load;
     w->asked[1][number] = weight * weight * contact->units.radius;
     w->asked[2][number] = slid;
 }
 
-int hs_set_stations(walk *w, const hs_line *memory, double d, double load, double share, const double *ahead) {
+int hs_set_stations(walk *w, const hs_line *memory, double d, double load, double share,
+                    const double *ahead) {
     const hs_evolution *evolution = w->evolution;
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
@@ -69,12 +74,15 @@ int hs_set_stations(walk *w, const hs_line *memory, double d, double load, doubl
         if (by_law && !evolved->friction_overridden[whose]) {
             double start = starts_at(w, memory, index) - contact->gap[i], end = d - contact->gap[i];
             double weight = contact->weight[i];
-            double most = hs_max(start, end), least = hs_max(hs_min(start, end), 0.0), at[MOST_STATIONS];
+            double most = hs_max(start, end), least = hs_max(hs_min(start, end), 0.0),
+                   at[MOST_STATIONS];
             double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
             int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
-            double spacing = hs_max(STATION_SPACING * w->substep_length, (most - least) / (MAX_EVEN_STATIONS * least));
+            double spacing = hs_max(STATION_SPACING * w->substep_length,
+                                    (most - least) / (MAX_EVEN_STATIONS * least));
             double ratio = 1.0 + (least > 0.0 ? spacing : TOUCH_SPACING);
-            for (double next = most / ratio; bends && next > least && between < MOST_STATIONS - 1;) {
+            for (double next = most / ratio;
+                 bends && next > least && between < MOST_STATIONS - 1;) {
                 at[between++] = next;
                 next /= between < MAX_EVEN_STATIONS ? ratio : between < 12 ? 4.0 : 64.0;
             }
@@ -91,7 +99,8 @@ int hs_set_stations(walk *w, const hs_line *memory, double d, double load, doubl
                 int touches = own > 0.0 && (load > 0.0 || law->depends_on != HS_ON_TOTAL_LOAD);
                 here->friction = touches ? ASKED : 0.0;
                 here->amid = bends && touches ? ASKED : 0.0;
-                if (touches && bends) ask(w, asked++, contact, weight, 0.5 * (hs_max(last, 0.0) + own), slid);
+                if (touches && bends)
+                    ask(w, asked++, contact, weight, 0.5 * (hs_max(last, 0.0) + own), slid);
                 if (touches) ask(w, asked++, contact, weight, own, slid);
             }
         } else {
@@ -100,7 +109,8 @@ int hs_set_stations(walk *w, const hs_line *memory, double d, double load, doubl
     }
     w->first_station[contact->groups] = count;
     hs_loaded loaded = {asked, w->asked[0], w->asked[1], w->asked[2], load * contact->units.load};
-    int status = asked ? hs_coefficients(law, evolution->contact_modulus, &loaded, w->asked[3]) : HS_OK;
+    int status =
+        asked ? hs_coefficients(law, evolution->contact_modulus, &loaded, w->asked[3]) : HS_OK;
     for (int64_t k = 0, answer = 0; k < count && asked; ++k) {
         if (w->stations[k].amid == ASKED) w->stations[k].amid = w->asked[3][answer++];
         if (w->stations[k].friction == ASKED) w->stations[k].friction = w->asked[3][answer++];
@@ -122,10 +132,12 @@ typedef struct interval {
     double slip;
 } interval;
 
-/* When a spring slips: from where it meets its limit, until the limit grows faster than the spring is moved.
+/* When a spring slips: from where it meets its limit, until the limit grows faster than the spring
+ * is moved.
  *
- * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle and end, those are
- * the first root of y and the root of y'. Without a change of friction y is linear. */
+ * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle
+ * and end, those are the first root of y and the root of y'. Without a change of friction y is
+ * linear. */
 static interval slipping(const way *on, double label, double anchor) {
     const double *friction = on->friction;
     double d = 0.5 * (on->from.d + on->to.d), v = 0.5 * (on->from.v + on->to.v);
@@ -158,7 +170,8 @@ static void forget_sliding(walk *w, int64_t asperity) {
     w->slides_to[asperity] = -HUGE_VAL;
 }
 
-/* Shares of a chord outside which some asperity sticks, or nothing touches: sticking begins or ends there, as a rule. */
+/* Shares of a chord outside which some asperity sticks, or nothing touches: sticking begins or ends
+ * there, as a rule. */
 typedef struct common_slide {
     double begin, end;
 } common_slide;
@@ -185,7 +198,8 @@ double hs_slid_together(const walk *w, const hs_line *memory, const chord_end *e
             int64_t i = contact->order[k];
             double gap = w->gap[i];
             if (gap >= hs_max(from, end->d)) continue;
-            double first = gap < from ? 0.0 : (gap - from) / sunk, last = gap < end->d ? 1.0 : (from - gap) / -sunk;
+            double first = gap < from ? 0.0 : (gap - from) / sunk,
+                   last = gap < end->d ? 1.0 : (from - gap) / -sunk;
             touches = hs_min(touches, first);
             leaves = hs_max(leaves, last);
             exclude(&all, first, hs_min(w->slides_from[i], last));
@@ -198,18 +212,21 @@ double hs_slid_together(const walk *w, const hs_line *memory, const chord_end *e
     return fabs(end->v - memory->displacement) * share * contact->units.displacement;
 }
 
-/* Add to `w->slid` how far the asperities of a group slide as a whole on a straight part of a chord, ∫|dV|, and note between
- * which shares of the chord they do.
+/* Add to `w->slid` how far the asperities of a group slide as a whole on a straight part of a
+ * chord, ∫|dV|, and note between which shares of the chord they do.
  *
- * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the
- * last to slip is at a vertex, or the innermost. New springs slip at once, if at all. */
+ * When a spring begins to slip is a quotient of functions that are linear in the label between
+ * vertices, so that the last to slip is at a vertex, or the innermost. New springs slip at once, if
+ * at all. */
 static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int steep) {
     const hs_contact *contact = group->memory->contact;
     const int64_t *whose = contact->order + group->start;
     const double *gap = w->gap, unit = contact->units.displacement;
     /* within a cone that stays as it is the innermost is the last */
-    int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
-    double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
+    int inmost_last =
+        !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
+    double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d,
+           tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
     if (moved == 0.0) return;
     double edge = hs_min(on.from.d, on.to.d);
     double fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
@@ -230,7 +247,8 @@ static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int 
                     double leaves = (on.from.d - group->stack[j].label) / -sunk;
                     /* what leaves holds nothing back afterwards */
                     int stays = group->stack[j].label <= on.to.d;
-                    all.begin = hs_max(all.begin, stays ? outer.begin : hs_min(outer.begin, leaves));
+                    all.begin =
+                        hs_max(all.begin, stays ? outer.begin : hs_min(outer.begin, leaves));
                     if (stays) all.end = hs_min(all.end, outer.end);
                 }
                 const hs_vertex *above = group->stack + (j + 1 < depth ? j + 1 : j);
@@ -240,20 +258,23 @@ static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int 
             }
             if (!(own.begin < own.end && own.slip > tie)) continue;
             w->slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
-            w->slides_from[whose[i]] = hs_min(w->slides_from[whose[i]], hs_toward(on.share[0], on.share[1], own.begin));
-            w->slides_to[whose[i]] = hs_max(w->slides_to[whose[i]], hs_toward(on.share[0], on.share[1], own.end));
+            w->slides_from[whose[i]] =
+                hs_min(w->slides_from[whose[i]], hs_toward(on.share[0], on.share[1], own.begin));
+            w->slides_to[whose[i]] =
+                hs_max(w->slides_to[whose[i]], hs_toward(on.share[0], on.share[1], own.end));
         }
         /* against the way springs slip only where their limit falls faster than they move */
         double inmost = group->curve.gap[0];
-        fall = hs_max(fall, on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
+        fall = hs_max(fall,
+                      on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
         if (fall <= fabs(moved)) return;
     }
 }
 
 /* Approach and normal load at a share of the path.
  *
- * Of two loads both go straight. Otherwise the approach does, as the contact at the start has it; where wear has
- * changed that, a normal load keeps the values that it had then. */
+ * Of two loads both go straight. Otherwise the approach does, as the contact at the start has it;
+ * where wear has changed that, a normal load keeps the values that it had then. */
 static void normal_at(const walk *w, const hs_line *memory, double share, double *d, double *load) {
     const route *c = &w->course;
     if (c->both_loads) {
@@ -263,9 +284,12 @@ static void normal_at(const walk *w, const hs_line *memory, double share, double
     }
     *d = hs_toward(c->d[0], c->d[1], share);
     if (c->normal_by_load) {
-        *load = share == 1.0 ? c->load[1] : hs_load_at(hs_all_of(c->first ? c->first : memory->contact), *d).load;
+        *load = share == 1.0
+                    ? c->load[1]
+                    : hs_load_at(hs_all_of(c->first ? c->first : memory->contact), *d).load;
         /* a gap is closed on the straight path, on which nothing wears */
-        if (w->wears && (*load > 0.0 || memory->normal_load > 0.0)) *d = hs_approach_at_load(memory, *load);
+        if (w->wears && (*load > 0.0 || memory->normal_load > 0.0))
+            *d = hs_approach_at_load(memory, *load);
     } else {
         *load = hs_load_at(hs_all_of(memory->contact), *d).load;
     }
@@ -282,11 +306,13 @@ static int find_end(walk *w, hs_line *memory, double share, chord_end *end) {
     loads.load = w->load;
     loads.from = w->yield.now ? w->edge : NULL;
     loads.count = 0;
-    for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d; ++g, ++loads.count) {
+    for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d;
+         ++g, ++loads.count) {
         w->edge[g] = starts_at(w, memory, g);
         changes |= w->friction[g] != memory->friction[g] || steeper(w, memory, g) != 1.0;
         if (!weighs) continue;
-        w->load[g] = contact->groups == 1 ? end->load : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
+        w->load[g] = contact->groups == 1 ? end->load
+                                          : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
         limit += w->friction[g] * w->load[g];
     }
     int by_load = c->tangential_by_load && !(c->straight && share < c->piece[1]);
@@ -300,13 +326,15 @@ static int find_end(walk *w, hs_line *memory, double share, chord_end *end) {
         return HS_OK;
     }
     if (c->straight && share < c->piece[1]) {
-        end->v = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
+        end->v =
+            hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
         return HS_OK;
     }
     if (by_load && c->straight && c->ends_at_limit) end->force = value = c->ends_at_limit * limit;
     hs_target target = {value, 1.0, w->compliance};
     if (c->tangential_by_load) {
-        if (fabs(value) >= (1.0 - HS_LIMIT_SLACK) * limit && !c->straight) end->force = copysign(limit, value);
+        if (fabs(value) >= (1.0 - HS_LIMIT_SLACK) * limit && !c->straight)
+            end->force = copysign(limit, value);
         if (fabs(value) - limit > HS_LIMIT_SLACK * limit) {
             if (!w->drive->saturate) {
                 w->refusal->request = value * contact->units.load;
@@ -338,7 +366,8 @@ static int find_end(walk *w, hs_line *memory, double share, chord_end *end) {
     double side = copysign(1.0, end->force);
     int at_limit = c->tangential_by_load && fabs(end->force) >= (1.0 - HS_TIE) * limit;
     if (loads.count == 0 && end->excess == 0.0) at_limit = 0;
-    if (at_limit && (loads.count == 0 || side * end->v < side * memory->displacement)) end->v = memory->displacement;
+    if (at_limit && (loads.count == 0 || side * end->v < side * memory->displacement))
+        end->v = memory->displacement;
     return status;
 }
 
@@ -354,21 +383,23 @@ static int make_room(walk *w, hs_line *memory, int64_t depth) {
     return depth + 2 > memory->capacity ? hs_line_reserve(memory, 2 * (depth + 2)) : HS_OK;
 }
 
-/* Carry one group on a straight way, with its coefficient going straight, too; what it loses goes to `each`, position
- * 0. */
-static int carry_group(walk *w, hs_line *memory, int64_t index, const way *on, double load, double *each,
-                       hs_losses *losses) {
+/* Carry one group on a straight way, with its coefficient going straight, too; what it loses goes
+ * to `each`, position 0. */
+static int carry_group(walk *w, hs_line *memory, int64_t index, const way *on, double load,
+                       double *each, hs_losses *losses) {
     double reached;
     if (make_room(w, memory, memory->depth[index]) != HS_OK) return HS_OUT_OF_MEMORY;
     hs_group group = hs_group_of(memory, index);
     group.asperity_energy = each + group.start;
     group.friction = on->to.d <= group.curve.gap[0] ? on->friction[0] : on->friction[2];
-    return hs_move_group(memory, &group, losses, index, on->friction[0], on->from, on->to, load, hs_to_displacement(on->to.v),
-                          w->scratch, &reached);
+    return hs_move_group(memory, &group, losses, index, on->friction[0], on->from, on->to, load,
+                         hs_to_displacement(on->to.v), w->scratch, &reached);
 }
 
-/* Carry one group to the end of a chord from station to station; where its friction bends, what it slides is found, too. */
-static int carry_by_stations(walk *w, hs_line *memory, int64_t g, const chord_end *end, double *each, hs_losses *losses) {
+/* Carry one group to the end of a chord from station to station; where its friction bends, what it
+ * slides is found, too. */
+static int carry_by_stations(walk *w, hs_line *memory, int64_t g, const chord_end *end,
+                             double *each, hs_losses *losses) {
     const hs_contact *contact = memory->contact;
     hs_point from = {starts_at(w, memory, g), memory->displacement}, to = {end->d, end->v};
     int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
@@ -376,7 +407,8 @@ static int carry_by_stations(walk *w, hs_line *memory, int64_t g, const chord_en
     way on = {from, from, {memory->friction[g] * steeper(w, memory, g), 0.0, 0.0}, 1.0, {0.0, 0.0}};
     const hs_clock clock = memory->clock;
     int bends = at->amid > 0.0, status = HS_OK;
-    for (int64_t k = first; bends && k < contact->first[g + 1]; ++k) forget_sliding(w, contact->order[k]);
+    for (int64_t k = first; bends && k < contact->first[g + 1]; ++k)
+        forget_sliding(w, contact->order[k]);
     memory->clock.end = clock.begin;
     for (int64_t k = 0; k < stations && status == HS_OK; ++k) {
         hs_group group = hs_group_of(memory, g);
@@ -388,7 +420,8 @@ static int carry_by_stations(walk *w, hs_line *memory, int64_t g, const chord_en
         if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
         if (on.to.d <= group.curve.gap[0]) on.friction[2] = on.friction[0];
         on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
-        double load = last && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
+        double load =
+            last && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
         on.share[1] = at[k].share;
         if (bends) slide_on(w, &group, memory->depth[g], on, memory->steep[g]);
         status = carry_group(w, memory, g, &on, load, each, losses);
@@ -402,7 +435,11 @@ static int carry_by_stations(walk *w, hs_line *memory, int64_t g, const chord_en
 
 int hs_solve_slid_distances(walk *w, hs_line *memory, const chord_end *end, int ahead) {
     const hs_contact *contact = memory->contact;
-    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0, {0.0, 1.0}};
+    way on = {{memory->approach, memory->displacement},
+              {end->d, end->v},
+              {0.0, 0.0, 0.0},
+              1.0,
+              {0.0, 1.0}};
     for (int64_t i = 0; i < contact->count; ++i) forget_sliding(w, i);
     for (int64_t g = 0; g < contact->groups; ++g) {
         hs_group group = hs_group_of(memory, g);
@@ -470,13 +507,16 @@ static int carry(walk *w, hs_line *memory, const chord_end *end) {
     return HS_OK;
 }
 
-/* Find where a chord ends, and how far asperities slide to there; where they wear, with the shapes that follow: twice. */
+/* Find where a chord ends, and how far asperities slide to there; where they wear, with the shapes
+ * that follow: twice. */
 static int find_sliding(walk *w, hs_line *memory, double share, chord_end *end, int *slides) {
     const hs_contact *contact = memory->contact;
     const hs_law *law = &w->evolution->law;
     const size_t size = (size_t)contact->count * sizeof(double);
-    int by_distance = !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
-    int passes = w->wears ? 2 : by_distance, searches = w->course.tangential_by_load || w->compliance > 0.0;
+    int by_distance =
+        !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
+    int passes = w->wears ? 2 : by_distance,
+        searches = w->course.tangential_by_load || w->compliance > 0.0;
     for (int pass = 0;; ++pass) {
         if (!w->yield.now) normal_at(w, memory, share, &end->d, &end->load);
         int status = hs_set_stations(w, memory, end->d, end->load, share, pass ? w->ahead : NULL);
@@ -506,10 +546,12 @@ static int find_sliding(walk *w, hs_line *memory, double share, chord_end *end, 
     }
 }
 
-/* Put down friction and loads at the end of a chord on which summits wear: groups may stand in another order there. */
+/* Put down friction and loads at the end of a chord on which summits wear: groups may stand in
+ * another order there. */
 static int weigh_worn(walk *w, const hs_line *memory, double share, chord_end *end) {
     int status = hs_set_stations(w, memory, end->d, end->load, share, w->ahead);
-    for (end->touching = 0; end->touching < memory->contact->groups && status == HS_OK; ++end->touching) {
+    for (end->touching = 0; end->touching < memory->contact->groups && status == HS_OK;
+         ++end->touching) {
         hs_curve curve = hs_group_of(memory, end->touching).curve;
         if (curve.gap[0] >= end->d) break;
         w->load[end->touching] = hs_load_at(curve, end->d).load;
@@ -517,19 +559,21 @@ static int weigh_worn(walk *w, const hs_line *memory, double share, chord_end *e
     return status;
 }
 
-/* Put down the volumes that asperities have lost on a chord, on which their summits took another shape or not. */
+/* Put down the volumes that asperities have lost on a chord, on which their summits took another
+ * shape or not. */
 static int lose_volumes(walk *w, hs_line *memory, int shaped) {
     const hs_contact *contact = memory->contact;
     hs_evolved *evolved = memory->evolved;
     const size_t size = (size_t)contact->count * sizeof(double);
     for (int64_t i = 0; i < contact->count; ++i)
-        w->shape.energy[contact->order[i]] = (memory->dissipated_each[i] - w->before[contact->order[i]]) * contact->units.energy;
+        w->shape.energy[contact->order[i]] =
+            (memory->dissipated_each[i] - w->before[contact->order[i]]) * contact->units.energy;
     if (!shaped) {
         memset(w->shape.mean_load, 0, size);
         memset(w->shape.taken, 0, size);
     }
-    int status = hs_lost_volumes(&w->evolution->wear, contact->count, w->shape.mean_load, w->slid, w->shape.energy,
-                                 w->shape.lost);
+    int status = hs_lost_volumes(&w->evolution->wear, contact->count, w->shape.mean_load, w->slid,
+                                 w->shape.energy, w->shape.lost);
     for (int64_t i = 0; i < contact->count; ++i) {
         evolved->worn_volume[i] += w->shape.lost[i];
         evolved->waiting_volume[i] += w->shape.lost[i] - w->shape.taken[i];
@@ -553,7 +597,8 @@ static int foresee(walk *w, hs_line *memory, double share, chord_end *end, int *
     }
     hs_store_gaps(w, contact);
     if (w->wears) {
-        for (int64_t i = 0; i < contact->count; ++i) w->before[contact->order[i]] = memory->dissipated_each[i];
+        for (int64_t i = 0; i < contact->count; ++i)
+            w->before[contact->order[i]] = memory->dissipated_each[i];
         memcpy(w->shape.end_height, evolved->summit_height, size);
         memcpy(w->shape.end_radius, evolved->summit_radius, size);
         hs_store_depths(w, memory);
@@ -570,7 +615,8 @@ static void forget_foreseen(walk *w, hs_line *memory, double load) {
 }
 
 /* Integrate one chord that was foreseen; `stored` is the elastic energy at its start. */
-static int follow(walk *w, hs_line *memory, double share, double stored, chord_end *end, int slides) {
+static int follow(walk *w, hs_line *memory, double share, double stored, chord_end *end,
+                  int slides) {
     hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     const size_t size = (size_t)contact->count * sizeof(double);
@@ -583,7 +629,8 @@ static int follow(walk *w, hs_line *memory, double share, double stored, chord_e
     if (status != HS_OK) return status;
     if (shaped) {
         hs_store_depths(w, memory);
-        erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius, hs_elastic_energy(memory, NULL));
+        erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius,
+                             hs_elastic_energy(memory, NULL));
         hs_forget_worn(memory);
         memory->normal_load = end->load;
         if (isnan(end->force)) memory->tangential_load = hs_total_force(memory);
@@ -603,10 +650,13 @@ static double beyond(double request, double limit, double side) {
 }
 
 static double side_beyond(double request, double limit) {
-    return beyond(request, limit, 1.0) > 0.0 ? 1.0 : beyond(request, limit, -1.0) > 0.0 ? -1.0 : 0.0;
+    return beyond(request, limit, 1.0) > 0.0    ? 1.0
+           : beyond(request, limit, -1.0) > 0.0 ? -1.0
+                                                : 0.0;
 }
 
-/* A chord that is foreseen: where it starts, and a copy of that to change where summits yield, otherwise the same. */
+/* A chord that is foreseen: where it starts, and a copy of that to change where summits yield,
+ * otherwise the same. */
 typedef struct chord_start {
     const hs_line *memory;
     hs_line *tried;
@@ -627,12 +677,15 @@ static int try_chord(walk *w, const chord_start *at, double share, chord_end *en
     return status == HS_OK ? foresee(w, tried, share, end, slides) : status;
 }
 
-/* Shorten a chord that was foreseen to end at a share so that it ends where the request first crosses the friction limit. */
-static int end_at_crossing(walk *w, const chord_start *at, double *share, chord_end *end, int *slides) {
+/* Shorten a chord that was foreseen to end at a share so that it ends where the request first
+ * crosses the friction limit. */
+static int end_at_crossing(walk *w, const chord_start *at, double *share, chord_end *end,
+                           int *slides) {
     double from = side_beyond(at->request, at->limit), to = side_beyond(end->request, end->limit);
     double side = from != 0.0 ? from : to;
     int status = HS_OK;
-    hs_bracket root = {at->share, *share, beyond(at->request, at->limit, side), beyond(end->request, end->limit, side), 0};
+    hs_bracket root = {at->share, *share, beyond(at->request, at->limit, side),
+                       beyond(end->request, end->limit, side), 0};
     if (from == to || root.at_low == 0.0 || root.at_high == 0.0) return HS_OK;
     for (int turn = 0; turn < MOST_TURNS && root.high - root.low > DBL_EPSILON; ++turn) {
         double next = hs_false_position(&root);
@@ -663,18 +716,21 @@ static void note_side(hs_pieces *pieces, double share, double side) {
 
 int hs_chord(walk *w, hs_line *memory, double before, double share) {
     const route *c = &w->course;
-    const int crosses = w->drive->saturate && c->tangential_by_load && !c->straight && !c->ends_separated;
+    const int crosses =
+        w->drive->saturate && c->tangential_by_load && !c->straight && !c->ends_separated;
     for (int turn = 0; before < share; ++turn) {
         w->substep_length = share - before;
         double stored = w->wears ? hs_elastic_energy(memory, NULL) : 0.0, stop = share;
         int slides = 0, copies = crosses && w->yields && share > w->yield.onset;
-        chord_start at = {memory, copies ? hs_copy_to_change(w, memory) : memory, before,
-                          hs_toward(c->tangential[0], c->tangential[1], before), 0.0, memory->normal_load};
+        chord_start at = {memory, copies ? hs_copy_to_change(w, memory) : memory,
+                          before, hs_toward(c->tangential[0], c->tangential[1], before),
+                          0.0,    memory->normal_load};
         chord_end end;
         if (!at.tried) return HS_OUT_OF_MEMORY;
         if (crosses) at.limit = hs_friction_limit(memory, memory->approach, memory->normal_load);
         int status = foresee(w, at.tried, stop, &end, &slides);
-        if (status == HS_OK && crosses && turn < MOST_CROSSINGS) status = end_at_crossing(w, &at, &stop, &end, &slides);
+        if (status == HS_OK && crosses && turn < MOST_CROSSINGS)
+            status = end_at_crossing(w, &at, &stop, &end, &slides);
         if (copies) {
             hs_line_swap(memory, at.tried);
             hs_line_free(at.tried);
@@ -683,7 +739,8 @@ int hs_chord(walk *w, hs_line *memory, double before, double share) {
         if (status != HS_OK) return status;
         if (w->crossings) {
             double side = side_beyond(at.request, at.limit);
-            note_side(w->crossings, before, side != 0.0 ? side : side_beyond(end.request, end.limit));
+            note_side(w->crossings, before,
+                      side != 0.0 ? side : side_beyond(end.request, end.limit));
         }
         before = stop;
     }

@@ -1,27 +1,31 @@
-/* Classes: integration of a contact in two tangential directions. Asperities are grouped by gap into classes, which share rings.
+/* Classes: integration of a contact in two tangential directions. Asperities are grouped by gap
+ * into classes, which share rings.
  *
- * Each step is one of SDIRK2, of second order: two stages, each a problem of rings.c per class, coupled by the displacement, which
- * Newton's method finds. Steps are halved until load and energy converge. The energy of a step is ∫T·dV minus the change of the
- * elastic energy ½ ∫|v|² P'' da; it is distributed among the asperities (README.md, two directions 2 to 4). */
+ * Each step is one of SDIRK2, of second order: two stages, each a problem of rings.c per class,
+ * coupled by the displacement, which Newton's method finds. Steps are halved until load and energy
+ * converge. The energy of a step is ∫T·dV minus the change of the elastic energy ½ ∫|v|² P'' da; it
+ * is distributed among the asperities (README.md, two directions 2 to 4). */
 
 #include "rings.h"
 #include "adaptive.h"
 #include "lanes.h"
 #include "losses.h"
 
-/* Fraction of a step at the first stage of SDIRK2, γ = 1 - 1/√2; weight of the slip of that stage in the step, (1 - γ)/γ. */
+/* Fraction of a step at the first stage of SDIRK2, γ = 1 - 1/√2; weight of the slip of that stage
+ * in the step, (1 - γ)/γ. */
 #define SDIRK2_GAMMA 0.29289321881345254
 #define STAGE_SLIP_FACTOR 2.414213562373095
 /* Distance from the edge over the mean width of cells below which a stage skips a node; chosen. */
 #define MIN_EDGE_CELL 0.02
-/* Largest width of cells over their mean width, before they are split and after they are merged; chosen. */
+/* Largest width of cells over their mean width, before they are split and after they are merged;
+ * chosen. */
 #define MAX_CELL_WIDTH 1.01
 #define MAX_MERGED_WIDTH 1.1
-/* Refinement of cells at the slip front; all chosen. Rings from the edge that are inspected; cells are not refined if all of these
- * slip: */
+/* Refinement of cells at the slip front; all chosen. Rings from the edge that are inspected; cells
+ * are not refined if all of these slip: */
 #define MAX_INSPECTED_RINGS 20
-/* smallest width of a new cell over the displacement increment divided by μ; cells are not refined if that width is smaller than
- * the second factor times the depth of the class: */
+/* smallest width of a new cell over the displacement increment divided by μ; cells are not refined
+ * if that width is smaller than the second factor times the depth of the class: */
 #define MIN_CELL_OF_SLIP 0.125
 #define MIN_CELL_OF_DEPTH 1e-9
 /* width of a new cell over its depth below the edge: */
@@ -30,24 +34,27 @@
 #define MAX_NEW_NODES 32
 /* Number of nodes of a class over its rings above which no exact step is appended; chosen. */
 #define MAX_NODES_PER_RING 4
-/* Largest error of the tangential load by merging cells: over the friction limit, and over the change of load of the step, so that
- * small loops are preserved; and the smallest one, over the friction limit. All chosen. */
+/* Largest error of the tangential load by merging cells: over the friction limit, and over the
+ * change of load of the step, so that small loops are preserved; and the smallest one, over the
+ * friction limit. All chosen. */
 #define MAX_MERGE_ERROR 1e-5
 #define MERGE_ERROR_OF_STEP 1e-5
 #define MIN_MERGE_ERROR 1e-9
-/* A step whose two stages slip evenly is accepted without halves; all chosen. Largest `uneven_load` over the tolerance times the
- * friction limit, and times `slid_load`, but not below the third factor times the tolerance times the limit: */
+/* A step whose two stages slip evenly is accepted without halves; all chosen. Largest `uneven_load`
+ * over the tolerance times the friction limit, and times `slid_load`, but not below the third
+ * factor times the tolerance times the limit: */
 #define EVEN_LIMIT_FACTOR 1.0
 #define EVEN_SLIP_FACTOR 10.0
 #define MIN_EVEN_LOAD 3e-3
 /* and largest change of the approach over the depth. */
 #define MAX_EVEN_APPROACH_CHANGE 0.1
-/* Tolerances of half steps over the tolerance of the body; all chosen. Of the tangential load, over the friction limit; of the energy, over
- * the energy and over the limit times the displacement: */
+/* Tolerances of half steps over the tolerance of the body; all chosen. Of the tangential load, over
+ * the friction limit; of the energy, over the energy and over the limit times the displacement: */
 #define LOAD_TOLERANCE_FACTOR 0.5
 #define LOSS_TOLERANCE_FACTOR 5.0
 #define WORK_TOLERANCE_FACTOR 5e-3
-/* Largest `curvature_energy` of both halves over their energy, a second estimate, for two results may agree by chance; chosen. */
+/* Largest `curvature_energy` of both halves over their energy, a second estimate, for two results
+ * may agree by chance; chosen. */
 #define MAX_CURVATURE_LOSS 0.05
 /* Number of times that the segment of a path is halved, which bounds the time of a path; chosen. */
 #define MAX_HALVINGS 12
@@ -98,16 +105,19 @@ void hs_body_free(hs_body *body) {
 int hs_reserve_nodes(hs_ring_class *ring_class, int64_t node_count) {
     if (node_count <= ring_class->capacity) return HS_OK;
     /* 8 spare nodes, so that growing classes are seldom reserved again; chosen */
-    hs_node *nodes = (hs_node *)realloc(ring_class->nodes, (size_t)(node_count + 8) * sizeof *nodes);
+    hs_node *nodes =
+        (hs_node *)realloc(ring_class->nodes, (size_t)(node_count + 8) * sizeof *nodes);
     if (nodes) ring_class->nodes = nodes;
-    hs_loss_node *loss_nodes = (hs_loss_node *)realloc(ring_class->loss_nodes, (size_t)(node_count + 8) * sizeof *loss_nodes);
+    hs_loss_node *loss_nodes = (hs_loss_node *)realloc(
+        ring_class->loss_nodes, (size_t)(node_count + 8) * sizeof *loss_nodes);
     if (loss_nodes) ring_class->loss_nodes = loss_nodes;
     if (!nodes || !loss_nodes) return HS_OUT_OF_MEMORY;
     ring_class->capacity = (int32_t)node_count + 8;
     return HS_OK;
 }
 
-/* Copy state and nodes to a body with the same classes, without data of asperities; returns a status. */
+/* Copy state and nodes to a body with the same classes, without data of asperities; returns a
+ * status. */
 static int assign(hs_body *target, const hs_body *source) {
     target->approach = source->approach;
     target->normal_load = source->normal_load;
@@ -119,10 +129,12 @@ static int assign(hs_body *target, const hs_body *source) {
     for (int64_t c = 0; c < source->class_count; ++c) {
         hs_ring_class *target_class = target->classes + c;
         const hs_ring_class *source_class = source->classes + c;
-        if (hs_reserve_nodes(target_class, source_class->node_count) != HS_OK) return HS_OUT_OF_MEMORY;
+        if (hs_reserve_nodes(target_class, source_class->node_count) != HS_OK)
+            return HS_OUT_OF_MEMORY;
         target_class->node_count = source_class->node_count;
         if (source_class->node_count)
-            memcpy(target_class->nodes, source_class->nodes, (size_t)source_class->node_count * sizeof *target_class->nodes);
+            memcpy(target_class->nodes, source_class->nodes,
+                   (size_t)source_class->node_count * sizeof *target_class->nodes);
     }
     return HS_OK;
 }
@@ -130,7 +142,8 @@ static int assign(hs_body *target, const hs_body *source) {
 /* Copy a body for a trial step, without data of asperities; NULL if out of memory. */
 static hs_body *copy_for_trial(const hs_body *body) {
     hs_body *copy = (hs_body *)malloc(sizeof *copy);
-    hs_ring_class *classes = (hs_ring_class *)malloc((size_t)(body->class_count + 1) * sizeof *classes);
+    hs_ring_class *classes =
+        (hs_ring_class *)malloc((size_t)(body->class_count + 1) * sizeof *classes);
     if (!copy || !classes) {
         free(copy);
         free(classes);
@@ -172,17 +185,21 @@ hs_node hs_node_at(const hs_ring_class *ring_class, double label, hs_vector defl
 }
 
 /* Node on the straight line between two nodes; fraction 0 is the inner one. */
-static hs_node interpolate_node(const hs_ring_class *ring_class, hs_node inner, hs_node outer, double label, double fraction) {
-    return hs_node_at(ring_class, label, hs_vector_lerp(inner.deflection, outer.deflection, fraction));
+static hs_node interpolate_node(const hs_ring_class *ring_class, hs_node inner, hs_node outer,
+                                double label, double fraction) {
+    return hs_node_at(ring_class, label,
+                      hs_vector_lerp(inner.deflection, outer.deflection, fraction));
 }
 
 /* Split cells wider than `cell_width`, without effect on v; returns a status. */
 static int split_cells(hs_ring_class *ring_class, double cell_width) {
     int64_t added = 0;
     for (int32_t k = 1; k < ring_class->node_count; ++k)
-        added += (int64_t)((ring_class->nodes[k - 1].label - ring_class->nodes[k].label) / cell_width);
+        added +=
+            (int64_t)((ring_class->nodes[k - 1].label - ring_class->nodes[k].label) / cell_width);
     if (added == 0) return HS_OK;
-    if (hs_reserve_nodes(ring_class, ring_class->node_count + added) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (hs_reserve_nodes(ring_class, ring_class->node_count + added) != HS_OK)
+        return HS_OUT_OF_MEMORY;
     hs_node *nodes = ring_class->nodes;
     int64_t write = ring_class->node_count - 1 + added;
     for (int32_t k = ring_class->node_count - 1; k >= 1; --k) {
@@ -192,14 +209,16 @@ static int split_cells(hs_ring_class *ring_class, double cell_width) {
         nodes[write--] = inner;
         for (int64_t i = 1; i <= cuts; ++i) {
             double fraction = (double)i / (double)(cuts + 1);
-            nodes[write--] = interpolate_node(ring_class, inner, outer, inner.label + fraction * width, fraction);
+            nodes[write--] = interpolate_node(ring_class, inner, outer,
+                                              inner.label + fraction * width, fraction);
         }
     }
     ring_class->node_count += (int32_t)added;
     return HS_OK;
 }
 
-/* Remove nodes whose neighbours are close, if that changes the tangential load by at most `max_load_error`. */
+/* Remove nodes whose neighbours are close, if that changes the tangential load by at most
+ * `max_load_error`. */
 static void merge_cells(hs_ring_class *ring_class, double cell_width, double max_load_error) {
     hs_node *nodes = ring_class->nodes;
     int32_t write = 1;
@@ -209,7 +228,8 @@ static void merge_cells(hs_ring_class *ring_class, double cell_width, double max
         hs_vector interpolated = hs_vector_lerp(outer.deflection, inner.deflection, fraction);
         double stiffness_jump = (outer.normal - middle.normal) / (outer.label - middle.label) -
                                 (middle.normal - inner.normal) / (middle.label - inner.label);
-        double load_error = fabs(stiffness_jump) * hs_norm(hs_add_scaled(middle.deflection, -1.0, interpolated));
+        double load_error =
+            fabs(stiffness_jump) * hs_norm(hs_add_scaled(middle.deflection, -1.0, interpolated));
         int is_redundant = width <= MAX_MERGED_WIDTH * cell_width && load_error <= max_load_error;
         if (!is_redundant) nodes[write++] = middle;
     }
@@ -217,11 +237,14 @@ static void merge_cells(hs_ring_class *ring_class, double cell_width, double max
     ring_class->node_count = write;
 }
 
-/* Split wide cells and merge narrow ones, with an error of at most `merge_error` of the friction limit. The error is increased up to
- * MAX_MERGE_ERROR while there are too many nodes: a larger one would not decrease as steps are halved. Returns a status. */
-static int regrid(hs_ring_class *ring_class, int64_t rings_per_class, double friction, double merge_error) {
+/* Split wide cells and merge narrow ones, with an error of at most `merge_error` of the friction
+ * limit. The error is increased up to MAX_MERGE_ERROR while there are too many nodes: a larger one
+ * would not decrease as steps are halved. Returns a status. */
+static int regrid(hs_ring_class *ring_class, int64_t rings_per_class, double friction,
+                  double merge_error) {
     if (ring_class->node_count < 2) return HS_OK;
-    double cell_width = (ring_class->nodes[0].label - hs_deepest_label(ring_class)) / (double)rings_per_class;
+    double cell_width =
+        (ring_class->nodes[0].label - hs_deepest_label(ring_class)) / (double)rings_per_class;
     if (split_cells(ring_class, MAX_CELL_WIDTH * cell_width) != HS_OK) return HS_OUT_OF_MEMORY;
     /* factor, and number of nodes that are enough; chosen */
     for (; merge_error <= MAX_MERGE_ERROR; merge_error *= 4.0) {
@@ -231,12 +254,14 @@ static int regrid(hs_ring_class *ring_class, int64_t rings_per_class, double fri
     return HS_OK;
 }
 
-/* Split cells in which slip begins on a displacement increment, without effect on v. Cells at the slip front then are as small as
- * its distance from the edge, so that small turns are resolved. Returns a status. */
+/* Split cells in which slip begins on a displacement increment, without effect on v. Cells at the
+ * slip front then are as small as its distance from the edge, so that small turns are resolved.
+ * Returns a status. */
 static int refine_front(hs_ring_class *ring_class, double friction, hs_vector increment) {
     const hs_node *nodes = ring_class->nodes;
-    int32_t slipping_ring = 0,
-            inspected = ring_class->node_count - 1 < MAX_INSPECTED_RINGS ? ring_class->node_count - 1 : MAX_INSPECTED_RINGS;
+    int32_t slipping_ring = 0, inspected = ring_class->node_count - 1 < MAX_INSPECTED_RINGS
+                                               ? ring_class->node_count - 1
+                                               : MAX_INSPECTED_RINGS;
     double min_width = MIN_CELL_OF_SLIP * hs_norm(increment) / friction, new_label[MAX_NEW_NODES];
     if (ring_class->node_count < 2 || friction == 0.0 || min_width == 0.0) return HS_OK;
     double edge = nodes[0].label, edge_width = edge - nodes[1].label;
@@ -245,12 +270,16 @@ static int refine_front(hs_ring_class *ring_class, double friction, hs_vector in
     /* labels must differ; factor chosen */
     min_width = hs_max(min_width, 8.0 * HS_TIE * fabs(edge));
     for (int32_t i = 1; i <= inspected; ++i) {
-        double depth = edge - nodes[i].label, traction_factor = (sqrt(depth) - sqrt(hs_max(depth - edge_width, 0.0))) / edge_width;
-        if (hs_norm(hs_add_scaled(hs_ring_traction(nodes, i), traction_factor, increment)) > friction * sqrt(depth))
+        double depth = edge - nodes[i].label,
+               traction_factor = (sqrt(depth) - sqrt(hs_max(depth - edge_width, 0.0))) / edge_width;
+        if (hs_norm(hs_add_scaled(hs_ring_traction(nodes, i), traction_factor, increment)) >
+            friction * sqrt(depth))
             slipping_ring = i;
     }
     if (slipping_ring == MAX_INSPECTED_RINGS) return HS_OK;
-    int32_t added = 0, stop = slipping_ring + 2 < ring_class->node_count ? slipping_ring + 2 : ring_class->node_count - 1;
+    int32_t added = 0, stop = slipping_ring + 2 < ring_class->node_count
+                                  ? slipping_ring + 2
+                                  : ring_class->node_count - 1;
     for (int32_t k = slipping_ring; k < stop; ++k) {
         double inner_depth = edge - nodes[k + 1].label, depth = edge - nodes[k].label;
         for (;;) {
@@ -261,7 +290,8 @@ static int refine_front(hs_ring_class *ring_class, double friction, hs_vector in
         }
     }
     if (added == 0) return HS_OK;
-    if (hs_reserve_nodes(ring_class, ring_class->node_count + added) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (hs_reserve_nodes(ring_class, ring_class->node_count + added) != HS_OK)
+        return HS_OUT_OF_MEMORY;
     int32_t k = ring_class->node_count - 1, write = k + added;
     ring_class->node_count += added;
     while (added > 0) {
@@ -272,26 +302,32 @@ static int refine_front(hs_ring_class *ring_class, double friction, hs_vector in
             continue;
         }
         hs_node inner = ring_class->nodes[write + 1];
-        double label = new_label[--added], fraction = (label - inner.label) / (outer.label - inner.label);
+        double label = new_label[--added],
+               fraction = (label - inner.label) / (outer.label - inner.label);
         ring_class->nodes[write--] = interpolate_node(ring_class, inner, outer, label, fraction);
     }
     return HS_OK;
 }
 
 /* Add nodes that touch as the approach grows, and reserve the problem; returns a status. */
-static int add_touching_nodes(hs_ring_class *ring_class, double from, double to, int64_t rings_per_class) {
+static int add_touching_nodes(hs_ring_class *ring_class, double from, double to,
+                              int64_t rings_per_class) {
     double deepest = hs_deepest_label(ring_class), old_edge = hs_max(from, deepest),
            cell_width = (to - deepest) / (double)rings_per_class;
     if (to > old_edge) {
-        int64_t cell_count = 1 + (int64_t)hs_min((to - old_edge) / cell_width, (double)rings_per_class),
+        int64_t cell_count =
+                    1 + (int64_t)hs_min((to - old_edge) / cell_width, (double)rings_per_class),
                 is_new = ring_class->node_count == 0;
         int64_t added = cell_count - 1 + is_new;
-        if (hs_reserve_nodes(ring_class, ring_class->node_count + added + 1) != HS_OK) return HS_OUT_OF_MEMORY;
-        memmove(ring_class->nodes + added, ring_class->nodes, (size_t)ring_class->node_count * sizeof *ring_class->nodes);
+        if (hs_reserve_nodes(ring_class, ring_class->node_count + added + 1) != HS_OK)
+            return HS_OUT_OF_MEMORY;
+        memmove(ring_class->nodes + added, ring_class->nodes,
+                (size_t)ring_class->node_count * sizeof *ring_class->nodes);
         ring_class->node_count += (int32_t)added;
         for (int64_t k = 0; k + 1 < cell_count; ++k)
-            ring_class->nodes[k] =
-                hs_node_at(ring_class, to - (to - old_edge) * ((double)(k + 1) / (double)cell_count), zero_vector);
+            ring_class->nodes[k] = hs_node_at(
+                ring_class, to - (to - old_edge) * ((double)(k + 1) / (double)cell_count),
+                zero_vector);
         /* a class without contact starts at its deepest spring */
         if (is_new) ring_class->nodes[added - 1] = hs_node_at(ring_class, deepest, zero_vector);
     }
@@ -299,19 +335,23 @@ static int add_touching_nodes(hs_ring_class *ring_class, double from, double to,
 }
 
 /* Set up the problem of a class for a stage with its edge at `edge`, on a step from `from`. */
-static void set_up_stage(hs_ring_class *ring_class, double from, double edge, double friction, int64_t rings_per_class, int stage) {
+static void set_up_stage(hs_ring_class *ring_class, double from, double edge, double friction,
+                         int64_t rings_per_class, int stage) {
     hs_ring_problem *problem = ring_class->problem;
     int is_second_stage = stage == 2;
-    double min_width = MIN_EDGE_CELL * (edge - hs_deepest_label(ring_class)) / (double)rings_per_class;
+    double min_width =
+        MIN_EDGE_CELL * (edge - hs_deepest_label(ring_class)) / (double)rings_per_class;
     int32_t ring = 0, outermost = 0, is_constant = edge == from;
-    while (is_constant ? ring_class->nodes[outermost].label >= edge : ring_class->nodes[outermost].label > edge - min_width)
+    while (is_constant ? ring_class->nodes[outermost].label >= edge
+                       : ring_class->nodes[outermost].label > edge - min_width)
         ++outermost;
     int reuses_nodes = is_second_stage && is_constant;
     problem->label[0] = edge;
     if (!is_constant) problem->edge[stage] = hs_normal_at(ring_class->curve, edge);
     if (!reuses_nodes) {
         problem->normal[0] = is_constant ? ring_class->nodes[0].normal : problem->edge[stage].load;
-        problem->integral[0] = is_constant ? ring_class->nodes[0].integral : problem->edge[stage].integral;
+        problem->integral[0] =
+            is_constant ? ring_class->nodes[0].integral : problem->edge[stage].integral;
     }
     for (int32_t k = outermost; k < ring_class->node_count; ++k) {
         const hs_node *node = ring_class->nodes + k;
@@ -319,9 +359,12 @@ static void set_up_stage(hs_ring_class *ring_class, double from, double edge, do
         problem->label[ring] = node->label;
         problem->normal[ring] = node->normal;
         problem->integral[ring] = node->integral;
-        problem->moved_fraction[ring] = node->label > from ? (edge - node->label) / (edge - from) : 1.0;
+        problem->moved_fraction[ring] =
+            node->label > from ? (edge - node->label) / (edge - from) : 1.0;
         problem->trial_at_rest[ring] =
-            is_second_stage ? hs_add_scaled(node->deflection, -STAGE_SLIP_FACTOR, problem->stage_slip[k]) : node->deflection;
+            is_second_stage
+                ? hs_add_scaled(node->deflection, -STAGE_SLIP_FACTOR, problem->stage_slip[k])
+                : node->deflection;
     }
     if (!reuses_nodes)
         hs_set_ring_nodes(problem, ring + 1, friction);
@@ -329,7 +372,8 @@ static void set_up_stage(hs_ring_class *ring_class, double from, double edge, do
         hs_set_ring_limits(problem, friction);
 }
 
-static hs_vector solve_classes(hs_body *body, double edge, hs_vector increment, double stiffness[2][2]) {
+static hs_vector solve_classes(hs_body *body, double edge, hs_vector increment,
+                               double stiffness[2][2]) {
     hs_vector load = zero_vector;
     if (stiffness) memset(stiffness, 0, 4 * sizeof(double));
     for (int64_t c = 0; c < body->class_count; ++c) {
@@ -345,14 +389,20 @@ static hs_vector solve_classes(hs_body *body, double edge, hs_vector increment, 
     return load;
 }
 
-static hs_vector tangential_residual(const hs_tangential_target *target, hs_vector displacement, hs_vector load) {
-    return HS_MADE(hs_vector){target->value.x - target->rigid.x * displacement.x - target->compliance.x * load.x,
-                              target->value.y - target->rigid.y * displacement.y - target->compliance.y * load.y};
+static hs_vector tangential_residual(const hs_tangential_target *target, hs_vector displacement,
+                                     hs_vector load) {
+    return HS_MADE(hs_vector){
+        target->value.x - target->rigid.x * displacement.x - target->compliance.x * load.x,
+        target->value.y - target->rigid.y * displacement.y - target->compliance.y * load.y};
 }
 
 /* True if a target prescribes the displacement of the contact along x, along y. */
-static int prescribes_x(const hs_tangential_target *target) { return target->rigid.x > 0.0 && target->compliance.x == 0.0; }
-static int prescribes_y(const hs_tangential_target *target) { return target->rigid.y > 0.0 && target->compliance.y == 0.0; }
+static int prescribes_x(const hs_tangential_target *target) {
+    return target->rigid.x > 0.0 && target->compliance.x == 0.0;
+}
+static int prescribes_y(const hs_tangential_target *target) {
+    return target->rigid.y > 0.0 && target->compliance.y == 0.0;
+}
 
 /* True if the caller has cancelled the path. */
 static int is_cancelled(const hs_body *body) { return body->watch && body->watch->status != HS_OK; }
@@ -362,48 +412,59 @@ static double max_deflection(const hs_body *body, double edge) {
     double maximum = 0.0;
     for (int64_t c = 0; c < body->class_count; ++c)
         maximum = hs_max(maximum, hs_friction_at(body, body->classes[c].group, body->fraction) *
-                                       (edge - hs_deepest_label(body->classes + c)));
+                                      (edge - hs_deepest_label(body->classes + c)));
     return maximum;
 }
 
 /* True if the residual of a target is negligible; component by component if their units differ. */
 static int is_on_target(const hs_tangential_target *target, hs_vector residual, hs_vector load) {
-    if (target->rigid.x == target->rigid.y) return hs_norm(residual) <= TARGET_TOLERANCE * hs_norm(target->value);
+    if (target->rigid.x == target->rigid.y)
+        return hs_norm(residual) <= TARGET_TOLERANCE * hs_norm(target->value);
     double load_norm = hs_norm(load);
-    return fabs(residual.x) <= TARGET_TOLERANCE * (target->rigid.x > 0.0 ? fabs(target->value.x) : load_norm) &&
-           fabs(residual.y) <= TARGET_TOLERANCE * (target->rigid.y > 0.0 ? fabs(target->value.y) : load_norm);
+    return fabs(residual.x) <=
+               TARGET_TOLERANCE * (target->rigid.x > 0.0 ? fabs(target->value.x) : load_norm) &&
+           fabs(residual.y) <=
+               TARGET_TOLERANCE * (target->rigid.y > 0.0 ? fabs(target->value.y) : load_norm);
 }
 
-/* Displacement increment from the start of the step at which the tangential target is met; `load` returns the tangential load.
+/* Displacement increment from the start of the step at which the tangential target is met; `load`
+ * returns the tangential load.
  *
- * The residual over the compliance is the gradient of a concave function of the components that are not prescribed. Newton's
- * method with a line search finds its maximum: a step is reduced while the slope at its end is negative and larger than half the
- * slope at its start. Steps are limited to the largest deflection; a limited step doubles that bound. */
-static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment, const hs_tangential_target *target,
-                                 hs_vector *load) {
+ * The residual over the compliance is the gradient of a concave function of the components that are
+ * not prescribed. Newton's method with a line search finds its maximum: a step is reduced while the
+ * slope at its end is negative and larger than half the slope at its start. Steps are limited to
+ * the largest deflection; a limited step doubles that bound. */
+static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment,
+                                 const hs_tangential_target *target, hs_vector *load) {
     const hs_vector start = body->displacement;
     const int is_x_prescribed = prescribes_x(target), is_y_prescribed = prescribes_y(target);
     double stiffness[2][2], max_step = max_deflection(body, edge);
     if (is_x_prescribed) increment.x = target->value.x - start.x;
     if (is_y_prescribed) increment.y = target->value.y - start.y;
-    *load = solve_classes(body, edge, increment, is_x_prescribed && is_y_prescribed ? NULL : stiffness);
+    *load =
+        solve_classes(body, edge, increment, is_x_prescribed && is_y_prescribed ? NULL : stiffness);
     if (is_x_prescribed && is_y_prescribed) return increment;
     /* reciprocals of the compliances, times both compliances */
-    const double weight_x = is_y_prescribed ? 1.0 : target->compliance.y, weight_y = is_x_prescribed ? 1.0 : target->compliance.x;
+    const double weight_x = is_y_prescribed ? 1.0 : target->compliance.y,
+                 weight_y = is_x_prescribed ? 1.0 : target->compliance.x;
     hs_vector residual = tangential_residual(target, hs_add_scaled(start, 1.0, increment), *load);
     for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
-        double xx = target->rigid.x + target->compliance.x * stiffness[0][0], xy = target->compliance.x * stiffness[0][1];
-        double yx = target->compliance.y * stiffness[1][0], yy = target->rigid.y + target->compliance.y * stiffness[1][1];
+        double xx = target->rigid.x + target->compliance.x * stiffness[0][0],
+               xy = target->compliance.x * stiffness[0][1];
+        double yx = target->compliance.y * stiffness[1][0],
+               yy = target->rigid.y + target->compliance.y * stiffness[1][1];
         double determinant = xx * yy - xy * yx;
         if (is_x_prescribed) residual.x = 0.0;
         if (is_y_prescribed) residual.y = 0.0;
         if (is_on_target(target, residual, *load) || is_cancelled(body)) break;
-        hs_vector step = {(yy * residual.x - xy * residual.y) / determinant, (xx * residual.y - yx * residual.x) / determinant};
+        hs_vector step = {(yy * residual.x - xy * residual.y) / determinant,
+                          (xx * residual.y - yx * residual.x) / determinant};
         hs_vector gradient = {weight_x * residual.x, weight_y * residual.y};
         /* in full slip the matrix is nearly singular: follow the residual */
         if (!(determinant > 0.0) || !(hs_dot(step, gradient) > 0.0)) step = residual;
         /* without contact no step is bounded: only the drive moves */
-        double norm = hs_norm(step), max_fraction = max_step > 0.0 && norm > max_step ? max_step / norm : 1.0,
+        double norm = hs_norm(step),
+               max_fraction = max_step > 0.0 && norm > max_step ? max_step / norm : 1.0,
                fraction = max_fraction, slope_at_start = hs_dot(gradient, step);
         hs_vector trial = increment;
         for (int reduction = 0; reduction < MAX_REDUCTIONS; ++reduction) {
@@ -425,21 +486,25 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
 
 /* Node of a polyline from the solution of a problem. */
 static hs_node solution_node(const hs_ring_problem *problem, int32_t k) {
-    return HS_MADE(hs_node){problem->label[k], problem->normal[k], problem->integral[k], problem->deflection[k]};
+    return HS_MADE(hs_node){problem->label[k], problem->normal[k], problem->integral[k],
+                            problem->deflection[k]};
 }
 
-/* ½ ∫ |v|² P'' da between two nodes, without boundary terms that cancel in the sum over intervals. */
+/* ½ ∫ |v|² P'' da between two nodes, without boundary terms that cancel in the sum over intervals.
+ */
 static double interval_energy(const hs_node *outer, const hs_node *inner) {
     double width = outer->label - inner->label;
     hs_vector rise = hs_add_scaled(outer->deflection, -1.0, inner->deflection);
     hs_vector slope = {rise.x / width, rise.y / width};
-    return inner->normal * hs_dot(slope, inner->deflection) - outer->normal * hs_dot(slope, outer->deflection) +
+    return inner->normal * hs_dot(slope, inner->deflection) -
+           outer->normal * hs_dot(slope, outer->deflection) +
            hs_dot(slope, slope) * (outer->integral - inner->integral);
 }
 
 double hs_class_elastic_energy(const hs_ring_class *ring_class) {
     double total = 0.0;
-    for (int32_t k = 1; k < ring_class->node_count; ++k) total += interval_energy(ring_class->nodes + k - 1, ring_class->nodes + k);
+    for (int32_t k = 1; k < ring_class->node_count; ++k)
+        total += interval_energy(ring_class->nodes + k - 1, ring_class->nodes + k);
     return total;
 }
 
@@ -456,17 +521,19 @@ static void add_elastic_energy(const hs_ring_class *ring_class, double *asperity
 }
 
 /* Add normal loads of asperities at an approach of `label`, times a factor. */
-HS_WIDE static void add_node_loads(const double *restrict gap, const double *restrict weight, int64_t count, double label,
-                                   double factor, double *restrict sum) {
+HS_WIDE static void add_node_loads(const double *restrict gap, const double *restrict weight,
+                                   int64_t count, double label, double factor,
+                                   double *restrict sum) {
     for (int64_t i = 0; i < count; ++i) {
         double depth = label - gap[i] > 0.0 ? label - gap[i] : 0.0;
         sum[i] += factor * weight[i] * depth * sqrt(depth);
     }
 }
 
-/* Distribute the energy that a class dissipated among its asperities in proportion to the elastic energy of their springs, or to
- * their normal loads if no spring is strained. */
-static void distribute_by_elastic_energy(hs_body *body, const hs_ring_class *ring_class, double loss) {
+/* Distribute the energy that a class dissipated among its asperities in proportion to the elastic
+ * energy of their springs, or to their normal loads if no spring is strained. */
+static void distribute_by_elastic_energy(hs_body *body, const hs_ring_class *ring_class,
+                                         double loss) {
     const hs_curve *curve = &ring_class->curve;
     double *weight = body->scratch, sum = 0.0;
     memset(weight, 0, (size_t)curve->count * sizeof *weight);
@@ -474,52 +541,66 @@ static void distribute_by_elastic_energy(hs_body *body, const hs_ring_class *rin
     for (int64_t i = 0; i < curve->count; ++i) sum += weight[i];
     if (!(sum > 0.0)) {
         double edge = ring_class->nodes[0].label;
-        add_node_loads(curve->gap, curve->weight, hs_count_touching(curve->gap, curve->count, edge), edge, 1.0, weight);
+        add_node_loads(curve->gap, curve->weight, hs_count_touching(curve->gap, curve->count, edge),
+                       edge, 1.0, weight);
         for (int64_t i = 0; i < curve->count; ++i) sum += weight[i];
     }
-    for (int64_t i = 0; sum > 0.0 && i < curve->count; ++i) body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
+    for (int64_t i = 0; sum > 0.0 && i < curve->count; ++i)
+        body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
 }
 
-/* Distribute the energy that a class dissipated in a step, times `scale`, among its asperities by the density of dissipation, or,
- * after lift-off or without such density, by the elastic energy at the start of the step. */
-static void distribute_class_loss(hs_body *body, const hs_ring_class *start_class, const hs_ring_class *ring_class, double scale) {
+/* Distribute the energy that a class dissipated in a step, times `scale`, among its asperities by
+ * the density of dissipation, or, after lift-off or without such density, by the elastic energy at
+ * the start of the step. */
+static void distribute_class_loss(hs_body *body, const hs_ring_class *start_class,
+                                  const hs_ring_class *ring_class, double scale) {
     double *weight = body->scratch, sum = 0.0, slope = 0.0, loss = scale * ring_class->loss;
     if (ring_class->curve.load || !(loss > 0.0)) return;
     if (ring_class->node_count == 0) {
         distribute_by_elastic_energy(body, start_class, loss);
         return;
     }
-    int64_t touching = hs_count_touching(ring_class->curve.gap, ring_class->curve.count, ring_class->loss_nodes[0].label);
+    int64_t touching = hs_count_touching(ring_class->curve.gap, ring_class->curve.count,
+                                         ring_class->loss_nodes[0].label);
     memset(weight, 0, (size_t)touching * sizeof *weight);
     for (int32_t k = 0; k < ring_class->loss_node_count; ++k) {
         const hs_loss_node *outer = ring_class->loss_nodes + k, *inner = outer + 1;
-        double inner_slope =
-            k + 1 < ring_class->loss_node_count ? (inner->product - outer->product) / (outer->label - inner->label) : 0.0;
-        int64_t outer_count = hs_count_touching(ring_class->curve.gap, ring_class->curve.count, outer->label);
+        double inner_slope = k + 1 < ring_class->loss_node_count
+                                 ? (inner->product - outer->product) / (outer->label - inner->label)
+                                 : 0.0;
+        int64_t outer_count =
+            hs_count_touching(ring_class->curve.gap, ring_class->curve.count, outer->label);
         if (inner_slope != slope)
-            add_node_loads(ring_class->curve.gap, ring_class->curve.weight, outer_count, outer->label, inner_slope - slope, weight);
+            add_node_loads(ring_class->curve.gap, ring_class->curve.weight, outer_count,
+                           outer->label, inner_slope - slope, weight);
         slope = inner_slope;
     }
     for (int64_t i = 0; i < touching; ++i) sum += weight[i] = hs_max(weight[i], 0.0);
-    if (!(sum > 0.0)) distribute_by_elastic_energy(body, start_class->node_count ? start_class : ring_class, loss);
-    for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
+    if (!(sum > 0.0))
+        distribute_by_elastic_energy(body, start_class->node_count ? start_class : ring_class,
+                                     loss);
+    for (int64_t i = 0; sum > 0.0 && i < touching; ++i)
+        body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
 }
 
 /* Distribute the energy that all classes dissipated in a step among their asperities. */
-static void distribute_losses(hs_body *body, const hs_body *start, const hs_body *result, double scale) {
+static void distribute_losses(hs_body *body, const hs_body *start, const hs_body *result,
+                              double scale) {
     for (int64_t c = 0; c < body->class_count; ++c)
         if (start->classes[c].node_count || result->classes[c].node_count)
             distribute_class_loss(body, start->classes + c, result->classes + c, scale);
 }
 
-/* Reset the density of dissipation of a class: labels are those of the nodes and of the outer edge of the step. */
+/* Reset the density of dissipation of a class: labels are those of the nodes and of the outer edge
+ * of the step. */
 static void reset_loss_nodes(hs_ring_class *ring_class, double from, double to) {
     const hs_loss_node edge = {hs_max(from, to), 0.0};
     int32_t has_new_edge = ring_class->nodes[0].label < edge.label;
     ring_class->loss_node_count = ring_class->node_count + has_new_edge;
     ring_class->loss_nodes[0] = edge;
     for (int32_t k = 1; k < ring_class->loss_node_count; ++k) {
-        ring_class->loss_nodes[k] = HS_MADE(hs_loss_node){ring_class->nodes[k - has_new_edge].label, 0.0};
+        ring_class->loss_nodes[k] =
+            HS_MADE(hs_loss_node){ring_class->nodes[k - has_new_edge].label, 0.0};
     }
 }
 
@@ -529,15 +610,17 @@ static void add_stage_loss(hs_ring_class *ring_class, double weight) {
     int32_t skipped = ring_class->loss_node_count - problem->ring_count - 1;
     for (int32_t k = 1; k <= problem->solved_count; ++k) {
         hs_vector slip = hs_add_scaled(problem->trial[k], -1.0, problem->deflection[k]);
-        ring_class->loss_nodes[skipped + k].product += weight * hs_dot(problem->deflection[k], slip);
+        ring_class->loss_nodes[skipped + k].product +=
+            weight * hs_dot(problem->deflection[k], slip);
     }
 }
 
-/* Prepare nodes and problems of all classes for a step; returns a status. Cells are merged at the start of a step and not at its
- * end, where tractions are those of the solution. */
+/* Prepare nodes and problems of all classes for a step; returns a status. Cells are merged at the
+ * start of a step and not at its end, where tractions are those of the solution. */
 static int prepare_step(hs_body *body, const hs_plane_target *target) {
     const hs_tangential_target *tangential = &target->tangential;
-    hs_vector increment = tangential_residual(tangential, body->displacement, body->tangential_load);
+    hs_vector increment =
+        tangential_residual(tangential, body->displacement, body->tangential_load);
     double stuck_stiffness = hs_load_at(hs_all_of(body->contact), body->approach).slope,
            limit = hs_body_limit(body, body->approach, body->fraction);
     /* increment if all springs stuck */
@@ -546,7 +629,9 @@ static int prepare_step(hs_body *body, const hs_plane_target *target) {
     increment.x = factor_x > 0.0 ? increment.x / factor_x : 0.0;
     increment.y = factor_y > 0.0 ? increment.y / factor_y : 0.0;
     double merge_error =
-        limit > 0.0 ? hs_min(MERGE_ERROR_OF_STEP * stuck_stiffness * hs_norm(increment) / limit, MAX_MERGE_ERROR) : 0.0;
+        limit > 0.0 ? hs_min(MERGE_ERROR_OF_STEP * stuck_stiffness * hs_norm(increment) / limit,
+                             MAX_MERGE_ERROR)
+                    : 0.0;
     merge_error = hs_max(merge_error, MIN_MERGE_ERROR);
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
@@ -554,31 +639,38 @@ static int prepare_step(hs_body *body, const hs_plane_target *target) {
         if (hs_max(target->approach, body->approach) <= hs_deepest_label(ring_class)) continue;
         if (regrid(ring_class, body->rings_per_class, friction, merge_error) != HS_OK ||
             refine_front(ring_class, friction, increment) != HS_OK ||
-            add_touching_nodes(ring_class, body->approach, target->approach, body->rings_per_class) != HS_OK)
+            add_touching_nodes(ring_class, body->approach, target->approach,
+                               body->rings_per_class) != HS_OK)
             return HS_OUT_OF_MEMORY;
         reset_loss_nodes(ring_class, body->approach, target->approach);
         memset(ring_class->problem->edge, 0, sizeof ring_class->problem->edge);
         memset(ring_class->problem->relieved_load, 0, sizeof ring_class->problem->relieved_load);
-        if (target->approach != body->approach) ring_class->problem->edge[0] = hs_normal_at(ring_class->curve, body->approach);
-        memset(ring_class->problem->stage_slip, 0, (size_t)ring_class->node_count * sizeof(hs_vector));
+        if (target->approach != body->approach)
+            ring_class->problem->edge[0] = hs_normal_at(ring_class->curve, body->approach);
+        memset(ring_class->problem->stage_slip, 0,
+               (size_t)ring_class->node_count * sizeof(hs_vector));
     }
     return HS_OK;
 }
 
 /* True if a class touches during a step. */
-static int is_involved(const hs_body *body, const hs_ring_class *ring_class, const hs_plane_target *target) {
+static int is_involved(const hs_body *body, const hs_ring_class *ring_class,
+                       const hs_plane_target *target) {
     return hs_max(target->approach, body->approach) > hs_deepest_label(ring_class);
 }
 
-/* Deflection of a node if its spring sticks between two approaches: until it lifts off, or after it touches. */
-static hs_vector stuck_deflection(const hs_node *node, double from, double to, hs_vector increment) {
+/* Deflection of a node if its spring sticks between two approaches: until it lifts off, or after it
+ * touches. */
+static hs_vector stuck_deflection(const hs_node *node, double from, double to,
+                                  hs_vector increment) {
     double fraction = 1.0;
     if (to > from && node->label > from) fraction = (to - node->label) / (to - from);
     if (to < from && node->label > to) fraction = (from - node->label) / (from - to);
     return hs_add_scaled(node->deflection, fraction, increment);
 }
 
-/* Change of approach over the depth of the class up to which the stiffness P' is taken as linear; chosen. */
+/* Change of approach over the depth of the class up to which the stiffness P' is taken as linear;
+ * chosen. */
 #define MAX_LINEAR_CHANGE 1e-3
 
 static int is_nearly_linear(const hs_ring_class *ring_class, double from, double to) {
@@ -588,12 +680,15 @@ static int is_nearly_linear(const hs_ring_class *ring_class, double from, double
 /* Deflection of a spring between a node and its outer neighbour. */
 static hs_vector deflection_at(const hs_node *inner, double label) {
     const hs_node *outer = inner - 1;
-    return hs_vector_lerp(inner->deflection, outer->deflection, (label - inner->label) / (outer->label - inner->label));
+    return hs_vector_lerp(inner->deflection, outer->deflection,
+                          (label - inner->label) / (outer->label - inner->label));
 }
 
-/* Energy of the springs of a class if all stuck; springs that lift off keep their energy at that instant. At a constant approach it
- * is the elastic energy plus the work of the load of the rings. */
-static double stuck_energy(const hs_ring_class *ring_class, double from, double to, hs_vector increment) {
+/* Energy of the springs of a class if all stuck; springs that lift off keep their energy at that
+ * instant. At a constant approach it is the elastic energy plus the work of the load of the rings.
+ */
+static double stuck_energy(const hs_ring_class *ring_class, double from, double to,
+                           hs_vector increment) {
     const hs_ring_problem *problem = ring_class->problem;
     const hs_node *nodes = ring_class->nodes;
     hs_node outer = nodes[0];
@@ -602,19 +697,24 @@ static double stuck_energy(const hs_ring_class *ring_class, double from, double 
     if (to == from) {
         total = hs_class_elastic_energy(ring_class);
         for (int32_t k = 1; k <= problem->ring_count; ++k)
-            total += problem->stiffness[k] * hs_dot(increment, hs_add_scaled(nodes[skipped + k].deflection, 0.5, increment));
+            total +=
+                problem->stiffness[k] *
+                hs_dot(increment, hs_add_scaled(nodes[skipped + k].deflection, 0.5, increment));
         return total;
     }
     if (is_nearly_linear(ring_class, from, to)) {
         /* springs between both edges, with deflections from that at the inner edge to 0 */
-        const hs_normal *inner_edge = problem->edge + (to > from ? 0 : 2), *outer_edge = problem->edge + (to > from ? 2 : 0);
+        const hs_normal *inner_edge = problem->edge + (to > from ? 0 : 2),
+                        *outer_edge = problem->edge + (to > from ? 2 : 0);
         hs_vector edge_deflection = increment;
         if (to < from) {
             while (nodes[outermost].label >= to) ++outermost;
             edge_deflection = hs_add_scaled(deflection_at(nodes + outermost, to), 1.0, increment);
         }
-        total = hs_dot(edge_deflection, edge_deflection) * (2.0 * inner_edge->slope + outer_edge->slope) / 6.0;
-        outer = HS_MADE(hs_node){hs_min(from, to), inner_edge->load, inner_edge->integral, edge_deflection};
+        total = hs_dot(edge_deflection, edge_deflection) *
+                (2.0 * inner_edge->slope + outer_edge->slope) / 6.0;
+        outer = HS_MADE(hs_node){hs_min(from, to), inner_edge->load, inner_edge->integral,
+                                 edge_deflection};
     } else if (nodes[0].label < to) {
         outer = HS_MADE(hs_node){to, problem->edge[2].load, problem->edge[2].integral, zero_vector};
         outermost = 0;
@@ -648,48 +748,62 @@ static double solution_energy(const hs_ring_problem *problem) {
 }
 
 /* Load of the springs of a class if all stuck, minus their load after a stage. */
-static hs_vector compute_relieved_load(const hs_ring_class *ring_class, double from, double edge, hs_vector increment, int stage) {
+static hs_vector compute_relieved_load(const hs_ring_class *ring_class, double from, double edge,
+                                       hs_vector increment, int stage) {
     const hs_ring_problem *problem = ring_class->problem;
     const hs_node *nodes = ring_class->nodes;
     int32_t skipped = ring_class->node_count - problem->ring_count - 1;
     hs_vector load = zero_vector;
     for (int32_t k = 1; k <= problem->ring_count; ++k) {
-        hs_vector stuck = hs_add_scaled(nodes[skipped + k].deflection, problem->moved_fraction[k], increment);
-        load = hs_add_scaled(load, problem->stiffness[k], hs_add_scaled(stuck, -1.0, problem->deflection[k]));
+        hs_vector stuck =
+            hs_add_scaled(nodes[skipped + k].deflection, problem->moved_fraction[k], increment);
+        load = hs_add_scaled(load, problem->stiffness[k],
+                             hs_add_scaled(stuck, -1.0, problem->deflection[k]));
     }
     if (edge == from) return load;
-    /* outside ring 1, by the skipped nodes; at a falling edge springs would be strained if all stuck */
+    /* outside ring 1, by the skipped nodes; at a falling edge springs would be strained if all
+     * stuck */
     int32_t k = skipped + 1;
-    hs_vector inner_deflection = stuck_deflection(nodes + k, from, edge, increment), outer_deflection = zero_vector;
-    double mean_stiffness = (problem->normal[0] - problem->normal[1]) / (problem->label[0] - problem->label[1]);
+    hs_vector inner_deflection = stuck_deflection(nodes + k, from, edge, increment),
+              outer_deflection = zero_vector;
+    double mean_stiffness =
+        (problem->normal[0] - problem->normal[1]) / (problem->label[0] - problem->label[1]);
     load = hs_add_scaled(load, -mean_stiffness, inner_deflection);
     for (; k > 0 && nodes[k - 1].label < edge; --k, inner_deflection = outer_deflection) {
         outer_deflection = stuck_deflection(nodes + k - 1, from, edge, increment);
-        mean_stiffness = (nodes[k - 1].normal - nodes[k].normal) / (nodes[k - 1].label - nodes[k].label);
-        load = hs_add_scaled(load, mean_stiffness, hs_add_scaled(inner_deflection, -1.0, outer_deflection));
+        mean_stiffness =
+            (nodes[k - 1].normal - nodes[k].normal) / (nodes[k - 1].label - nodes[k].label);
+        load = hs_add_scaled(load, mean_stiffness,
+                             hs_add_scaled(inner_deflection, -1.0, outer_deflection));
     }
-    outer_deflection = edge < from ? hs_add_scaled(deflection_at(nodes + k, edge), 1.0, increment) : zero_vector;
+    outer_deflection =
+        edge < from ? hs_add_scaled(deflection_at(nodes + k, edge), 1.0, increment) : zero_vector;
     mean_stiffness = (problem->normal[0] - nodes[k].normal) / (edge - nodes[k].label);
     /* over a small rise the difference of loads is mostly rounding */
     if (nodes[k].label == from && is_nearly_linear(ring_class, from, edge))
         mean_stiffness = 0.5 * (problem->edge[0].slope + problem->edge[stage].slope);
-    return hs_add_scaled(hs_add_scaled(load, mean_stiffness, hs_add_scaled(inner_deflection, -1.0, outer_deflection)),
+    return hs_add_scaled(hs_add_scaled(load, mean_stiffness,
+                                       hs_add_scaled(inner_deflection, -1.0, outer_deflection)),
                          problem->edge[stage].slope, outer_deflection);
 }
 
-/* Energy that a class dissipates on a step: the work of the tangential load minus the change of the elastic energy.
+/* Energy that a class dissipates on a step: the work of the tangential load minus the change of the
+ * elastic energy.
  *
- * If all springs stuck, the work would be exactly that change. The load relieved by slip is λ P' with the mean slip λ, a parabola in
- * the fraction y of the step in contact, through 0 and both stages. At constant approach `relief` is that load, with P' = 1;
- * otherwise it is λ. The energy that results from the curvature of λ is added to `curvature_energy`. */
-static double class_dissipation(const hs_ring_class *ring_class, const hs_plane_target *stage_target, double from, double to,
+ * If all springs stuck, the work would be exactly that change. The load relieved by slip is λ P'
+ * with the mean slip λ, a parabola in the fraction y of the step in contact, through 0 and both
+ * stages. At constant approach `relief` is that load, with P' = 1; otherwise it is λ. The energy
+ * that results from the curvature of λ is added to `curvature_energy`. */
+static double class_dissipation(const hs_ring_class *ring_class,
+                                const hs_plane_target *stage_target, double from, double to,
                                 const hs_vector increment[2], double *curvature_energy) {
     const hs_ring_problem *problem = ring_class->problem;
-    double deepest = hs_deepest_label(ring_class), from_label = hs_max(from, deepest), to_label = hs_max(to, deepest);
+    double deepest = hs_deepest_label(ring_class), from_label = hs_max(from, deepest),
+           to_label = hs_max(to, deepest);
     double touching_fraction = 1.0, stage_fraction = SDIRK2_GAMMA, linear_moment = 0.5,
            quadratic_moment = 1.0 / 3.0; /* ∫ y P' dy, ∫ y² P' dy */
-    hs_vector relief[2] = {problem->relieved_load[0], problem->relieved_load[1]}, relief_curvature = zero_vector,
-              increment_curvature = zero_vector;
+    hs_vector relief[2] = {problem->relieved_load[0], problem->relieved_load[1]},
+              relief_curvature = zero_vector, increment_curvature = zero_vector;
     if (to != from) {
         const hs_normal *edge_from = problem->edge, *edge_to = problem->edge + 2;
         double width = to_label - from_label;
@@ -699,7 +813,9 @@ static double class_dissipation(const hs_ring_class *ring_class, const hs_plane_
             double mean_load = (edge_to->integral - edge_from->integral) / width;
             linear_moment = (edge_to->load - mean_load) / width;
             quadratic_moment =
-                (edge_to->load - 2.0 * (edge_to->integral - (edge_to->twice - edge_from->twice) / width) / width) / width;
+                (edge_to->load -
+                 2.0 * (edge_to->integral - (edge_to->twice - edge_from->twice) / width) / width) /
+                width;
         } else {
             linear_moment = edge_from->slope / 2.0 + (edge_to->slope - edge_from->slope) / 3.0;
             quadratic_moment = edge_from->slope / 3.0 + (edge_to->slope - edge_from->slope) / 4.0;
@@ -707,25 +823,33 @@ static double class_dissipation(const hs_ring_class *ring_class, const hs_plane_
         relief[0] = hs_add_scaled(zero_vector, 1.0 / problem->edge[1].slope, relief[0]);
         relief[1] = hs_add_scaled(zero_vector, 1.0 / edge_to->slope, relief[1]);
         if (to_label <= deepest)
-            relief[1] = stuck_deflection(ring_class->nodes + ring_class->node_count - 1, from, to, increment[1]);
+            relief[1] = stuck_deflection(ring_class->nodes + ring_class->node_count - 1, from, to,
+                                         increment[1]);
     }
     /* otherwise the parabola is undetermined; bounds chosen */
     if (stage_fraction > 0.01 && stage_fraction < 0.99) {
         double curvature_factor = 1.0 / (stage_fraction * (1.0 - stage_fraction));
-        relief_curvature = hs_add_scaled(zero_vector, curvature_factor, hs_add_scaled(relief[0], -stage_fraction, relief[1]));
+        relief_curvature = hs_add_scaled(zero_vector, curvature_factor,
+                                         hs_add_scaled(relief[0], -stage_fraction, relief[1]));
         if (touching_fraction == 1.0)
             increment_curvature =
-                hs_add_scaled(zero_vector, curvature_factor, hs_add_scaled(increment[0], -stage_fraction, increment[1]));
+                hs_add_scaled(zero_vector, curvature_factor,
+                              hs_add_scaled(increment[0], -stage_fraction, increment[1]));
     }
-    *curvature_energy += fabs(touching_fraction * hs_dot(increment[1], relief_curvature) * (linear_moment - quadratic_moment));
+    *curvature_energy += fabs(touching_fraction * hs_dot(increment[1], relief_curvature) *
+                              (linear_moment - quadratic_moment));
     double elastic_energy = to > deepest ? solution_energy(problem) : 0.0;
-    double relief_work = touching_fraction * (hs_dot(increment[1], relief[1]) * linear_moment +
-                                              hs_dot(increment[1], relief_curvature) * (linear_moment - quadratic_moment)) +
-                         hs_dot(increment_curvature, relief[1]) * (linear_moment - 2.0 * quadratic_moment);
-    return hs_max(stuck_energy(ring_class, from, to, increment[1]) - elastic_energy - relief_work, 0.0);
+    double relief_work =
+        touching_fraction *
+            (hs_dot(increment[1], relief[1]) * linear_moment +
+             hs_dot(increment[1], relief_curvature) * (linear_moment - quadratic_moment)) +
+        hs_dot(increment_curvature, relief[1]) * (linear_moment - 2.0 * quadratic_moment);
+    return hs_max(stuck_energy(ring_class, from, to, increment[1]) - elastic_energy - relief_work,
+                  0.0);
 }
 
-/* Add the load relieved by slip of a class, and its difference from an extrapolation of the first stage. */
+/* Add the load relieved by slip of a class, and its difference from an extrapolation of the first
+ * stage. */
 static void add_unevenness(hs_body *body, const hs_ring_class *ring_class) {
     const hs_ring_problem *problem = ring_class->problem;
     int32_t skipped = ring_class->node_count - problem->ring_count - 1;
@@ -733,14 +857,17 @@ static void add_unevenness(hs_body *body, const hs_ring_class *ring_class) {
         hs_vector stage_slip = problem->stage_slip[skipped + k],
                   slip = hs_add_scaled(problem->trial[k], -1.0, problem->deflection[k]);
         body->uneven_load += problem->stiffness[k] * hs_norm(hs_add_scaled(slip, -1.0, stage_slip));
-        body->slid_load += problem->stiffness[k] * hs_norm(hs_add_scaled(slip, STAGE_SLIP_FACTOR, stage_slip));
+        body->slid_load +=
+            problem->stiffness[k] * hs_norm(hs_add_scaled(slip, STAGE_SLIP_FACTOR, stage_slip));
     }
 }
 
-/* Advance a body by one step of SDIRK2; the second stage starts with the slip of the first one. Returns a status. */
+/* Advance a body by one step of SDIRK2; the second stage starts with the slip of the first one.
+ * Returns a status. */
 static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_target *target) {
     const double from = body->approach;
-    hs_plane_target stage_target = hs_target_at(body, path, hs_toward(body->fraction, target->fraction, SDIRK2_GAMMA));
+    hs_plane_target stage_target =
+        hs_target_at(body, path, hs_toward(body->fraction, target->fraction, SDIRK2_GAMMA));
     hs_vector increment[2] = {zero_vector, zero_vector}, load = zero_vector;
     if (prepare_step(body, target) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int stage = 1; stage <= 2; ++stage) {
@@ -749,21 +876,26 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
         for (int64_t c = 0; c < body->class_count; ++c) {
             hs_ring_class *ring_class = body->classes + c;
             if (is_involved(body, ring_class, target) && edge > hs_deepest_label(ring_class))
-                set_up_stage(ring_class, from, edge, hs_friction_at(body, ring_class->group, current->fraction),
+                set_up_stage(ring_class, from, edge,
+                             hs_friction_at(body, ring_class->group, current->fraction),
                              body->rings_per_class, stage);
         }
-        hs_vector guess = stage == 1 ? zero_vector : hs_add_scaled(zero_vector, 1.0 / SDIRK2_GAMMA, increment[0]);
+        hs_vector guess =
+            stage == 1 ? zero_vector : hs_add_scaled(zero_vector, 1.0 / SDIRK2_GAMMA, increment[0]);
         increment[stage - 1] = solve_increment(body, edge, guess, &current->tangential, &load);
         if (is_cancelled(body)) return HS_INTERRUPTED;
         for (int64_t c = 0; c < body->class_count; ++c) {
             hs_ring_class *ring_class = body->classes + c;
             hs_ring_problem *problem = ring_class->problem;
-            if (!is_involved(body, ring_class, target) || edge <= hs_deepest_label(ring_class)) continue;
-            problem->relieved_load[stage - 1] = compute_relieved_load(ring_class, from, edge, increment[stage - 1], stage);
+            if (!is_involved(body, ring_class, target) || edge <= hs_deepest_label(ring_class))
+                continue;
+            problem->relieved_load[stage - 1] =
+                compute_relieved_load(ring_class, from, edge, increment[stage - 1], stage);
             add_stage_loss(ring_class, stage == 1 ? STAGE_SLIP_FACTOR : 1.0);
             int32_t skipped = ring_class->node_count - problem->ring_count - 1;
             for (int32_t k = 1; stage == 1 && k <= problem->ring_count; ++k)
-                problem->stage_slip[skipped + k] = hs_add_scaled(problem->trial[k], -1.0, problem->deflection[k]);
+                problem->stage_slip[skipped + k] =
+                    hs_add_scaled(problem->trial[k], -1.0, problem->deflection[k]);
         }
     }
     body->uneven_load = body->slid_load = body->curvature_energy = 0.0;
@@ -771,7 +903,8 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
         hs_ring_class *ring_class = body->classes + c;
         const hs_ring_problem *problem = ring_class->problem;
         if (!is_involved(body, ring_class, target)) continue;
-        ring_class->loss = class_dissipation(ring_class, &stage_target, from, target->approach, increment, &body->curvature_energy);
+        ring_class->loss = class_dissipation(ring_class, &stage_target, from, target->approach,
+                                             increment, &body->curvature_energy);
         body->dissipated += ring_class->loss;
         if (target->approach <= hs_deepest_label(ring_class)) {
             ring_class->node_count = 0;
@@ -780,7 +913,8 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
         add_unevenness(body, ring_class);
         if (hs_reserve_nodes(ring_class, problem->ring_count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         ring_class->node_count = problem->ring_count + 1;
-        for (int32_t k = 0; k < ring_class->node_count; ++k) ring_class->nodes[k] = solution_node(problem, k);
+        for (int32_t k = 0; k < ring_class->node_count; ++k)
+            ring_class->nodes[k] = solution_node(problem, k);
     }
     body->approach = target->approach;
     body->normal_load = target->normal_load;
@@ -793,9 +927,12 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
     return HS_OK;
 }
 
-/* Advance a body by one step in the workspace of another body with the same classes; returns a status. */
-static int step_with_workspace(hs_body *body, hs_body *owner, const hs_plane_path *path, const hs_plane_target *target) {
-    for (int64_t c = 0; c < body->class_count; ++c) body->classes[c].problem = owner->classes[c].problem;
+/* Advance a body by one step in the workspace of another body with the same classes; returns a
+ * status. */
+static int step_with_workspace(hs_body *body, hs_body *owner, const hs_plane_path *path,
+                               const hs_plane_target *target) {
+    for (int64_t c = 0; c < body->class_count; ++c)
+        body->classes[c].problem = owner->classes[c].problem;
     int status = step_sdirk2(body, path, target);
     for (int64_t c = 0; c < body->class_count; ++c) {
         owner->classes[c].problem = body->classes[c].problem;
@@ -804,22 +941,31 @@ static int step_with_workspace(hs_body *body, hs_body *owner, const hs_plane_pat
     return status;
 }
 
-/* Error of two half steps, from their difference to the full step; 1 is just within the tolerance. */
-static double halving_error(const hs_body *body, const hs_body *full, const hs_body *half, const hs_body *halves) {
-    double limit =
-        hs_max(hs_body_limit(body, body->approach, body->fraction), hs_body_limit(full, full->approach, full->fraction));
-    double load_difference = hs_norm(hs_add_scaled(full->tangential_load, -1.0, halves->tangential_load));
-    double displacement_change = hs_norm(hs_add_scaled(halves->displacement, -1.0, body->displacement));
+/* Error of two half steps, from their difference to the full step; 1 is just within the tolerance.
+ */
+static double halving_error(const hs_body *body, const hs_body *full, const hs_body *half,
+                            const hs_body *halves) {
+    double limit = hs_max(hs_body_limit(body, body->approach, body->fraction),
+                          hs_body_limit(full, full->approach, full->fraction));
+    double load_difference =
+        hs_norm(hs_add_scaled(full->tangential_load, -1.0, halves->tangential_load));
+    double displacement_change =
+        hs_norm(hs_add_scaled(halves->displacement, -1.0, body->displacement));
     /* slip of springs by a fall of their limits, without displacement */
     if (body->initial_friction)
-        displacement_change += hs_max(max_deflection(body, body->approach) - max_deflection(full, body->approach), 0.0);
-    double loss_difference = full->dissipated - halves->dissipated, loss = halves->dissipated - body->dissipated;
-    double curvature_error = hs_error(half->curvature_energy + halves->curvature_energy, 0.0,
-                                      MAX_CURVATURE_LOSS * hs_max(loss, limit * displacement_change * body->tolerance));
-    double load_error = hs_error(load_difference, 0.0, LOAD_TOLERANCE_FACTOR * body->tolerance * limit);
-    double energy_error =
-        hs_error(loss_difference, 0.0,
-                 hs_max(LOSS_TOLERANCE_FACTOR * loss, WORK_TOLERANCE_FACTOR * limit * displacement_change) * body->tolerance);
+        displacement_change += hs_max(
+            max_deflection(body, body->approach) - max_deflection(full, body->approach), 0.0);
+    double loss_difference = full->dissipated - halves->dissipated,
+           loss = halves->dissipated - body->dissipated;
+    double curvature_error =
+        hs_error(half->curvature_energy + halves->curvature_energy, 0.0,
+                 MAX_CURVATURE_LOSS * hs_max(loss, limit * displacement_change * body->tolerance));
+    double load_error =
+        hs_error(load_difference, 0.0, LOAD_TOLERANCE_FACTOR * body->tolerance * limit);
+    double energy_error = hs_error(
+        loss_difference, 0.0,
+        hs_max(LOSS_TOLERANCE_FACTOR * loss, WORK_TOLERANCE_FACTOR * limit * displacement_change) *
+            body->tolerance);
     return hs_max(curvature_error, hs_max(load_error, energy_error));
 }
 
@@ -829,20 +975,27 @@ static int slips_evenly(const hs_body *body, const hs_body *full) {
            max_load = hs_min(EVEN_LIMIT_FACTOR * limit, EVEN_SLIP_FACTOR * full->slid_load);
     double depth = hs_max(body->approach, full->approach) - body->contact->sorted_gap[0];
     int slides = full->slid_load > 0.0 || full->approach < body->approach;
-    if (slides && fabs(full->approach - body->approach) > MAX_EVEN_APPROACH_CHANGE * depth) return 0;
+    if (slides && fabs(full->approach - body->approach) > MAX_EVEN_APPROACH_CHANGE * depth)
+        return 0;
     return full->uneven_load <= hs_max(max_load, MIN_EVEN_LOAD * limit) * body->tolerance;
 }
 
-/* Record the times at which asperities first slide as a whole on an accepted step, for a slip front that is linear in time. */
+/* Record the times at which asperities first slide as a whole on an accepted step, for a slip front
+ * that is linear in time. */
 static void record_slide_times(hs_body *body, const hs_body *result) {
     if (isnan(body->time) || isnan(result->time)) return;
     for (int64_t c = 0; c < body->class_count; ++c) {
         const hs_ring_class *ring_class = body->classes + c, *result_class = result->classes + c;
         if (result_class->node_count == 0) continue;
-        double deepest = hs_deepest_label(ring_class), from = hs_min(hs_slip_front(body, ring_class), body->approach);
+        double deepest = hs_deepest_label(ring_class),
+               from = hs_min(hs_slip_front(body, ring_class), body->approach);
         double to = hs_min(hs_slip_front(result, result_class), result->approach);
-        for (int64_t i = hs_count_touching(ring_class->curve.gap, ring_class->curve.count, result->approach) - 1; i >= 0; --i) {
-            double gap = ring_class->curve.gap[i], *time = body->slide_time + ring_class->offset + i;
+        for (int64_t i = hs_count_touching(ring_class->curve.gap, ring_class->curve.count,
+                                           result->approach) -
+                         1;
+             i >= 0; --i) {
+            double gap = ring_class->curve.gap[i],
+                   *time = body->slide_time + ring_class->offset + i;
             if (gap < to) break;
             if (!isnan(*time)) continue;
             double front_change = from - hs_max(to, deepest),
@@ -853,8 +1006,8 @@ static void record_slide_times(hs_body *body, const hs_body *result) {
     }
 }
 
-/* Move a body to the result of a step, of two halves if `half` is not NULL; the energy of the step is multiplied by `scale`. Returns
- * a status. */
+/* Move a body to the result of a step, of two halves if `half` is not NULL; the energy of the step
+ * is multiplied by `scale`. Returns a status. */
 static int commit(hs_body *body, const hs_body *half, const hs_body *result, double scale) {
     double dissipated = body->dissipated + scale * (result->dissipated - body->dissipated);
     distribute_losses(body, body, half ? half : result, scale);
@@ -867,21 +1020,29 @@ static int commit(hs_body *body, const hs_body *half, const hs_body *result, dou
 
 /* True if the approach grows on a step and no spring slips; `increment` returns its displacement.
  *
- * The polyline grows by one interval of slope m = ΔV/Δd, so that Q grows on each ring by m (√(d₁ - a) - √(d₀ - a)), and the
- * limit by μ times the same: no spring slips if |ΔV| ≤ μ Δd, and the loads then grow in proportion, ΔT = m ΔN. */
+ * The polyline grows by one interval of slope m = ΔV/Δd, so that Q grows on each ring by m (√(d₁ -
+ * a) - √(d₀ - a)), and the limit by μ times the same: no spring slips if |ΔV| ≤ μ Δd, and the loads
+ * then grow in proportion, ΔT = m ΔN. */
 static int is_stick_step(const hs_body *body, const hs_plane_target *target, hs_vector *increment) {
     const hs_tangential_target *tangential = &target->tangential;
     double approach_change = target->approach - body->approach, min_friction = HUGE_VAL;
     if (approach_change <= 0.0 || body->approach <= body->contact->sorted_gap[0]) return 0;
-    int by_load = target->is_load_controlled && tangential->rigid.x == 0.0 && tangential->rigid.y == 0.0;
-    if (!by_load && (target->is_load_controlled || !prescribes_x(tangential) || !prescribes_y(tangential))) return 0;
+    int by_load =
+        target->is_load_controlled && tangential->rigid.x == 0.0 && tangential->rigid.y == 0.0;
+    if (!by_load &&
+        (target->is_load_controlled || !prescribes_x(tangential) || !prescribes_y(tangential)))
+        return 0;
     hs_vector residual = tangential_residual(tangential, body->displacement, body->tangential_load);
     *increment =
-        by_load ? hs_add_scaled(zero_vector, approach_change / (target->normal_load - body->normal_load), residual) : residual;
+        by_load
+            ? hs_add_scaled(zero_vector,
+                            approach_change / (target->normal_load - body->normal_load), residual)
+            : residual;
     for (int64_t c = 0; c < body->class_count; ++c) {
         const hs_ring_class *ring_class = body->classes + c;
         if (target->approach <= hs_deepest_label(ring_class)) continue;
-        min_friction = hs_min(min_friction, hs_friction_at(body, ring_class->group, body->fraction));
+        min_friction =
+            hs_min(min_friction, hs_friction_at(body, ring_class->group, body->fraction));
         /* cells are merged by steps with slip only */
         if (ring_class->node_count > MAX_NODES_PER_RING * body->rings_per_class) return 0;
     }
@@ -891,19 +1052,23 @@ static int is_stick_step(const hs_body *body, const hs_plane_target *target, hs_
 /* Append an exact step on which no spring slips; returns a status. */
 static int append_stick_step(hs_body *body, const hs_plane_target *target, hs_vector increment) {
     const double approach_change = target->approach - body->approach;
-    hs_vector slope = hs_add_scaled(zero_vector, 1.0 / approach_change, increment), load = body->tangential_load;
+    hs_vector slope = hs_add_scaled(zero_vector, 1.0 / approach_change, increment),
+              load = body->tangential_load;
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
         double deepest = hs_deepest_label(ring_class);
         if (target->approach <= deepest) continue;
-        if (hs_reserve_nodes(ring_class, ring_class->node_count + 2) != HS_OK) return HS_OUT_OF_MEMORY;
-        hs_node edge = hs_node_at(ring_class, target->approach, zero_vector), *nodes = ring_class->nodes;
-        load = hs_add_scaled(load, edge.normal - (ring_class->node_count ? nodes[0].normal : 0.0), slope);
+        if (hs_reserve_nodes(ring_class, ring_class->node_count + 2) != HS_OK)
+            return HS_OUT_OF_MEMORY;
+        hs_node edge = hs_node_at(ring_class, target->approach, zero_vector),
+                *nodes = ring_class->nodes;
+        load = hs_add_scaled(load, edge.normal - (ring_class->node_count ? nodes[0].normal : 0.0),
+                             slope);
         for (int32_t k = 0; k < ring_class->node_count; ++k)
             nodes[k].deflection = hs_add_scaled(nodes[k].deflection, 1.0, increment);
         if (ring_class->node_count == 0)
-            nodes[ring_class->node_count++] =
-                hs_node_at(ring_class, deepest, hs_add_scaled(zero_vector, target->approach - deepest, slope));
+            nodes[ring_class->node_count++] = hs_node_at(
+                ring_class, deepest, hs_add_scaled(zero_vector, target->approach - deepest, slope));
         memmove(nodes + 1, nodes, (size_t)ring_class->node_count * sizeof *nodes);
         nodes[0] = edge;
         ++ring_class->node_count;
@@ -912,8 +1077,9 @@ static int append_stick_step(hs_body *body, const hs_plane_target *target, hs_ve
     body->normal_load = target->normal_load;
     body->time = target->time;
     body->fraction = target->fraction;
-    body->displacement =
-        prescribes_x(&target->tangential) ? target->tangential.value : hs_add_scaled(body->displacement, 1.0, increment);
+    body->displacement = prescribes_x(&target->tangential)
+                             ? target->tangential.value
+                             : hs_add_scaled(body->displacement, 1.0, increment);
     body->tangential_load = prescribes_x(&target->tangential) ? load : target->tangential.value;
     return HS_OK;
 }
@@ -925,7 +1091,7 @@ typedef struct segment_run {
     hs_stops *stops;                          /* NULL: none */
     hs_plane_target target[MAX_HALVINGS + 1]; /* at the end of the step of each level */
     hs_body *full_step[MAX_HALVINGS + 1];     /* result of one full step to each; NULL if unknown */
-    hs_body *half, *halves;                   /* results of the first and of both half steps of the present step */
+    hs_body *half, *halves; /* results of the first and of both half steps of the present step */
     hs_plane_target middle;
     int is_straight; /* true if loads are straight on the segment */
     int is_sticking; /* true if no spring slips on the present step, with `increment` */
@@ -933,12 +1099,12 @@ typedef struct segment_run {
 } segment_run;
 
 static const hs_adaptive step_settings = {
-    0.0,                       /* the body has the tolerance */
-    1.0,                       /* accepted at once: `curvature_energy` is a second estimate of the energy */
-    1,                         /* full step */
-    INT_MAX,                   /* the number of halves is not limited here */
-    0.0,                       /* halved at once: the first half step is the full step of the following level */
-    1.0,                       /* first step: the segment */
+    0.0,     /* the body has the tolerance */
+    1.0,     /* accepted at once: `curvature_energy` is a second estimate of the energy */
+    1,       /* full step */
+    INT_MAX, /* the number of halves is not limited here */
+    0.0,     /* halved at once: the first half step is the full step of the following level */
+    1.0,     /* first step: the segment */
     1.0 / (1 << MAX_HALVINGS), /* shortest step */
     0.0,                       /* steps are halved, their length is not predicted: */
     0.5,
@@ -948,7 +1114,8 @@ static const hs_adaptive step_settings = {
     1.0,
 };
 
-/* Status of a segment abandoned at `stop_fraction`, distinct from HS_TOO_MANY_SUBSTEPS; it is not returned to users. */
+/* Status of a segment abandoned at `stop_fraction`, distinct from HS_TOO_MANY_SUBSTEPS; it is not
+ * returned to users. */
 #define SEGMENT_ABANDONED (-2)
 
 static void free_trials(segment_run *run, int level) {
@@ -958,7 +1125,8 @@ static void free_trials(segment_run *run, int level) {
     run->full_step[level] = run->half = run->halves = NULL;
 }
 
-/* Try a step: exactly if no spring slips, otherwise as a full step and, unless it slips evenly, as two half steps. */
+/* Try a step: exactly if no spring slips, otherwise as a full step and, unless it slips evenly, as
+ * two half steps. */
 static int try_step(hs_integrand *integrand, const hs_interval *step, int substeps, double *error) {
     segment_run *run = (segment_run *)integrand->context;
     hs_body *body = run->body, **full_step = run->full_step + step->level;
@@ -966,26 +1134,31 @@ static int try_step(hs_integrand *integrand, const hs_interval *step, int subste
     int status = HS_OK;
     *error = 0.0;
     if (substeps == 1) {
-        run->is_sticking = !*full_step && run->is_straight && is_stick_step(body, target, &run->increment);
+        run->is_sticking =
+            !*full_step && run->is_straight && is_stick_step(body, target, &run->increment);
         if (run->is_sticking) return HS_OK;
         if (!*full_step) {
             *full_step = copy_for_trial(body);
-            status = *full_step ? step_with_workspace(*full_step, body, run->path, target) : HS_OUT_OF_MEMORY;
+            status = *full_step ? step_with_workspace(*full_step, body, run->path, target)
+                                : HS_OUT_OF_MEMORY;
         }
         if (status == HS_OK && !slips_evenly(body, *full_step)) *error = HUGE_VAL;
         return status;
     }
     run->middle = hs_target_at(body, run->path, 0.5 * (body->fraction + target->fraction));
     run->half = copy_for_trial(body);
-    status = run->half ? step_with_workspace(run->half, body, run->path, &run->middle) : HS_OUT_OF_MEMORY;
+    status = run->half ? step_with_workspace(run->half, body, run->path, &run->middle)
+                       : HS_OUT_OF_MEMORY;
     if (status == HS_OK) run->halves = copy_for_trial(run->half);
-    if (status == HS_OK) status = run->halves ? step_with_workspace(run->halves, body, run->path, target) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK)
+        status = run->halves ? step_with_workspace(run->halves, body, run->path, target)
+                             : HS_OUT_OF_MEMORY;
     if (status == HS_OK) *error = halving_error(body, *full_step, run->half, run->halves);
     return status;
 }
 
-/* Ratio of the energy of the present step, by Richardson extrapolation, to the energy of its halves; correction bounded by 20 %,
- * chosen. 1 for a step without halves. */
+/* Ratio of the energy of the present step, by Richardson extrapolation, to the energy of its
+ * halves; correction bounded by 20 %, chosen. 1 for a step without halves. */
 static double energy_scale(const segment_run *run, const hs_body *full_step) {
     if (!run->halves) return 1.0;
     double loss = run->halves->dissipated - run->body->dissipated,
@@ -993,9 +1166,11 @@ static double energy_scale(const segment_run *run, const hs_body *full_step) {
     return loss > 0.0 ? 1.0 + hs_clamp(correction / loss, 0.2) : 1.0;
 }
 
-/* Advance a body from the start of an accepted step to a path fraction within it, by the same method from the start or the middle.
- * So results are continuous up to the end of the step, and independent of other fractions that are read. Returns a status. */
-static int advance_within(segment_run *run, const hs_body *full_step, double fraction, hs_body *body) {
+/* Advance a body from the start of an accepted step to a path fraction within it, by the same
+ * method from the start or the middle. So results are continuous up to the end of the step, and
+ * independent of other fractions that are read. Returns a status. */
+static int advance_within(segment_run *run, const hs_body *full_step, double fraction,
+                          hs_body *body) {
     if (fraction == body->fraction) return HS_OK;
     hs_plane_target target = hs_target_at(body, run->path, fraction);
     if (run->is_sticking) {
@@ -1006,7 +1181,8 @@ static int advance_within(segment_run *run, const hs_body *full_step, double fra
     hs_body *half = run->halves && fraction > run->middle.fraction ? run->half : NULL;
     hs_body *trial = copy_for_trial(half ? half : run->body);
     double scale = energy_scale(run, full_step);
-    int status = trial ? step_with_workspace(trial, run->body, run->path, &target) : HS_OUT_OF_MEMORY;
+    int status =
+        trial ? step_with_workspace(trial, run->body, run->path, &target) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) status = commit(body, half, trial, scale);
     hs_body_free(trial);
     return status;
@@ -1016,13 +1192,16 @@ static int advance_within(segment_run *run, const hs_body *full_step, double fra
 static int visit_stops(segment_run *run, const hs_body *full_step, double step_end) {
     hs_stops *stops = run->stops;
     int status = HS_OK;
-    while (stops && status == HS_OK && stops->next_fraction <= step_end && stops->next_fraction < stops->stop_fraction) {
+    while (stops && status == HS_OK && stops->next_fraction <= step_end &&
+           stops->next_fraction < stops->stop_fraction) {
         hs_body *reading = hs_body_copy(run->body);
-        status = reading ? advance_within(run, full_step, stops->next_fraction, reading) : HS_OUT_OF_MEMORY;
+        status = reading ? advance_within(run, full_step, stops->next_fraction, reading)
+                         : HS_OUT_OF_MEMORY;
         if (status == HS_OK) status = stops->visit(stops, reading);
         hs_body_free(reading);
     }
-    if (status != HS_OK || !stops || stops->stop_fraction > step_end || stops->stop_fraction == 1.0) return status;
+    if (status != HS_OK || !stops || stops->stop_fraction > step_end || stops->stop_fraction == 1.0)
+        return status;
     status = advance_within(run, full_step, stops->stop_fraction, run->body);
     return status == HS_OK ? SEGMENT_ABANDONED : status;
 }
@@ -1033,9 +1212,10 @@ static int accept_step(hs_integrand *integrand, const hs_interval *step) {
     const hs_plane_target *target = run->target + step->level;
     int status = visit_stops(run, full_step, target->fraction);
     if (status == HS_OK)
-        status = run->is_sticking ? append_stick_step(body, target, run->increment)
-                                  : commit(body, run->halves ? run->half : NULL, run->halves ? run->halves : full_step,
-                                           energy_scale(run, full_step));
+        status = run->is_sticking
+                     ? append_stick_step(body, target, run->increment)
+                     : commit(body, run->halves ? run->half : NULL,
+                              run->halves ? run->halves : full_step, energy_scale(run, full_step));
     free_trials(run, step->level);
     return status;
 }
@@ -1050,7 +1230,8 @@ static int halve_step(hs_integrand *integrand, const hs_interval *step) {
     return HS_OK;
 }
 
-static int integrate_segment(hs_body *body, const hs_plane_path *path, double segment_end, int is_straight, hs_stops *stops) {
+static int integrate_segment(hs_body *body, const hs_plane_path *path, double segment_end,
+                             int is_straight, hs_stops *stops) {
     segment_run run;
     memset(&run, 0, sizeof run);
     run.body = body;
@@ -1064,8 +1245,8 @@ static int integrate_segment(hs_body *body, const hs_plane_path *path, double se
     return status;
 }
 
-/* Bring loads to the request at fraction 0 of a path, from which they differ if a request beyond the limit was projected and the
- * limit has risen since. Returns a status. */
+/* Bring loads to the request at fraction 0 of a path, from which they differ if a request beyond
+ * the limit was projected and the limit has risen since. Returns a status. */
 static int correct_initial_load(hs_body *body, const hs_plane_path *path) {
     hs_plane_path correction = *path;
     const hs_vector load = body->tangential_load, rigid = path->rigid;
@@ -1073,8 +1254,10 @@ static int correct_initial_load(hs_body *body, const hs_plane_path *path) {
     hs_vector load_error = hs_add_scaled(initial_target.tangential.value, -1.0, load);
     if (rigid.x > 0.0) load_error.x = 0.0;
     if (rigid.y > 0.0) load_error.y = 0.0;
-    if (hs_norm(load_error) <= body->tolerance * hs_body_limit(body, body->approach, 0.0)) return HS_OK;
-    correction.value[0] = HS_MADE(hs_vector){rigid.x > 0.0 ? path->value[0].x : load.x, rigid.y > 0.0 ? path->value[0].y : load.y};
+    if (hs_norm(load_error) <= body->tolerance * hs_body_limit(body, body->approach, 0.0))
+        return HS_OK;
+    correction.value[0] = HS_MADE(hs_vector){rigid.x > 0.0 ? path->value[0].x : load.x,
+                                             rigid.y > 0.0 ? path->value[0].y : load.y};
     correction.value[1] = path->value[0];
     correction.approach[1] = path->approach[0];
     correction.normal_load[1] = path->normal_load[0];
@@ -1091,7 +1274,8 @@ static int correct_initial_load(hs_body *body, const hs_plane_path *path) {
 
 int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops) {
     double touch = body->contact->sorted_gap[0];
-    /* loads are 0 in a gap, where the displacement is constant: the path starts at the first touch */
+    /* loads are 0 in a gap, where the displacement is constant: the path starts at the first touch
+     */
     if (path->is_load_controlled && path->approach[0] < touch && path->approach[1] > touch)
         body->approach = path->approach[0] = touch;
     body->fraction = 0.0;
@@ -1113,11 +1297,14 @@ double hs_slip_front(const hs_body *body, const hs_ring_class *ring_class) {
     double friction = hs_friction_at(body, ring_class->group, body->fraction);
     int32_t slipping_ring = 0;
     for (int32_t i = 1; i < ring_class->node_count; slipping_ring = i++)
-        if (hs_norm(hs_ring_traction(nodes, i)) < SLIP_THRESHOLD * friction * sqrt(nodes[0].label - nodes[i].label)) break;
+        if (hs_norm(hs_ring_traction(nodes, i)) <
+            SLIP_THRESHOLD * friction * sqrt(nodes[0].label - nodes[i].label))
+            break;
     if (ring_class->node_count == 0 || slipping_ring == 0) return HUGE_VAL;
     /* halfway between the innermost ring that slips and the outermost ring that sticks */
-    return slipping_ring + 1 < ring_class->node_count ? 0.5 * (nodes[slipping_ring].label + nodes[slipping_ring + 1].label)
-                                                      : -HUGE_VAL;
+    return slipping_ring + 1 < ring_class->node_count
+               ? 0.5 * (nodes[slipping_ring].label + nodes[slipping_ring + 1].label)
+               : -HUGE_VAL;
 }
 
 int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]) {
@@ -1126,16 +1313,20 @@ int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
         if (edge <= hs_deepest_label(ring_class)) continue;
-        if (hs_reserve_rings(ring_class, ring_class->node_count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+        if (hs_reserve_rings(ring_class, ring_class->node_count + 1) != HS_OK)
+            return HS_OUT_OF_MEMORY;
         const double friction = hs_friction_at(body, ring_class->group, body->fraction);
         set_up_stage(ring_class, edge, edge, friction, body->rings_per_class, 1);
         full_slip = hs_max(full_slip, friction * (edge - hs_deepest_label(ring_class)));
         if (norm > 0.0) continue;
-        double label = hs_max(hs_min(hs_slip_front(body, ring_class), edge), hs_deepest_label(ring_class));
+        double label =
+            hs_max(hs_min(hs_slip_front(body, ring_class), edge), hs_deepest_label(ring_class));
         stiffness[0][0] += hs_load_at(ring_class->curve, label).slope;
         stiffness[1][1] = stiffness[0][0];
     }
     /* so small an increment that slip fronts remain in their cells; chosen */
-    if (norm > 0.0) solve_classes(body, edge, hs_add_scaled(zero_vector, 1e-9 * full_slip / norm, direction), stiffness);
+    if (norm > 0.0)
+        solve_classes(body, edge, hs_add_scaled(zero_vector, 1e-9 * full_slip / norm, direction),
+                      stiffness);
     return HS_OK;
 }

@@ -1,14 +1,14 @@
-/* Clusters: computes proxies from gaps and weights by Chebyshev moments: those of the smallest clusters from asperities, those of
- * larger ones from the proxies of their two halves. */
+/* Clusters: computes proxies from gaps and weights by Chebyshev moments: those of the smallest
+ * clusters from asperities, those of larger ones from the proxies of their two halves. */
 
 #include "clusters.h"
 
 /* cos((2 p + 1) π/32), tabulated because cosines of libm differ between machines */
 const double hs_proxy_point[HS_PROXIES] = {
-    0.9951847266721969,  0.9569403357322089,  0.8819212643483550,  0.773010453362737,
-    0.6343932841636455,  0.47139673682599786, 0.29028467725446233, 0.09801714032956077,
+    0.9951847266721969,   0.9569403357322089,   0.8819212643483550,   0.773010453362737,
+    0.6343932841636455,   0.47139673682599786,  0.29028467725446233,  0.09801714032956077,
     -0.09801714032956077, -0.29028467725446233, -0.47139673682599786, -0.6343932841636455,
-    -0.773010453362737,  -0.8819212643483549, -0.9569403357322089, -0.9951847266721969};
+    -0.773010453362737,   -0.8819212643483549,  -0.9569403357322089,  -0.9951847266721969};
 
 hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t count) {
     int64_t clusters = 0, width = HS_BLOCK;
@@ -18,7 +18,8 @@ hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t co
         ++levels;
         width *= 2;
     } while (width < 2 * count);
-    hs_clusters *result = (hs_clusters *)malloc(sizeof *result + (size_t)clusters * sizeof(hs_cluster));
+    hs_clusters *result =
+        (hs_clusters *)malloc(sizeof *result + (size_t)clusters * sizeof(hs_cluster));
     if (!result) return NULL;
     result->gap = gap;
     result->weight = weight;
@@ -33,8 +34,10 @@ hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t co
     return result;
 }
 
-/* Compute the weights of proxies from at most HS_BLOCK asperities or proxies of smaller clusters, at offsets from the centre. */
-HS_WIDE static void fill_proxies(hs_cluster *cluster, const double *restrict offset, const double *restrict weight, int count) {
+/* Compute the weights of proxies from at most HS_BLOCK asperities or proxies of smaller clusters,
+ * at offsets from the centre. */
+HS_WIDE static void fill_proxies(hs_cluster *cluster, const double *restrict offset,
+                                 const double *restrict weight, int count) {
     double x[HS_BLOCK], previous[HS_BLOCK], current[HS_BLOCK], term[HS_BLOCK], moment[HS_PROXIES];
     const double scale = cluster->half_width > 0.0 ? 1.0 / cluster->half_width : 0.0;
     for (int i = 0; i < count; ++i) {
@@ -86,7 +89,8 @@ static void fill_smallest(hs_cluster *cluster, const double *gap, const double *
 }
 
 /* Compute a cluster from its one or two children. */
-static void join(hs_cluster *cluster, const hs_cluster *child, int child_count, const double *gap, int64_t count) {
+static void join(hs_cluster *cluster, const hs_cluster *child, int child_count, const double *gap,
+                 int64_t count) {
     double offset[2 * HS_PROXIES], weight[2 * HS_PROXIES], circles = 0.0, moment = 0.0;
     set_interval(cluster, gap, count);
     for (int k = 0; k < child_count; ++k) {
@@ -110,12 +114,14 @@ void hs_fill_clusters(hs_clusters *clusters) {
         int64_t below = number;
         number = (clusters->count + width - 1) / width;
         for (int64_t index = 0; index < number; ++index) {
-            int64_t start = index * width, count = clusters->count - start < width ? clusters->count - start : width;
+            int64_t start = index * width,
+                    count = clusters->count - start < width ? clusters->count - start : width;
             hs_cluster *cluster = clusters->level[level] + index;
             if (level == 0)
                 fill_smallest(cluster, clusters->gap + start, clusters->weight + start, (int)count);
             else
-                join(cluster, clusters->level[level - 1] + 2 * index, 2 * index + 2 <= below ? 2 : 1, clusters->gap + start, count);
+                join(cluster, clusters->level[level - 1] + 2 * index,
+                     2 * index + 2 <= below ? 2 : 1, clusters->gap + start, count);
         }
     }
 }

@@ -1,10 +1,11 @@
-/* Clusters: sums of loads and energies of many asperities in logarithmic time, by a hierarchy of Chebyshev interpolants (the
- * black-box fast multipole method in one dimension).
+/* Clusters: sums of loads and energies of many asperities in logarithmic time, by a hierarchy of
+ * Chebyshev interpolants (the black-box fast multipole method in one dimension).
  *
- * For gaps h far from a, Σ k f(a - h) over asperities equals, to rounding, a sum over a few proxies with other weights, as f is
- * smooth and is interpolated at the Chebyshev points of the interval of gaps. Clusters of 256, 512, 1024, … asperities have 16
- * proxies each; a cluster is used at labels at least twice its width from its centre, where the interpolation error of √(a - h) is
- * below 1e-16. A sum runs over proxies of each level, and over the asperities next to the label. */
+ * For gaps h far from a, Σ k f(a - h) over asperities equals, to rounding, a sum over a few proxies
+ * with other weights, as f is smooth and is interpolated at the Chebyshev points of the interval of
+ * gaps. Clusters of 256, 512, 1024, … asperities have 16 proxies each; a cluster is used at labels
+ * at least twice its width from its centre, where the interpolation error of √(a - h) is below
+ * 1e-16. A sum runs over proxies of each level, and over the asperities next to the label. */
 #ifndef HISTORYSIM_CLUSTERS_H
 #define HISTORYSIM_CLUSTERS_H
 
@@ -12,16 +13,18 @@
 
 /* Proxies of a cluster: Chebyshev points, for an interpolation error below 1e-16 (above). */
 #define HS_PROXIES 16
-/* Smallest number of asperities of a curve with clusters; sums over fewer take no longer than sums over proxies. */
+/* Smallest number of asperities of a curve with clusters; sums over fewer take no longer than sums
+ * over proxies. */
 #define HS_MIN_CLUSTERED 16384
 
 typedef struct hs_cluster {
-    double centre, half_width; /* of the interval of gaps */
+    double centre, half_width;   /* of the interval of gaps */
     double circles, circles_gap; /* Σ k², and its centre */
     double weight[HS_PROXIES];
 } hs_cluster;
 
-/* Binary hierarchy of clusters of asperities in ascending gap: clusters of level n have HS_BLOCK·2^n asperities. */
+/* Binary hierarchy of clusters of asperities in ascending gap: clusters of level n have
+ * HS_BLOCK·2^n asperities. */
 typedef struct hs_clusters {
     const double *gap, *weight; /* of the asperities */
     int64_t count;
@@ -37,15 +40,18 @@ void hs_fill_clusters(hs_clusters *clusters);
 /* Chebyshev points in [-1, 1]. */
 extern const double hs_proxy_point[HS_PROXIES];
 
-/* Largest cluster that begins with asperity `start`, is within `stop` and far enough below a label; NULL if there is none. Sets its
- * number of asperities, or, without a cluster, the number of asperities to sum one by one. */
-static inline const hs_cluster *hs_cluster_at(const hs_clusters *clusters, int64_t start, int64_t stop, double label, int64_t *size) {
+/* Largest cluster that begins with asperity `start`, is within `stop` and far enough below a label;
+ * NULL if there is none. Sets its number of asperities, or, without a cluster, the number of
+ * asperities to sum one by one. */
+static inline const hs_cluster *hs_cluster_at(const hs_clusters *clusters, int64_t start,
+                                              int64_t stop, double label, int64_t *size) {
     int64_t block = start / HS_BLOCK, width = HS_BLOCK;
     *size = HS_BLOCK - start % HS_BLOCK;
     if (*size > stop - start) *size = stop - start;
     if (start % HS_BLOCK) return NULL;
     int level = 0;
-    while (level + 1 < clusters->levels && block % 2 == 0 && (start + 2 * width <= stop || stop == clusters->count)) {
+    while (level + 1 < clusters->levels && block % 2 == 0 &&
+           (start + 2 * width <= stop || stop == clusters->count)) {
         block /= 2;
         width *= 2;
         ++level;

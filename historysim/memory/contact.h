@@ -6,10 +6,10 @@
 
 /* Sort positions by a key, stably; returns a status. */
 int hs_sort_by(const double *key, int64_t *position, int64_t count);
-/* Create a contact with given units, from gaps and weights of asperities or knots in the caller's numbering; NULL if
- * out of memory. */
-hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
-                          int knots, const hs_units *units, double datum);
+/* Create a contact with given units, from gaps and weights of asperities or knots in the caller's
+ * numbering; NULL if out of memory. */
+hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight,
+                          const int64_t *group, int knots, const hs_units *units, double datum);
 /* Add a reference. */
 hs_contact *hs_contact_retain(hs_contact *contact);
 /* Arrays of all asperities in the caller's numbering, the order of columns. */

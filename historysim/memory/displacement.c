@@ -1,5 +1,6 @@
-/* Displacement: normal load, tangential load T(d, V) and friction limit Σ μ P(d) of all groups, from their polylines, and the root
- * V of rigid·V + compliance·T(d, V) = value by Halley's method in a bracket (README.md, theory 6 and 8). */
+/* Displacement: normal load, tangential load T(d, V) and friction limit Σ μ P(d) of all groups,
+ * from their polylines, and the root V of rigid·V + compliance·T(d, V) = value by Halley's method
+ * in a bracket (README.md, theory 6 and 8). */
 
 #include "displacement.h"
 #include "lanes.h"
@@ -9,11 +10,14 @@
 #define SMALL 1e-30
 
 /* True if each of several asperities is a group. */
-static int has_single_groups(const hs_contact *contact) { return contact->groups > 1 && contact->groups == contact->count; }
+static int has_single_groups(const hs_contact *contact) {
+    return contact->groups > 1 && contact->groups == contact->count;
+}
 
 /* Terms of the friction limit and the slopes for asperities in contact that each form a group. */
-HS_WIDE static void limits(const double *restrict gap, const double *restrict weight, const double *restrict friction,
-                           int count, double d, double *restrict limit, double *restrict limit_slope,
+HS_WIDE static void limits(const double *restrict gap, const double *restrict weight,
+                           const double *restrict friction, int count, double d,
+                           double *restrict limit, double *restrict limit_slope,
                            double *restrict load_slope) {
     for (int i = 0; i < count; ++i) {
         double depth = d - gap[i], half_chord = weight[i] * sqrt(depth);
@@ -32,12 +36,14 @@ hs_limit hs_limit_and_slopes(const hs_line *memory, double d) {
         double term[3][HS_BLOCK];
         for (int64_t start = 0; start < count; start += HS_BLOCK) {
             int size = hs_size_of_block(count - start);
-            limits(contact->gap + start, contact->weight + start, friction + start, size, d, term[0], term[1], term[2]);
+            limits(contact->gap + start, contact->weight + start, friction + start, size, d,
+                   term[0], term[1], term[2]);
             hs_add(limit, term[0], size);
             hs_add(limit_slope, term[1], size);
             hs_add(load_slope, term[2], size);
         }
-        return HS_MADE(hs_limit){hs_lanes_sum(limit), 1.5 * hs_lanes_sum(limit_slope), 1.5 * hs_lanes_sum(load_slope)};
+        return HS_MADE(hs_limit){hs_lanes_sum(limit), 1.5 * hs_lanes_sum(limit_slope),
+                                 1.5 * hs_lanes_sum(load_slope)};
     }
     hs_limit result = {0.0, 0.0, 0.0};
     for (int64_t index = 0; index < contact->groups; ++index) {
@@ -59,15 +65,16 @@ double hs_friction_limit(const hs_line *memory, double d, double load) {
 hs_range hs_friction_range(const hs_line *memory, double d) {
     const hs_contact *contact = memory->contact;
     hs_range range = {memory->friction[0], memory->friction[0]};
-    for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d; ++index) {
+    for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d;
+         ++index) {
         range.min = hs_min(range.min, memory->friction[index]);
         range.max = hs_max(range.max, memory->friction[index]);
     }
     return range;
 }
 
-HS_WIDE static void single_loads(const double *restrict gap, const double *restrict weight, int64_t count, double d,
-                          double *restrict load) {
+HS_WIDE static void single_loads(const double *restrict gap, const double *restrict weight,
+                                 int64_t count, double d, double *restrict load) {
     for (int64_t i = 0; i < count; ++i) {
         double depth = d - gap[i];
         load[i] = weight[i] * sqrt(depth) * depth;
@@ -87,7 +94,8 @@ int hs_loads_of_groups(const hs_line *memory, double d, double load, hs_group_lo
     if (has_single_groups(contact))
         count = hs_count_touching(contact->gap, contact->count, d);
     else
-        for (count = 0; count < contact->groups && contact->gap[contact->first[count]] < d;) ++count;
+        for (count = 0; count < contact->groups && contact->gap[contact->first[count]] < d;)
+            ++count;
     loads->count = count;
     if (count == 0) return HS_OK;
     loads->load = (double *)malloc((size_t)count * sizeof(double));
@@ -123,8 +131,9 @@ int hs_init_fronts(hs_fronts *fronts, int64_t groups) {
     double *memory = fronts->memory = (double *)calloc(11 * (count ? count : 1), sizeof *memory);
     if (!memory) return HS_OUT_OF_MEMORY;
     fronts->groups = groups;
-    double **arrays[] = {&fronts->cone, &fronts->below, &fronts->anchor, &fronts->jump,   &fronts->rate, &fronts->force,
-                       &fronts->low,  &fronts->high,  &fronts->gap,    &fronts->weight, &fronts->off};
+    double **arrays[] = {&fronts->cone, &fronts->below,  &fronts->anchor, &fronts->jump,
+                         &fronts->rate, &fronts->force,  &fronts->low,    &fronts->high,
+                         &fronts->gap,  &fronts->weight, &fronts->off};
     for (size_t row = 0; row < 11; ++row) *arrays[row] = memory + row * count;
     for (size_t index = 0; index < count; ++index) fronts->low[index] = HUGE_VAL;
     return HS_OK;
@@ -139,9 +148,9 @@ static void forget_front(hs_fronts *fronts, int64_t index) {
 }
 
 /* Loads and derivatives of `count` groups with cached fronts, from group `from` on. */
-HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restrict load, int64_t from, int count,
-                                    hs_point to, double *restrict force, double *restrict stiffness,
-                                    double *restrict curvature) {
+HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restrict load,
+                                    int64_t from, int count, hs_point to, double *restrict force,
+                                    double *restrict stiffness, double *restrict curvature) {
     const double *restrict cone = fronts->cone + from, *restrict below = fronts->below + from;
     const double *restrict anchor = fronts->anchor + from, *restrict rate = fronts->rate + from;
     const double *restrict jump = fronts->jump + from, *restrict held = fronts->force + from;
@@ -153,7 +162,8 @@ HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restr
         /* label of the front on the line of its segment */
         double label = below[g] + ((v - anchor[g]) - cone[g] * (d - below[g])) * rate[g];
         double upper = high[g] < d ? high[g] : d;
-        double depth = label - gap[g] > 0.0 ? label - gap[g] : 0.0, half_chord = weight[g] * sqrt(depth);
+        double depth = label - gap[g] > 0.0 ? label - gap[g] : 0.0,
+               half_chord = weight[g] * sqrt(depth);
         off[g] = ((low[g] <= label) & (label <= upper)) ? 0.0 : 1.0;
         force[g] = held[g] + cone[g] * load[g] + jump[g] * half_chord * depth;
         stiffness[g] = half_chord;
@@ -161,10 +171,12 @@ HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restr
     }
 }
 
-/* Tangential load of the groups with cached fronts at the end of a path. Flags each group in `off` whose front is outside its cached
- * segment; returns 1 if there are any. */
-static int force_on_fronts(const hs_fronts *fronts, const hs_group_loads *loads, hs_point to, hs_force *result) {
-    double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0}, misses[HS_LANES] = {0};
+/* Tangential load of the groups with cached fronts at the end of a path. Flags each group in `off`
+ * whose front is outside its cached segment; returns 1 if there are any. */
+static int force_on_fronts(const hs_fronts *fronts, const hs_group_loads *loads, hs_point to,
+                           hs_force *result) {
+    double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0},
+           misses[HS_LANES] = {0};
     double term[3][HS_BLOCK];
     for (int64_t start = 0; start < loads->count; start += HS_BLOCK) {
         int count = hs_size_of_block(loads->count - start);
@@ -180,7 +192,8 @@ static int force_on_fronts(const hs_fronts *fronts, const hs_group_loads *loads,
     return hs_lanes_sum(misses) > 0.0;
 }
 
-int hs_force_at(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to, hs_force *result) {
+int hs_force_at(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to,
+                hs_force *result) {
     hs_point from = {memory->approach, memory->displacement};
     if (!force_on_fronts(fronts, loads, to, result)) return HS_OK;
     hs_force sum = {0.0, 0.0, 0.0};
@@ -199,11 +212,12 @@ int hs_force_at(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
                 if (!scratch) return HS_OUT_OF_MEMORY;
             }
             hs_cone cone = {group.friction, 0.0, 0.0, 0.0};
-            int64_t count = hs_move_and_clip(&group, NULL, depth, from, to, loads->load[index], &cone, scratch,
-                                              &contribution.stiffness);
+            int64_t count = hs_move_and_clip(&group, NULL, depth, from, to, loads->load[index],
+                                             &cone, scratch, &contribution.stiffness);
             contribution.force = scratch[count - 1].tangential;
         } else {
-            contribution = hs_force_of_group(&group, depth, from, to, loads->load[index], fronts, index);
+            contribution =
+                hs_force_of_group(&group, depth, from, to, loads->load[index], fronts, index);
         }
         sum.force += contribution.force;
         sum.stiffness += contribution.stiffness;
@@ -230,7 +244,8 @@ int hs_force_on_path(hs_line *memory, hs_fronts *fronts, double d, double v, dou
     return status;
 }
 
-static void guess_fronts(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double sign) {
+static void guess_fronts(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
+                         double sign) {
     for (int64_t index = 0; index < loads->count; ++index) {
         if (memory->depth[index] > 1 && fronts->low[index] == HUGE_VAL && !memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
@@ -239,11 +254,14 @@ static void guess_fronts(hs_line *memory, const hs_group_loads *loads, hs_fronts
     }
 }
 
-/* Displacement nearest to the present one at which every spring slides, on a straight path to approach d1. */
-static double sliding_displacement(const hs_line *memory, const hs_group_loads *loads, double d1, double side) {
+/* Displacement nearest to the present one at which every spring slides, on a straight path to
+ * approach d1. */
+static double sliding_displacement(const hs_line *memory, const hs_group_loads *loads, double d1,
+                                   double side) {
     double v0 = memory->displacement, reach = -HUGE_VAL;
     for (int64_t index = 0; index < loads->count; ++index) {
-        double friction = memory->friction[index], d0 = loads->from ? loads->from[index] : memory->approach;
+        double friction = memory->friction[index],
+               d0 = loads->from ? loads->from[index] : memory->approach;
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         if (d1 > d0) reach = hs_max(reach, side * v0 + friction * (d1 - d0));
         for (int64_t j = 0; j < memory->depth[index]; ++j) {
@@ -255,8 +273,8 @@ static double sliding_displacement(const hs_line *memory, const hs_group_loads *
 }
 
 /* Halley iterate from v, or bisection if it is outside the bracket; at most `stride` from v. */
-static double halley_iterate(double v, double residual, double stiffness, double curvature, double low, double high,
-                         double stride) {
+static double halley_iterate(double v, double residual, double stiffness, double curvature,
+                             double low, double high, double stride) {
     double step = stiffness > 0.0 ? residual / stiffness : HUGE_VAL;
     double curvature_term = stiffness > 0.0 ? 0.5 * curvature * step / stiffness : HUGE_VAL;
     if (fabs(curvature_term) < 0.25) step /= 1.0 + curvature_term;
@@ -266,13 +284,15 @@ static double halley_iterate(double v, double residual, double stiffness, double
     return trial;
 }
 
-int hs_solve_displacement(hs_line *memory, double d, double load, hs_target target, double *displacement) {
+int hs_solve_displacement(hs_line *memory, double d, double load, hs_target target,
+                          double *displacement) {
     hs_group_loads loads;
     hs_fronts fronts;
     fronts.memory = NULL;
     int status = hs_loads_of_groups(memory, d, load, &loads);
     if (status == HS_OK) status = hs_init_fronts(&fronts, loads.count);
-    if (status == HS_OK) status = hs_solve_displacement_with(memory, &loads, &fronts, d, target, displacement);
+    if (status == HS_OK)
+        status = hs_solve_displacement_with(memory, &loads, &fronts, d, target, displacement);
     hs_free_fronts(&fronts);
     hs_free_group_loads(&loads);
     return status;
@@ -281,20 +301,27 @@ int hs_solve_displacement(hs_line *memory, double d, double load, hs_target targ
 /* Friction limit from the loads of groups. */
 static double limit_of(const hs_line *memory, const hs_group_loads *loads) {
     double limit = 0.0;
-    for (int64_t index = 0; index < loads->count; ++index) limit += memory->friction[index] * loads->load[index];
+    for (int64_t index = 0; index < loads->count; ++index)
+        limit += memory->friction[index] * loads->load[index];
     return limit;
 }
 
-/* If nothing is in contact at d, the displacement for a load is the anchor of the last spring to separate, of the highest summit. */
-int hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *displacement) {
+/* If nothing is in contact at d, the displacement for a load is the anchor of the last spring to
+ * separate, of the highest summit. */
+int hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
+                               double d, hs_target target, double *displacement) {
     if (loads->count == 0) {
-        *displacement = target.rigid > 0.0 ? target.value : memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
+        *displacement = target.rigid > 0.0     ? target.value
+                        : memory->depth[0] > 0 ? memory->vertices[0].anchor
+                                               : memory->displacement;
         return HS_OK;
     }
     if (d == memory->approach) {
         double v = memory->displacement;
-        double residual = target.value - target.rigid * v - target.compliance * hs_total_force(memory);
-        if (fabs(residual) <= HS_TIE * (target.rigid * fabs(target.value) + target.compliance * limit_of(memory, loads))) {
+        double residual =
+            target.value - target.rigid * v - target.compliance * hs_total_force(memory);
+        if (fabs(residual) <= HS_TIE * (target.rigid * fabs(target.value) +
+                                        target.compliance * limit_of(memory, loads))) {
             /* within rounding of the target */
             *displacement = v;
             return HS_OK;
@@ -303,11 +330,14 @@ int hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_
     return hs_search_displacement(memory, loads, fronts, d, target, displacement);
 }
 
-/* A load at the friction limit is reached at the displacement at which the last spring begins to slide. */
-int hs_search_displacement(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *displacement) {
+/* A load at the friction limit is reached at the displacement at which the last spring begins to
+ * slide. */
+int hs_search_displacement(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
+                           double d, hs_target target, double *displacement) {
     double target_value = target.value, rigid = target.rigid, compliance = target.compliance;
     double limit = limit_of(memory, loads);
-    double reach = hs_friction_range(memory, HUGE_VAL).max * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
+    double reach = hs_friction_range(memory, HUGE_VAL).max * (d - memory->contact->sorted_gap[0]),
+           stride = HUGE_VAL;
     if (rigid == 0.0) {
         if (fabs(target_value) >= (1.0 - HS_TIE) * limit) {
             *displacement = sliding_displacement(memory, loads, d, copysign(1.0, target_value));
@@ -319,12 +349,15 @@ int hs_search_displacement(hs_line *memory, const hs_group_loads *loads, hs_fron
     double accuracy = 4.0 * DBL_EPSILON * (rigid * fabs(target_value) + compliance * limit);
     double low = -HUGE_VAL, high = HUGE_VAL, v = memory->displacement;
     double change = target_value - rigid * v - compliance * memory->tangential_load;
-    /* a small initial offset, so that the first stiffness is the one-sided derivative in the direction of motion */
+    /* a small initial offset, so that the first stiffness is the one-sided derivative in the
+     * direction of motion */
     if (change != 0.0) v += copysign(1e-9 * reach, change);
-    /* at the first iterate new springs still stick, so that fronts are only guessed for the following one */
+    /* at the first iterate new springs still stick, so that fronts are only guessed for the
+     * following one */
     int guess_iteration = d > memory->approach ? 1 : 0;
     for (int iteration = 0; iteration < 200; ++iteration) {
-        if (iteration == guess_iteration) guess_fronts(memory, loads, fronts, copysign(1.0, change));
+        if (iteration == guess_iteration)
+            guess_fronts(memory, loads, fronts, copysign(1.0, change));
         hs_point to = {d, v};
         hs_force force;
         int status = hs_force_at(memory, loads, fronts, to, &force);
@@ -335,8 +368,8 @@ int hs_search_displacement(hs_line *memory, const hs_group_loads *loads, hs_fron
             low = v;
         else
             high = v;
-        double trial = halley_iterate(v, residual, rigid + compliance * force.stiffness, compliance * force.curvature, low, high,
-                                 stride);
+        double trial = halley_iterate(v, residual, rigid + compliance * force.stiffness,
+                                      compliance * force.curvature, low, high, stride);
         if (trial == low || trial == high || trial == v) break;
         v = trial;
     }

@@ -4,7 +4,8 @@
 
 #include "historysim.h"
 
-/* Count work, in units of about a microsecond, and query the caller's interrupt every few milliseconds. */
+/* Count work, in units of about a microsecond, and query the caller's interrupt every few
+ * milliseconds. */
 static inline int hs_count_work(const hs_drive *drive, int64_t *work, int64_t more) {
     *work += more;
     if (*work < 4096 || !drive->interrupted) return HS_OK;

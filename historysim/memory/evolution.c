@@ -1,28 +1,34 @@
-/* Evolution: paths on which asperities change: their friction with load or slid distance, their summits by wear and yielding
- * (README.md, theory 10 and a further law).
+/* Evolution: paths on which asperities change: their friction with load or slid distance, their
+ * summits by wear and yielding (README.md, theory 10 and a further law).
  *
- * Evolution is integrated in chords: on each, approach, displacement, friction and shapes vary linearly up to their values at
- * its end, which is one exact update of each polyline. Chords are doubled until state, energy, distances and shapes
- * converge (settle.c). A path on which nothing evolves is integrated exactly, without chords.
+ * Evolution is integrated in chords: on each, approach, displacement, friction and shapes vary
+ * linearly up to their values at its end, which is one exact update of each polyline. Chords are
+ * doubled until state, energy, distances and shapes converge (settle.c). A path on which nothing
+ * evolves is integrated exactly, without chords.
  *
- * Paths are those of all contacts: straight in both loads where both are controlled, otherwise in approach and displacement.
- * Where a load or a drive is controlled, the displacement at the end is found by a search over whole paths; the last chord
- * meets the request, so that the path is straight within the tolerance. A request beyond the friction limit is followed in
- * pieces as in limit.c. Of two loads each chord is cut where it crosses the limit, which depends on what evolves.
+ * Paths are those of all contacts: straight in both loads where both are controlled, otherwise in
+ * approach and displacement. Where a load or a drive is controlled, the displacement at the end is
+ * found by a search over whole paths; the last chord meets the request, so that the path is
+ * straight within the tolerance. A request beyond the friction limit is followed in pieces as in
+ * limit.c. Of two loads each chord is cut where it crosses the limit, which depends on what
+ * evolves.
  *
  * Each chord is of second order in its length:
- *  - The distance that an asperity slides follows from the point of the straight path at which the last of its springs begins to
- *    slip.
- *  - The volume that it loses from there on is proportional to its load. The shape that follows gives a better end of the
- *    chord, which gives a better volume: twice. The chord is integrated with the mean of both shapes, and ends with the last.
- *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach changes much, has
- *    stations in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3).
+ *  - The distance that an asperity slides follows from the point of the straight path at which the
+ * last of its springs begins to slip.
+ *  - The volume that it loses from there on is proportional to its load. The shape that follows
+ * gives a better end of the chord, which gives a better volume: twice. The chord is integrated with
+ * the mean of both shapes, and ends with the last.
+ *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach
+ * changes much, has stations in the chord, graded towards touch: μ goes with 1/N there, or
+ * N^(-1/3).
  *
- * A summit that yields while tractions stand in it, of radius R before a chord and R' at its end, keeps them at their
- * radii √(R b): its springs get the labels b R/R' under the new summit, and keep their deflections, and so the loads and
- * the energy that they hold. With R'/R steeper, μ R'/R is their cone at the start of the chord, and μ at its end: from
- * there on a summit that yields is one whose friction falls. The limit of no spring falls meanwhile, since the approach
- * grows. Where nothing is strained and the contact is not moved, a path is one chord. */
+ * A summit that yields while tractions stand in it, of radius R before a chord and R' at its end,
+ * keeps them at their radii √(R b): its springs get the labels b R/R' under the new summit, and
+ * keep their deflections, and so the loads and the energy that they hold. With R'/R steeper, μ R'/R
+ * is their cone at the start of the chord, and μ at its end: from there on a summit that yields is
+ * one whose friction falls. The limit of no spring falls meanwhile, since the approach grows. Where
+ * nothing is strained and the contact is not moved, a path is one chord. */
 
 #include "chord.h"
 #include "contact.h"
@@ -35,14 +41,17 @@
 #include "integrate.h"
 
 #define AS_ONE 1e-9
-/* cuts of paths next to first touch where friction depends on the total load, and approach of one over the next */
+/* cuts of paths next to first touch where friction depends on the total load, and approach of one
+ * over the next */
 #define CLOSE_TO_TOUCH 3
 #define CLOSER 4.0
-/* chords in which crossings of the friction limit are found that divide a path, and those that are found anew on each chord */
+/* chords in which crossings of the friction limit are found that divide a path, and those that are
+ * found anew on each chord */
 #define CHORDS_TO_CROSS 64
 #define CHORDS_TO_CUT 16
-/* displacement by which an aim may be missed, over the tolerance of ramps and the displacement at which all slides; searches
- * for it; and the least rate by which misses fall that is used to find it */
+/* displacement by which an aim may be missed, over the tolerance of ramps and the displacement at
+ * which all slides; searches for it; and the least rate by which misses fall that is used to find
+ * it */
 #define AIM 10.0
 #define MOST_AIMS 12
 #define LEAST_RATE 0.05
@@ -50,11 +59,30 @@
 /* Buffers for memories of so many asperities and groups, which are more where asperities yield. */
 static int make_buffers(walk *w, const hs_contact *contact) {
     size_t n = (size_t)contact->count, g = (size_t)(w->yields ? contact->count : contact->groups);
-    double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->shape.first,      &w->shape.last,
-                       &w->shape.mean_load, &w->shape.energy,  &w->shape.lost,       &w->shape.taken,      &w->gap,        &w->before,
-                       &w->shape.mid_height, &w->shape.mid_radius, &w->shape.end_height, &w->shape.end_radius,
-                       &w->discarded,    &w->shape.begun,      &w->yield.from,       &w->yield.steeper,    (double **)&w->depth,
-                       (double **)&w->yield.place, &w->slides_from, &w->slides_to};
+    double **each[] = {&w->goal[0],
+                       &w->goal[1],
+                       &w->slid,
+                       &w->ahead,
+                       &w->shape.first,
+                       &w->shape.last,
+                       &w->shape.mean_load,
+                       &w->shape.energy,
+                       &w->shape.lost,
+                       &w->shape.taken,
+                       &w->gap,
+                       &w->before,
+                       &w->shape.mid_height,
+                       &w->shape.mid_radius,
+                       &w->shape.end_height,
+                       &w->shape.end_radius,
+                       &w->discarded,
+                       &w->shape.begun,
+                       &w->yield.from,
+                       &w->yield.steeper,
+                       (double **)&w->depth,
+                       (double **)&w->yield.place,
+                       &w->slides_from,
+                       &w->slides_to};
     size_t arrays = sizeof each / sizeof *each;
     double *numbers = (double *)malloc((arrays * n + 5 * g + 1) * sizeof *numbers + n);
     w->memory = numbers;
@@ -91,8 +119,9 @@ static int share_at(const walk *w, const hs_line *memory, double d, double *shar
     return status;
 }
 
-/* Cut a path where summits first touch, leave or begin to yield, what is before the first of them yields left out; where
- * these are many, where as many of them lie between one cut and the next; and close to the first touch. */
+/* Cut a path where summits first touch, leave or begin to yield, what is before the first of them
+ * yields left out; where these are many, where as many of them lie between one cut and the next;
+ * and close to the first touch. */
 static int cut_path(walk *w, const hs_line *memory, int touches, int graded) {
     const route *c = &w->course;
     const hs_contact *contact = memory->contact;
@@ -138,9 +167,12 @@ static int begin_course(walk *w, const hs_line *memory, const hs_path *path) {
     c->normal_by_load = path->normal_control == HS_LOAD;
     c->tangential_by_load = path->tangential_control[0] == HS_LOAD;
     c->both_loads = c->normal_by_load && c->tangential_by_load;
-    c->tangential[0] = c->tangential_by_load ? request : memory->displacement + w->compliance * memory->tangential_load;
+    c->tangential[0] = c->tangential_by_load
+                           ? request
+                           : memory->displacement + w->compliance * memory->tangential_load;
     c->tangential[1] = target.value;
-    c->ends_separated = c->tangential_by_load && !c->both_loads && target.value == 0.0 && c->d[1] <= contact->sorted_gap[0];
+    c->ends_separated = c->tangential_by_load && !c->both_loads && target.value == 0.0 &&
+                        c->d[1] <= contact->sorted_gap[0];
     c->straight = c->ends_at_limit = 0;
     c->apart[0] = memory->displacement;
     c->apart[1] = memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
@@ -153,19 +185,25 @@ static int begin_course(walk *w, const hs_line *memory, const hs_path *path) {
         double next = hs_max(w->yield.next, memory->approach);
         if (c->d[1] > next + HS_TIE * fabs(next)) {
             int status = HS_OK;
-            if (c->normal_by_load) status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
+            if (c->normal_by_load)
+                status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
             if (status != HS_OK) return status;
             w->yield.onset = (next - c->d[0]) / (c->d[1] - c->d[0]);
-            if (c->both_loads) w->yield.onset = (hs_load_at(hs_all_of(contact), next).load - c->load[0]) / (c->load[1] - c->load[0]);
+            if (c->both_loads)
+                w->yield.onset = (hs_load_at(hs_all_of(contact), next).load - c->load[0]) /
+                                 (c->load[1] - c->load[0]);
             w->yield.onset = hs_min(hs_max(w->yield.onset, 0.0), 1.0);
         }
     }
-    if (w->wears && c->normal_by_load && !c->both_loads && !(c->first = hs_contact_copy(contact))) return HS_OUT_OF_MEMORY;
+    if (w->wears && c->normal_by_load && !c->both_loads && !(c->first = hs_contact_copy(contact)))
+        return HS_OUT_OF_MEMORY;
     for (int64_t g = 0; g < contact->groups && evolution->goal; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
             int64_t whose = contact->order[i];
             w->goal[0][whose] = memory->friction[g];
-            w->goal[1][whose] = hs_toward(memory->friction[g], hs_bound_friction(evolution->goal[whose]), evolution->goal_fraction);
+            w->goal[1][whose] =
+                hs_toward(memory->friction[g], hs_bound_friction(evolution->goal[whose]),
+                          evolution->goal_fraction);
         }
     return HS_OK;
 }
@@ -175,14 +213,15 @@ static int is_still(const walk *w, const hs_line *memory) {
     const hs_law *law = &w->evolution->law;
     int64_t count = memory->contact->count;
     if (w->wears) return 0;
-    if (w->evolution->goal) return memcmp(w->goal[0], w->goal[1], (size_t)count * sizeof(double)) == 0;
+    if (w->evolution->goal)
+        return memcmp(w->goal[0], w->goal[1], (size_t)count * sizeof(double)) == 0;
     if (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) return 1;
     if (!memchr(memory->evolved->friction_overridden, 0, (size_t)count)) return 1;
     return law->depends_on != HS_ON_SLID_DISTANCE && w->course.d[0] == w->course.d[1];
 }
 
-/* Integrate a path on which nothing evolves, exactly. Slid distances are those of its straight pieces, or, where both loads
- * change, followed in chords. */
+/* Integrate a path on which nothing evolves, exactly. Slid distances are those of its straight
+ * pieces, or, where both loads change, followed in chords. */
 static int walk_still(walk *w, hs_line *memory, const hs_plan *plan, double before, double share) {
     const route *c = &w->course;
     hs_line *start = w->spare[0];
@@ -194,7 +233,8 @@ static int walk_still(walk *w, hs_line *memory, const hs_plan *plan, double befo
         status = hs_line_assign(start, memory);
         if (status == HS_OK && bent) {
             hs_line *fine = hs_copy_to_change(w, memory);
-            status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, stop) : (int)HS_OUT_OF_MEMORY;
+            status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, stop)
+                          : (int)HS_OUT_OF_MEMORY;
             hs_line_free(fine);
         }
         if (status == HS_OK) status = hs_follow_plan(memory, plan, before, stop, w->drive);
@@ -204,7 +244,13 @@ static int walk_still(walk *w, hs_line *memory, const hs_plan *plan, double befo
                    (size_t)memory->contact->count * sizeof(double));
             memory->evolved->slid_together = start->evolved->slid_together;
         } else {
-            chord_end end = {memory->approach, memory->normal_load, memory->displacement, NAN, NAN, NAN, 0.0,
+            chord_end end = {memory->approach,
+                             memory->normal_load,
+                             memory->displacement,
+                             NAN,
+                             NAN,
+                             NAN,
+                             0.0,
                              memory->contact->groups};
             memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
             hs_store_gaps(w, memory->contact);
@@ -223,7 +269,8 @@ static int part_as_they_evolve(hs_line *memory, const hs_evolution *evolution) {
     size_t count = (size_t)memory->contact->count;
     int depends = law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING, status = HS_OK;
     if (evolution->wear.kind != HS_NO_WEAR || (depends && law->depends_on != HS_ON_TOTAL_LOAD))
-        status = hs_split_groups(memory, memory->evolved->summit_height, memory->evolved->summit_radius);
+        status =
+            hs_split_groups(memory, memory->evolved->summit_height, memory->evolved->summit_radius);
     if (status == HS_OK && depends && memchr(memory->evolved->friction_overridden, 1, count)) {
         double *given = (double *)malloc(count * sizeof *given);
         if (!given) return HS_OUT_OF_MEMORY;
@@ -259,8 +306,10 @@ static int yield_at_rest(walk *w, hs_line *memory, double share) {
     double *gap = w->shape.first, *weight = w->shape.last, unit = contact->units.length;
     for (int64_t k = 0; k < contact->count; ++k) {
         int64_t i = contact->order[k];
-        gap[i] = w->yield.changed[i] ? (contact->datum - memory->evolved->summit_height[i]) / unit : contact->gap[k];
-        weight[i] = w->yield.changed[i] ? sqrt(memory->evolved->summit_radius[i] / unit) : contact->weight[k];
+        gap[i] = w->yield.changed[i] ? (contact->datum - memory->evolved->summit_height[i]) / unit
+                                     : contact->gap[k];
+        weight[i] = w->yield.changed[i] ? sqrt(memory->evolved->summit_radius[i] / unit)
+                                        : contact->weight[k];
     }
     hs_tick(memory, hs_toward(w->course.times[0], w->course.times[1], share));
     status = hs_join_groups(memory, gap, weight, d, 1);
@@ -308,8 +357,9 @@ static int is_at_rest(const walk *w, const hs_line *memory) {
     return w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
 }
 
-/* One path as it is integrated. `aims`: a load or a drive is controlled while the approach is straight, so displacements go
- * straight to where that leads; `pieces` are those between which the request crosses the friction limit. */
+/* One path as it is integrated. `aims`: a load or a drive is controlled while the approach is
+ * straight, so displacements go straight to where that leads; `pieces` are those between which the
+ * request crosses the friction limit. */
 typedef struct leg {
     hs_plan plan;   /* where nothing evolves */
     double elastic; /* share of the path at which summits begin to yield, or 1 */
@@ -317,16 +367,28 @@ typedef struct leg {
     hs_pieces pieces;
 } leg;
 
-/* Integrate the elastic part of a path on which summits yield later, straight to the displacement aimed at. */
+/* Integrate the elastic part of a path on which summits yield later, straight to the displacement
+ * aimed at. */
 static int walk_elastic(walk *w, hs_line *memory, double before, double share) {
     const route *c = &w->course;
     hs_plan plan;
-    double reached = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
-    hs_path path = {hs_toward(c->d[0], c->d[1], share), 1.0, {reached, 0.0}, {1.0, 0.0}, 1, 0, HS_DISPLACED, {HS_DISPLACED, HS_HELD}, 0,
-                    hs_toward(c->times[0], c->times[1], before), hs_toward(c->times[0], c->times[1], share)};
+    double reached =
+        hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
+    hs_path path = {hs_toward(c->d[0], c->d[1], share),
+                    1.0,
+                    {reached, 0.0},
+                    {1.0, 0.0},
+                    1,
+                    0,
+                    HS_DISPLACED,
+                    {HS_DISPLACED, HS_HELD},
+                    0,
+                    hs_toward(c->times[0], c->times[1], before),
+                    hs_toward(c->times[0], c->times[1], share)};
     int status = hs_plan_path(memory, &path, 0.0, 0, 1, &plan, w->refusal);
     if (status != HS_OK) return status;
-    return w->alone ? hs_follow_plan(memory, &plan, 0.0, 1.0, w->drive) : walk_still(w, memory, &plan, 0.0, 1.0);
+    return w->alone ? hs_follow_plan(memory, &plan, 0.0, 1.0, w->drive)
+                    : walk_still(w, memory, &plan, 0.0, 1.0);
 }
 
 /* Integrate a part of a path within one piece of its request. */
@@ -341,7 +403,8 @@ static int walk_part(walk *w, hs_line *memory, const leg *on, double before, dou
         else if (on->aims)
             status = walk_elastic(w, memory, before, end);
         else if (w->alone)
-            status = hs_follow_plan(memory, &on->plan, before / on->elastic, end / on->elastic, w->drive);
+            status = hs_follow_plan(memory, &on->plan, before / on->elastic, end / on->elastic,
+                                    w->drive);
         else
             status = walk_still(w, memory, &on->plan, before / on->elastic, end / on->elastic);
         before = end;
@@ -353,10 +416,12 @@ static int walk_part(walk *w, hs_line *memory, const leg *on, double before, dou
         if (!w->yield.at_rest) status = prepare_to_yield(w, memory);
     }
     if (status != HS_OK) return status;
-    return w->yield.at_rest ? yield_at_rest(w, memory, share) : hs_settle_timed(w, memory, before, share);
+    return w->yield.at_rest ? yield_at_rest(w, memory, share)
+                            : hs_settle_timed(w, memory, before, share);
 }
 
-/* Displacement at the end of the present piece of a path, were it one chord; where summits yield, were it elastic. */
+/* Displacement at the end of the present piece of a path, were it one chord; where summits yield,
+ * were it elastic. */
 static int guess_displacement(walk *w, const hs_line *memory, hs_line *tried, double *found) {
     const route *c = &w->course;
     double end = c->piece[1], d = hs_toward(c->d[0], c->d[1], end);
@@ -367,11 +432,12 @@ static int guess_displacement(walk *w, const hs_line *memory, hs_line *tried, do
     }
     hs_target target = {hs_toward(c->tangential[0], c->tangential[1], end), 1.0, w->compliance};
     if (c->tangential_by_load) target = hs_to_load(target.value);
-    return hs_solve_displacement((hs_line *)memory, d, hs_load_at(hs_all_of(memory->contact), d).load, target, found);
+    return hs_solve_displacement((hs_line *)memory, d,
+                                 hs_load_at(hs_all_of(memory->contact), d).load, target, found);
 }
 
-/* Find the displacement to which the present piece of a path is straight: where its last chord meets the request. `reached` is
- * the memory there. */
+/* Find the displacement to which the present piece of a path is straight: where its last chord
+ * meets the request. `reached` is the memory there. */
 static int aim(walk *w, const hs_line *memory, const leg *on, hs_line **reached) {
     route *c = &w->course;
     double touch = memory->contact->sorted_gap[0], aimed = NAN, missed = NAN;
@@ -383,7 +449,8 @@ static int aim(walk *w, const hs_line *memory, const leg *on, hs_line **reached)
         tried = hs_copy_to_change(w, memory);
         if (!tried) return HS_OUT_OF_MEMORY;
         hs_set_clock(tried, NAN);
-        int status = turn ? walk_part(w, tried, on, c->piece[0], c->piece[1]) : guess_displacement(w, memory, tried, c->aim + 1);
+        int status = turn ? walk_part(w, tried, on, c->piece[0], c->piece[1])
+                          : guess_displacement(w, memory, tried, c->aim + 1);
         if (status != HS_OK) {
             hs_line_free(tried);
             return status;
@@ -401,7 +468,8 @@ static int aim(walk *w, const hs_line *memory, const leg *on, hs_line **reached)
     return HS_OK;
 }
 
-/* Find where a request that is straight on a path crosses the friction limit, in so many chords; refuse it where it may not. */
+/* Find where a request that is straight on a path crosses the friction limit, in so many chords;
+ * refuse it where it may not. */
 static int find_crossings(walk *w, const hs_line *memory, leg *on, int chords, int saturate) {
     const route *c = &w->course;
     hs_line *tried = hs_copy_to_change(w, memory);
@@ -423,7 +491,8 @@ static int find_crossings(walk *w, const hs_line *memory, leg *on, int chords, i
         if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
         if (status == HS_OK && !saturate && fabs(tried->excess) > excess) {
             excess = fabs(tried->excess);
-            w->refusal->request = hs_toward(c->tangential[0], c->tangential[1], share) * memory->contact->units.load;
+            w->refusal->request =
+                hs_toward(c->tangential[0], c->tangential[1], share) * memory->contact->units.load;
             w->refusal->limit = fabs(tried->tangential_load) * memory->contact->units.load;
         }
         before = share;
@@ -433,8 +502,9 @@ static int find_crossings(walk *w, const hs_line *memory, leg *on, int chords, i
     return status == HS_OK && excess > 0.0 ? (int)HS_BEYOND_LIMIT : status;
 }
 
-/* Find the pieces of a path whose tangential load is controlled while its approach is straight. A request that is within the
- * friction limit at both ends is one piece: no load is prescribed in between. */
+/* Find the pieces of a path whose tangential load is controlled while its approach is straight. A
+ * request that is within the friction limit at both ends is one piece: no load is prescribed in
+ * between. */
 static int find_pieces(walk *w, const hs_line *memory, leg *on) {
     route *c = &w->course;
     const hs_drive *drive = w->drive;
@@ -447,17 +517,20 @@ static int find_pieces(walk *w, const hs_line *memory, leg *on) {
     if (!c->tangential_by_load) return HS_OK;
     held.saturate = 1;
     w->drive = &held;
-    int crosses = fabs(c->tangential[0]) > slack * hs_friction_limit(memory, memory->approach, memory->normal_load);
+    int crosses = fabs(c->tangential[0]) >
+                  slack * hs_friction_limit(memory, memory->approach, memory->normal_load);
     if (!crosses) {
         hs_line *reached = NULL;
         c->piece[0] = 0.0;
         c->piece[1] = 1.0;
         status = aim(w, memory, on, &reached);
         if (status == HS_OK)
-            crosses = slack * fabs(c->tangential[1]) >= hs_friction_limit(reached, reached->approach, reached->normal_load);
+            crosses = slack * fabs(c->tangential[1]) >=
+                      hs_friction_limit(reached, reached->approach, reached->normal_load);
         hs_line_free(reached);
     }
-    if (status == HS_OK && crosses) status = find_crossings(w, memory, on, CHORDS_TO_CROSS, drive->saturate);
+    if (status == HS_OK && crosses)
+        status = find_crossings(w, memory, on, CHORDS_TO_CROSS, drive->saturate);
     w->drive = drive;
     return status;
 }
@@ -466,7 +539,8 @@ static int find_pieces(walk *w, const hs_line *memory, leg *on) {
 static void cut_at_crossings(walk *w, const hs_pieces *pieces) {
     for (int k = 0; k + 1 < pieces->count; ++k) {
         int64_t place = w->cuts++;
-        for (; place > 0 && w->cut[place - 1] > pieces->end[k]; --place) w->cut[place] = w->cut[place - 1];
+        for (; place > 0 && w->cut[place - 1] > pieces->end[k]; --place)
+            w->cut[place] = w->cut[place - 1];
         w->cut[place] = pieces->end[k];
     }
 }
@@ -498,16 +572,19 @@ static int walk_pieces(walk *w, hs_line *memory, leg *on, double before, double 
     return status;
 }
 
-/* Whether displacements are straight on a path that is not integrated at once: to where a load or a drive leads. */
+/* Whether displacements are straight on a path that is not integrated at once: to where a load or a
+ * drive leads. */
 static int has_aim(const walk *w, const hs_line *memory, int still) {
     const route *c = &w->course;
     if (still && !(w->yield.onset < 1.0)) return 0;
-    if (c->both_loads || c->ends_separated || !(c->tangential_by_load || w->compliance > 0.0)) return 0;
+    if (c->both_loads || c->ends_separated || !(c->tangential_by_load || w->compliance > 0.0))
+        return 0;
     return !is_at_rest(w, memory);
 }
 
 /* Integrate one path, of which rows are recorded. */
-static int walk_path(walk *w, hs_line *memory, const hs_path *path, double until, hs_recorder *recorder, int *flag) {
+static int walk_path(walk *w, hs_line *memory, const hs_path *path, double until,
+                     hs_recorder *recorder, int *flag) {
     leg on;
     int status = HS_OK;
     w->course.first = NULL;
@@ -525,18 +602,23 @@ static int walk_path(walk *w, hs_line *memory, const hs_path *path, double until
     double before = 0.0, first = until / (double)path->parts;
     on.elastic = yields ? w->yield.onset : 1.0;
     on.aims = status == HS_OK && has_aim(w, memory, on.still);
-    /* laws of friction have stations where asperities touch, but where displacements are found chords end there, too */
-    int cuts = yields || (!on.still && (w->wears || w->course.tangential_by_load || w->compliance > 0.0));
-    int by_load = !on.still && w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_TOTAL_LOAD;
+    /* laws of friction have stations where asperities touch, but where displacements are found
+     * chords end there, too */
+    int cuts =
+        yields || (!on.still && (w->wears || w->course.tangential_by_load || w->compliance > 0.0));
+    int by_load = !on.still && w->evolution->law.kind != HS_NO_LAW &&
+                  w->evolution->law.depends_on == HS_ON_TOTAL_LOAD;
     if (status == HS_OK && (cuts || by_load)) status = cut_path(w, memory, cuts, by_load);
     if (status == HS_OK && on.still && !on.aims && on.elastic > 0.0) {
         hs_path leg = yields ? path_to_onset(w, path) : *path;
         int direct = yields ? first >= on.elastic : path->parts == 1 && until == 1.0;
-        status = hs_plan_path(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan, w->refusal);
+        status = hs_plan_path(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan,
+                              w->refusal);
     }
     if (status == HS_OK && on.aims && w->alone) status = hs_line_unshare_contact(memory);
     if (status == HS_OK && on.aims) status = find_pieces(w, memory, &on);
-    if (status == HS_OK && !on.aims && w->drive->saturate && w->course.tangential_by_load && !is_at_rest(w, memory)) {
+    if (status == HS_OK && !on.aims && w->drive->saturate && w->course.tangential_by_load &&
+        !is_at_rest(w, memory)) {
         if (!on.still || yields) {
             status = find_crossings(w, memory, &on, CHORDS_TO_CUT, 1);
             cut_at_crossings(w, &on.pieces);
@@ -548,7 +630,8 @@ static int walk_path(walk *w, hs_line *memory, const hs_path *path, double until
         double share = until * ((double)part / (double)path->parts);
         status = walk_pieces(w, memory, &on, before, share);
         before = share;
-        if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 1 + memory->contact->count / 8);
+        if (status == HS_OK)
+            status = hs_count_work(w->drive, &w->work, 1 + memory->contact->count / 8);
         if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
         if (status != HS_OK) break;
         *flag |= memory->excess != 0.0;
@@ -570,8 +653,9 @@ static int walk_path(walk *w, hs_line *memory, const hs_path *path, double until
     return status;
 }
 
-int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                   double until, const hs_evolution *evolution, hs_refusal *refusal) {
+int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
+                   const hs_drive *drive, double until, const hs_evolution *evolution,
+                   hs_refusal *refusal) {
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
     hs_refusal unread;
@@ -588,8 +672,9 @@ int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const h
     w.yields = evolution->yielding.kind != HS_NO_YIELDING;
     w.yield.next = NAN;
     w.parted = memory->contact->groups > 1;
-    w.alone = w.yields && !w.wears && (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) &&
-              !evolution->goal && !evolution->follow_sliding;
+    w.alone = w.yields && !w.wears &&
+              (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) && !evolution->goal &&
+              !evolution->follow_sliding;
     w.compliance = drive->compliance[0] * memory->contact->units.stiffness;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     status = hs_recorder_init(&recorder, memory->contact, rows);
@@ -609,8 +694,8 @@ int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const h
     return status;
 }
 
-int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
-                        const hs_evolution *evolution) {
+int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius,
+                        const uint8_t *fresh, const hs_evolution *evolution) {
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);
     if (!hs_can_evolve(memory, evolution)) return HS_FOREIGN;
@@ -640,14 +725,16 @@ int hs_line_set_summits(hs_line *memory, const double *summit_height, const doub
     if (!gap) return HS_OUT_OF_MEMORY;
     evolved = memory->evolved;
     for (int64_t i = 0; i < count; ++i) {
-        gap[i] = (memory->contact->datum - evolved->summit_height[i]) / memory->contact->units.length;
+        gap[i] =
+            (memory->contact->datum - evolved->summit_height[i]) / memory->contact->units.length;
         weight[i] = sqrt(evolved->summit_radius[i] / memory->contact->units.radius);
     }
     if (status == HS_OK) status = hs_reshape(memory, gap, weight, fresh);
     free(gap);
     if (status != HS_OK) return status;
     memory->evolved->erased_memories += erased;
-    memory->evolved->erased_energy += (stored - hs_elastic_energy(memory, NULL)) * memory->contact->units.energy;
+    memory->evolved->erased_energy +=
+        (stored - hs_elastic_energy(memory, NULL)) * memory->contact->units.energy;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     status = hs_set_stations(&w, memory, memory->approach, memory->normal_load, 1.0, NULL);
     if (status == HS_OK) {

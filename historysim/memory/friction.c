@@ -1,8 +1,10 @@
-/* Friction: a change of the coefficients of a stationary contact, from the old values and the new ones (README.md, theory 2 and 7).
+/* Friction: a change of the coefficients of a stationary contact, from the old values and the new
+ * ones (README.md, theory 2 and 7).
  *
- * Where a coefficient falls, springs beyond the new limit slip. Under a tangential load, or behind an instrument, the
- * displacement follows while it falls, so that a jump is what many small falls are: the coefficients go straight from the
- * old values to the new ones. Where friction no longer holds the load, everything slides and the displacement stays. */
+ * Where a coefficient falls, springs beyond the new limit slip. Under a tangential load, or behind
+ * an instrument, the displacement follows while it falls, so that a jump is what many small falls
+ * are: the coefficients go straight from the old values to the new ones. Where friction no longer
+ * holds the load, everything slides and the displacement stays. */
 
 #include "line.h"
 #include "adaptive.h"
@@ -10,7 +12,8 @@
 
 /* Change the coefficients, and the displacement to where it aims, straight together. */
 static int fall(hs_line *memory, const double *friction, hs_target target) {
-    int64_t groups = memory->contact->groups, touching = 0, room = hs_room_to_clip(hs_max_depth(memory));
+    int64_t groups = memory->contact->groups, touching = 0,
+            room = hs_room_to_clip(hs_max_depth(memory));
     double d = memory->approach, v0 = memory->displacement, v1 = target.value;
     hs_point from = {d, v0};
     hs_tick(memory, memory->clock.end);
@@ -25,7 +28,8 @@ static int fall(hs_line *memory, const double *friction, hs_target target) {
         while (touching < groups && memory->depth[touching] > 0) ++touching;
         loads.count = touching;
         for (int64_t index = 0; index < touching; ++index)
-            loads.load[index] = memory->vertices[index * memory->capacity + memory->depth[index] - 1].normal;
+            loads.load[index] =
+                memory->vertices[index * memory->capacity + memory->depth[index] - 1].normal;
         memcpy(before, memory->friction, (size_t)groups * sizeof *before);
         memcpy(memory->friction, friction, (size_t)groups * sizeof *before);
         if (target.compliance > 0.0) {
@@ -44,8 +48,8 @@ static int fall(hs_line *memory, const double *friction, hs_target target) {
         for (int64_t index = 0; index < touching && status == HS_OK; ++index) {
             if (v1 == v0 && friction[index] >= before[index]) continue;
             hs_group group = hs_group_of(memory, index);
-            status = hs_move_group(memory, &group, &losses, index, before[index], from, to, loads.load[index],
-                                    hs_to_displacement(v1), scratch, &v1);
+            status = hs_move_group(memory, &group, &losses, index, before[index], from, to,
+                                   loads.load[index], hs_to_displacement(v1), scratch, &v1);
         }
         hs_commit_losses(&losses, memory);
         memory->displacement = v1;
@@ -56,7 +60,8 @@ static int fall(hs_line *memory, const double *friction, hs_target target) {
     return status;
 }
 
-static void mix(const double *first, const double *last, double share, double *target, int64_t count) {
+static void mix(const double *first, const double *last, double share, double *target,
+                int64_t count) {
     for (int64_t i = 0; i < count; ++i) target[i] = first[i] + share * (last[i] - first[i]);
 }
 
@@ -66,25 +71,27 @@ typedef struct friction_fall {
     const double *first, *last;
     double *between; /* (group) scratch */
     hs_target target;
-    double stored;  /* elastic energy at the start */
-    double reach;   /* displacement at which all springs slide */
-    double reached; /* displacement at the end by the number of parts before */
-    double lost, balance; /* energy dissipated by the springs, and by the balance of work and stored energy */
+    double stored;        /* elastic energy at the start */
+    double reach;         /* displacement at which all springs slide */
+    double reached;       /* displacement at the end by the number of parts before */
+    double lost, balance; /* energy dissipated by the springs, and by the balance of work and stored
+                             energy */
 } friction_fall;
 
 static const hs_adaptive fall_settings = {
-    0.0, /* the tolerance is set from the drive's */
-    1.0, /* accepted at once: the balance of energy is a second estimate */
-    4, 1 << 10, /* bounds the time of a fall */
-    HUGE_VAL,   /* never shortened: the coefficients change in equal parts */
-    1.0, 0.0, 0.0, 1.0, 1.0,
-    INT_MAX, 1.0, 1.0,
+    0.0,               /* the tolerance is set from the drive's */
+    1.0,               /* accepted at once: the balance of energy is a second estimate */
+    4,        1 << 10, /* bounds the time of a fall */
+    HUGE_VAL,          /* never shortened: the coefficients change in equal parts */
+    1.0,      0.0,     0.0, 1.0, 1.0, INT_MAX, 1.0, 1.0,
 };
-/* tolerated difference of both energies, over the energy: the balance is exact, and the parts only say how asperities share it */
+/* tolerated difference of both energies, over the energy: the balance is exact, and the parts only
+ * say how asperities share it */
 #define ENERGY_OF_PARTS 1e-3
 
 /* Change the coefficients in equal parts. */
-static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int parts, double *error) {
+static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int parts,
+                          double *error) {
     friction_fall *f = (friction_fall *)integrand->context;
     const hs_line *memory = f->memory;
     const double tolerance = integrand->settings->tolerance;
@@ -97,11 +104,13 @@ static int integrate_fall(hs_integrand *integrand, const hs_interval *step, int 
         status = fall(f->fine, f->between, f->target);
     }
     if (status != HS_OK) return status;
-    double work = 0.5 * (memory->tangential_load + hs_total_force(f->fine)) * (f->fine->displacement - memory->displacement);
+    double work = 0.5 * (memory->tangential_load + hs_total_force(f->fine)) *
+                  (f->fine->displacement - memory->displacement);
     f->balance = work + f->stored - hs_elastic_energy(f->fine, NULL);
     f->lost = f->fine->dissipated - memory->dissipated;
     *error = hs_max(hs_error(f->fine->displacement - f->reached, 0.0, tolerance * f->reach),
-                     hs_error(f->lost - f->balance, 0.0, ENERGY_OF_PARTS * f->lost + tolerance * tolerance * f->stored));
+                    hs_error(f->lost - f->balance, 0.0,
+                             ENERGY_OF_PARTS * f->lost + tolerance * tolerance * f->stored));
     f->reached = f->fine->displacement;
     return HS_OK;
 }
@@ -113,7 +122,8 @@ static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
     double factor = f->lost > 0.0 ? hs_max(f->balance, 0.0) / f->lost : 1.0;
     (void)step;
     for (int64_t i = 0; i < memory->contact->count; ++i)
-        fine->dissipated_each[i] = memory->dissipated_each[i] + factor * (fine->dissipated_each[i] - memory->dissipated_each[i]);
+        fine->dissipated_each[i] = memory->dissipated_each[i] +
+                                   factor * (fine->dissipated_each[i] - memory->dissipated_each[i]);
     fine->dissipated = memory->dissipated + factor * f->lost;
     hs_line_take(memory, fine);
     f->fine = NULL;
@@ -122,16 +132,19 @@ static int accept_fall(hs_integrand *integrand, const hs_interval *step) {
 
 /* Change the coefficients in so many equal parts that more of them make no difference.
  *
- * The energy that is dissipated is the work of the tangential load, less what is stored, which is exact; the parts tell how
- * the asperities share it. */
-static int fall_in_parts(hs_line *memory, const double *friction, hs_target target, double tolerance) {
+ * The energy that is dissipated is the work of the tangential load, less what is stored, which is
+ * exact; the parts tell how the asperities share it. */
+static int fall_in_parts(hs_line *memory, const double *friction, hs_target target,
+                         double tolerance) {
     int64_t groups = memory->contact->groups;
-    double reach = hs_friction_range(memory, HUGE_VAL).max * (memory->approach - memory->contact->sorted_gap[0]);
+    double reach = hs_friction_range(memory, HUGE_VAL).max *
+                   (memory->approach - memory->contact->sorted_gap[0]);
     double *first = (double *)malloc(2 * (size_t)groups * sizeof *first);
     if (!first) return HS_OUT_OF_MEMORY;
     memcpy(first, memory->friction, (size_t)groups * sizeof *first);
-    friction_fall f = {memory, NULL, first, friction, first + groups, target, hs_elastic_energy(memory, NULL), reach,
-                       HUGE_VAL, 0.0, 0.0};
+    friction_fall f = {
+        memory, NULL,     first, friction, first + groups, target, hs_elastic_energy(memory, NULL),
+        reach,  HUGE_VAL, 0.0,   0.0};
     hs_adaptive settings = fall_settings;
     settings.tolerance = tolerance;
     hs_integrand integrand = {&f, &settings, integrate_fall, accept_fall, NULL, 0, 0.0};
@@ -141,8 +154,8 @@ static int fall_in_parts(hs_line *memory, const double *friction, hs_target targ
     return status;
 }
 
-/* Replace the groups' coefficients while the tangential channel holds what it aims at. A load beyond the new limit stays
- * with the memory as what is asked for. */
+/* Replace the groups' coefficients while the tangential channel holds what it aims at. A load
+ * beyond the new limit stays with the memory as what is asked for. */
 static int change(hs_line *memory, const double *friction, hs_target target, double tolerance) {
     size_t groups = (size_t)memory->contact->groups;
     double held = 1.0, force = memory->tangential_load;

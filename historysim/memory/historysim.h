@@ -1,14 +1,17 @@
 /* The traction memory of rough frictional contacts: exact for any load history, without time steps.
  *
- * A contact is made of its summits (`hs_contact_new`), a state of a contact and its friction (`hs_state_new`). A state is
- * advanced along straight paths (`hs_step`, `hs_advance`, `hs_integrate`), read (`hs_read`, `hs_slopes_of`, …), copied
- * (`hs_state_copy`), and written to bytes (`hs_state_write`). It holds the memory of motion along one line, what evolving
- * asperities have become, and the rings of a contact that moves in a plane; each function chooses among them.
+ * A contact is made of its summits (`hs_contact_new`), a state of a contact and its friction
+ * (`hs_state_new`). A state is advanced along straight paths (`hs_step`, `hs_advance`,
+ * `hs_integrate`), read (`hs_read`, `hs_slopes_of`, …), copied
+ * (`hs_state_copy`), and written to bytes (`hs_state_write`). It holds the memory of motion along
+ * one line, what evolving asperities have become, and the rings of a contact that moves in a plane;
+ * each function chooses among them.
  *
- * README.md in this folder has the theory, and how a memory is laid out. Structs show numbers without dimension: lengths
- * over the largest summit radius R0, loads over (4/3) E* R0², tangential displacements over θ R0, θ = E* / (4 G*). Functions
- * take and give SI units, unless they say otherwise. Nothing is global: different states may be used by different
- * threads at the same time; a state that is only read may be read by several.
+ * README.md in this folder has the theory, and how a memory is laid out. Structs show numbers
+ * without dimension: lengths over the largest summit radius R0, loads over (4/3) E* R0², tangential
+ * displacements over θ R0, θ = E* / (4 G*). Functions take and give SI units, unless they say
+ * otherwise. Nothing is global: different states may be used by different threads at the same time;
+ * a state that is only read may be read by several.
  */
 #ifndef HISTORYSIM_H
 #define HISTORYSIM_H
@@ -33,12 +36,16 @@ extern "C" {
 /* What functions return that may fail. */
 enum hs_status {
     HS_OK = 0,
-    HS_BEYOND_LIMIT = 1,  /* a tangential load asks for more than friction holds: nothing was changed */
+    HS_BEYOND_LIMIT =
+        1, /* a tangential load asks for more than friction holds: nothing was changed */
     HS_OUT_OF_MEMORY = 2, /* what was to be changed is of no use any more */
-    HS_LAW_FAILED = 3,    /* a law of the caller's said that it failed; what was to be changed is of no use any more */
-    HS_NOT_A_STATE = 4,   /* bytes that are not a state of this version, or damaged ones */
-    HS_FOREIGN = 5,       /* a state, asperities or coefficients of another contact, or a plane for asperities that evolve */
-    HS_INTERRUPTED = 6    /* the caller's function has stopped a walk; what was to be changed is of no use any more */
+    HS_LAW_FAILED = 3, /* a law of the caller's said that it failed; what was to be changed is of no
+                          use any more */
+    HS_NOT_A_STATE = 4, /* bytes that are not a state of this version, or damaged ones */
+    HS_FOREIGN = 5,     /* a state, asperities or coefficients of another contact, or a plane for
+                           asperities that evolve */
+    HS_INTERRUPTED = 6  /* the caller's function has stopped a walk; what was to be changed is of no
+                           use any more */
 };
 
 /* How a channel is controlled. */
@@ -62,55 +69,68 @@ typedef struct hs_units {
     double stiffness;    /* tangential [N/m] */
 } hs_units;
 
-/* The largest coefficient of friction. The slip zone of a displacement U at an approach δ is U/(μδ) of it wide; below some 1e-9
- * doubles do not resolve it. A larger coefficient is taken for this one, with which a contact sticks as with any larger one. */
+/* The largest coefficient of friction. The slip zone of a displacement U at an approach δ is U/(μδ)
+ * of it wide; below some 1e-9 doubles do not resolve it. A larger coefficient is taken for this
+ * one, with which a contact sticks as with any larger one. */
 #define HS_MOST_FRICTION 1e4
 
-/* ---- contact: which summits there are, and which of them share what they remember; it is never changed -------------- */
+/* ---- contact: which summits there are, and which of them share what they remember; it is never
+ * changed -------------- */
 
-/* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest gap.
+/* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest
+ * gap.
  *
- * A normal curve of any shape is a contact of one group, too: its asperities are knots, their gaps the approaches of
- * the knots, their weights the stiffness dP/da there, which goes straight in between. The springs of a knot are those that
- * first touch from its approach up to that of the next one. */
+ * A normal curve of any shape is a contact of one group, too: its asperities are knots, their gaps
+ * the approaches of the knots, their weights the stiffness dP/da there, which goes straight in
+ * between. The springs of a knot are those that first touch from its approach up to that of the
+ * next one. */
 typedef struct hs_contact {
-    int64_t count;               /* asperities */
-    int64_t groups;              /* of asperities that share one friction coefficient, and so one memory */
-    const double *gap;           /* (count) below the highest summit at the start */
-    const double *weight;        /* (count) k = √(R/R0), so that an asperity carries k (a - gap)^(3/2) at approach a */
-    const double *load;          /* (count) P at the knots of a normal curve; NULL of asperities */
-    const int64_t *order;        /* (count) which asperity, in the caller's numbering, stands at each position */
-    const int64_t *first;        /* (groups + 1) position of the first asperity of each group */
-    const double *sorted_gap;    /* (count) of all asperities by ascending gap */
-    const double *sorted_weight; /* (count) */
-    struct hs_clusters *clusters;        /* proxies of many asperities at a time, for their sums; NULL if no group has many */
-    struct hs_clusters *sorted_clusters; /* those of all asperities by ascending gap; NULL of few, or of a normal curve */
-    struct hs_columns *columns; /* the above by asperity, in the caller's numbering; NULL until a row is recorded */
+    int64_t count;        /* asperities */
+    int64_t groups;       /* of asperities that share one friction coefficient, and so one memory */
+    const double *gap;    /* (count) below the highest summit at the start */
+    const double *weight; /* (count) k = √(R/R0), so that an asperity carries k (a - gap)^(3/2) at
+                             approach a */
+    const double *load;   /* (count) P at the knots of a normal curve; NULL of asperities */
+    const int64_t
+        *order; /* (count) which asperity, in the caller's numbering, stands at each position */
+    const int64_t *first;         /* (groups + 1) position of the first asperity of each group */
+    const double *sorted_gap;     /* (count) of all asperities by ascending gap */
+    const double *sorted_weight;  /* (count) */
+    struct hs_clusters *clusters; /* proxies of many asperities at a time, for their sums; NULL if
+                                     no group has many */
+    struct hs_clusters *sorted_clusters; /* those of all asperities by ascending gap; NULL of few,
+                                            or of a normal curve */
+    struct hs_columns *columns; /* the above by asperity, in the caller's numbering; NULL until a
+                                   row is recorded */
     hs_units units;
-    int64_t query_count;         /* labels in `query_label`, or 0 */
-    double *query_label;         /* ascending labels that are queried for sliding in place of asperities */
-    double datum;                /* height of the highest summit at the start, where gaps are 0 [m] */
+    int64_t query_count; /* labels in `query_label`, or 0 */
+    double *query_label; /* ascending labels that are queried for sliding in place of asperities */
+    double datum;        /* height of the highest summit at the start, where gaps are 0 [m] */
     int64_t references;
 } hs_contact;
 
 /* Make a contact of summits with heights and radii [m]; NULL where there is no memory.
  *
- * `contact_modulus` is E* [Pa], `displacement_ratio` θ = E* / (4 G*). Asperities with the same number in `group` (from 0,
- * all numbers up to the largest) share one friction coefficient; NULL stands for one group. Where `stiffness` is given, dP/da
- * [N/m] in ascending order, the contact is a normal curve: heights say how deep its knots lie, the first of them 0 below the
- * highest, and the largest radius is the unit of length; NULL stands for summits. */
-HS_API hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius,
-                                  const double *stiffness, const int64_t *group, double contact_modulus,
+ * `contact_modulus` is E* [Pa], `displacement_ratio` θ = E* / (4 G*). Asperities with the same
+ * number in `group` (from 0, all numbers up to the largest) share one friction coefficient; NULL
+ * stands for one group. Where `stiffness` is given, dP/da [N/m] in ascending order, the contact is
+ * a normal curve: heights say how deep its knots lie, the first of them 0 below the highest, and
+ * the largest radius is the unit of length; NULL stands for summits. */
+HS_API hs_contact *hs_contact_new(int64_t count, const double *summit_height,
+                                  const double *summit_radius, const double *stiffness,
+                                  const int64_t *group, double contact_modulus,
                                   double displacement_ratio);
 HS_API void hs_contact_free(hs_contact *contact);
-/* Watch ascending approaches of first touch [m] in place of asperities: `hs_slide_times` then says when all springs slide that
- * have touched from there on. For a contact of one group, before there is a memory of it. */
+/* Watch ascending approaches of first touch [m] in place of asperities: `hs_slide_times` then says
+ * when all springs slide that have touched from there on. For a contact of one group, before there
+ * is a memory of it. */
 HS_API int hs_contact_watch(hs_contact *contact, int64_t count, const double *approach);
 
 /* Approach of the highest summit [m] at which a contact carries a normal load [N]. */
 HS_API double hs_approach_at(const hs_contact *contact, double normal_load);
 
-/* ---- memory: where a contact is, and what it remembers ---------------------------------------------------------------- */
+/* ---- memory: where a contact is, and what it remembers
+ * ---------------------------------------------------------------- */
 
 /* A vertex of a group's polyline of anchors. */
 typedef struct hs_vertex {
@@ -122,56 +142,64 @@ typedef struct hs_vertex {
     double tangential; /* tangential load of everything deeper */
 } hs_vertex;
 
-/* What asperities have become that evolve, beside what their tractions remember; arrays are in the caller's numbering. */
+/* What asperities have become that evolve, beside what their tractions remember; arrays are in the
+ * caller's numbering. */
 typedef struct hs_evolved {
-    double *summit_height;  /* present ones [m] */
-    double *summit_radius;  /* [m] */
-    double *slid_distance;  /* ∫|dU| while the asperity slid as a whole [m] */
-    double *worn_volume;    /* lost since the start [m³] */
-    double *waiting_volume; /* what of it has not yet shaped the summit [m³] */
-    double *shaped_volume;  /* what has, since the summit was last a whole paraboloid [m³] */
+    double *summit_height;        /* present ones [m] */
+    double *summit_radius;        /* [m] */
+    double *slid_distance;        /* ∫|dU| while the asperity slid as a whole [m] */
+    double *worn_volume;          /* lost since the start [m³] */
+    double *waiting_volume;       /* what of it has not yet shaped the summit [m³] */
+    double *shaped_volume;        /* what has, since the summit was last a whole paraboloid [m³] */
     uint8_t *friction_overridden; /* whose friction an event has given, in place of the law */
-    double slid_together;   /* ∫|dU| while all asperities in contact slid [m] */
-    double erased_memories; /* contacts whose memory a change of their geometry has erased */
-    double erased_energy;   /* tangential elastic energy that went with it, or with what was worn [J] */
+    double slid_together;         /* ∫|dU| while all asperities in contact slid [m] */
+    double erased_memories;       /* contacts whose memory a change of their geometry has erased */
+    double
+        erased_energy; /* tangential elastic energy that went with it, or with what was worn [J] */
     /* of asperities that may yield; NULL where they do not */
-    double *virgin_height;   /* summits before they yielded [m] */
-    double *virgin_radius;   /* [m] */
-    double *yielded_to;      /* largest approach of the virgin summit, beyond that at which it yields; else 0 [m] */
-    double *yielding_load;   /* that it carried there, up to which it is elastic now; else 0 [N] */
+    double *virgin_height; /* summits before they yielded [m] */
+    double *virgin_radius; /* [m] */
+    double *yielded_to;    /* largest approach of the virgin summit, beyond that at which it yields;
+                              else 0 [m] */
+    double *yielding_load; /* that it carried there, up to which it is elastic now; else 0 [N] */
     double *yielding_energy; /* that yielding has taken since the start [J] */
     double yielded_energy;   /* of all of them [J] */
 } hs_evolved;
 
-/* When the present straight path begins and ends [s], NaN where that is not known; and which loads it ends at where
- * both go straight, NaN where approach and displacement do. */
+/* When the present straight path begins and ends [s], NaN where that is not known; and which loads
+ * it ends at where both go straight, NaN where approach and displacement do. */
 typedef struct hs_clock {
     double begin, end;
     double load, force;
 } hs_clock;
 
-/* The memory along one line: of motion in one direction, which is x, or in a plane up to the first turn. */
+/* The memory along one line: of motion in one direction, which is x, or in a plane up to the first
+ * turn. */
 typedef struct hs_line {
     hs_contact *contact;
-    double *friction;       /* (group) present coefficients */
+    double *friction;        /* (group) present coefficients */
     double *dissipated_each; /* (count) energy that each asperity has dissipated, by its position */
-    int64_t *depth;         /* (group) vertices of each stack, the deepest first */
-    uint8_t *steep;         /* (group) whether the polyline has slopes beyond μ */
-    hs_vertex *vertices;    /* (group, capacity) */
+    int64_t *depth;          /* (group) vertices of each stack, the deepest first */
+    uint8_t *steep;          /* (group) whether the polyline has slopes beyond μ */
+    hs_vertex *vertices;     /* (group, capacity) */
     int64_t capacity;
-    hs_evolved *evolved;    /* NULL where asperities do not evolve */
-    struct hs_slides *slides; /* when asperities first slid, which copies share; NULL where none has while times were known */
-    double approach;        /* of the highest summit; from here on, all is numbers */
-    double displacement;    /* tangential */
+    hs_evolved *evolved;      /* NULL where asperities do not evolve */
+    struct hs_slides *slides; /* when asperities first slid, which copies share; NULL where none has
+                                 while times were known */
+    double approach;          /* of the highest summit; from here on, all is numbers */
+    double displacement;      /* tangential */
     double normal_load;
     double tangential_load;
-    double dissipated;      /* by all asperities since the start */
-    double excess;          /* what a held tangential load asks for beyond the friction limit, with its sign */
-    double slid_labels[2];  /* between which all asperities of a single group have */
+    double dissipated; /* by all asperities since the start */
+    double
+        excess; /* what a held tangential load asks for beyond the friction limit, with its sign */
+    double slid_labels[2]; /* between which all asperities of a single group have */
     hs_clock clock;
-    double known_label;     /* where P' of a single group was worked out last; NaN where it is not known */
-    double known_slope;     /* that P', which the next question about it need not work out again */
-    uint64_t identity;      /* what it belongs to, as the contact and its friction were at the start; copies keep it */
+    double
+        known_label; /* where P' of a single group was worked out last; NaN where it is not known */
+    double known_slope; /* that P', which the next question about it need not work out again */
+    uint64_t identity;  /* what it belongs to, as the contact and its friction were at the start;
+                           copies keep it */
     int32_t normal_control; /* how each channel was controlled last, and is held */
     int32_t tangential_control;
     int32_t lost_slides; /* whether there was no memory to note when an asperity has slid */
@@ -182,17 +210,18 @@ typedef struct hs_vector {
     double x, y;
 } hs_vector;
 
-/* Motion in two tangential directions. Along one line the memory of the line is exact; from the first turn on rings hold
- * the tractions (README.md, "Two directions"), the line follows the approach, and none of its springs is strained. */
+/* Motion in two tangential directions. Along one line the memory of the line is exact; from the
+ * first turn on rings hold the tractions (README.md, "Two directions"), the line follows the
+ * approach, and none of its springs is strained. */
 typedef struct hs_plane {
     int64_t height_classes, rings; /* see `hs_state_enter_plane` */
     double tolerance;
     hs_vector direction; /* of the line, a unit vector */
     hs_vector origin;    /* where the displacement of the line is 0 */
     hs_vector displacement, tangential_load;
-    hs_vector excess;    /* what a held load asks for beyond the friction limit */
+    hs_vector excess;              /* what a held load asks for beyond the friction limit */
     int32_t tangential_control[2]; /* how each component was controlled last */
-    struct hs_body *body; /* the rings; NULL as long as all motion was along one line */
+    struct hs_body *body;          /* the rings; NULL as long as all motion was along one line */
 } hs_plane;
 
 /* What a contact remembers: the only handle of this library. */
@@ -201,43 +230,51 @@ typedef struct hs_state {
     hs_plane *plane; /* NULL in one tangential direction */
 } hs_state;
 
-/* Make the state of a contact that nothing has happened to, with one coefficient for each asperity, of which those of
- * one group are the same. It moves in one direction. NULL if out of memory. */
+/* Make the state of a contact that nothing has happened to, with one coefficient for each asperity,
+ * of which those of one group are the same. It moves in one direction. NULL if out of memory. */
 HS_API hs_state *hs_state_new(hs_contact *contact, const double *friction);
 /* Return an independent copy; NULL if out of memory. */
 HS_API hs_state *hs_state_copy(const hs_state *state);
 HS_API void hs_state_free(hs_state *state);
-/* Digest bytes on top of what was digested before: what else a state belongs to, such as laws, goes into the `identity` of its line. */
+/* Digest bytes on top of what was digested before: what else a state belongs to, such as laws, goes
+ * into the `identity` of its line. */
 HS_API uint64_t hs_digest(uint64_t before, const void *bytes, size_t size);
-/* Whether two states belong to the same contact, friction and laws, so that one may take the place of the other. */
+/* Whether two states belong to the same contact, friction and laws, so that one may take the place
+ * of the other. */
 HS_API int hs_belongs(const hs_state *state, const hs_state *like);
 /* Follow from now on what asperities become. HS_FOREIGN in a plane. */
 HS_API int hs_state_evolve(hs_state *state);
 /* Follow from now on also how asperities yield, which have not yet. HS_FOREIGN in a plane. */
 HS_API int hs_state_yield(hs_state *state);
 #define HS_MOST_RINGS 1000
-/* Move in two directions from now on; so far all was along x. Asperities of a group share `rings` rings in each of
- * `height_classes` classes, which go by their gaps; both numbers are from 1 to `HS_MOST_RINGS`. Steps are halved until loads
- * over the friction limit, and energies, settle within the `tolerance`, such as 1e-3. HS_FOREIGN if asperities evolve;
- * without effect in a plane. */
-HS_API int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings, double tolerance);
-/* The state of one asperity by itself, with what its group remembers along the line; NULL if out of memory, or if there is no
- * such asperity. */
+/* Move in two directions from now on; so far all was along x. Asperities of a group share `rings`
+ * rings in each of `height_classes` classes, which go by their gaps; both numbers are from 1 to
+ * `HS_MOST_RINGS`. Steps are halved until loads over the friction limit, and energies, settle
+ * within the `tolerance`, such as 1e-3. HS_FOREIGN if asperities evolve; without effect in a plane.
+ */
+HS_API int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings,
+                                double tolerance);
+/* The state of one asperity by itself, with what its group remembers along the line; NULL if out of
+ * memory, or if there is no such asperity. */
 HS_API hs_state *hs_state_of_one(const hs_state *state, int64_t asperity);
-/* Fill in when asperities (in the caller's numbering), or what is watched, first slid as a whole [s], NaN where they have not, or the
- * paths had no times; and forget that. */
+/* Fill in when asperities (in the caller's numbering), or what is watched, first slid as a whole
+ * [s], NaN where they have not, or the paths had no times; and forget that. */
 HS_API void hs_slide_times(const hs_state *state, double *time);
 HS_API void hs_forget_slides(hs_state *state);
 
-/* ---- steps ------------------------------------------------------------------------------------------------------------ */
+/* ---- steps
+ * ------------------------------------------------------------------------------------------------------------
+ */
 
-/* One straight path of all channels: the normal one, and the tangential ones in x and y. A channel goes `fraction` of the way
- * from where it is to its target, in N or m; with a fraction of 0 it is held. Loads that are all controlled change in
- * proportion; with a displacement, the approach and what each tangential component is controlled by do. In one direction y
- * is held; a path with a fraction in y enters the plane, with 8 classes, 30 rings and a tolerance of 1e-3.
+/* One straight path of all channels: the normal one, and the tangential ones in x and y. A channel
+ * goes `fraction` of the way from where it is to its target, in N or m; with a fraction of 0 it is
+ * held. Loads that are all controlled change in proportion; with a displacement, the approach and
+ * what each tangential component is controlled by do. In one direction y is held; a path with a
+ * fraction in y enters the plane, with 8 classes, 30 rings and a tolerance of 1e-3.
  *
- * `parts` equal parts are integrated, the inner ends recorded from `first_row` on; `recorded` says whether the end is, too.
- * It lasts from `begin` to `end`, so that it is known when asperities first slide; NaN where nobody asks. */
+ * `parts` equal parts are integrated, the inner ends recorded from `first_row` on; `recorded` says
+ * whether the end is, too. It lasts from `begin` to `end`, so that it is known when asperities
+ * first slide; NaN where nobody asks. */
 typedef struct hs_path {
     double normal_target;
     double normal_fraction;
@@ -253,11 +290,15 @@ typedef struct hs_path {
 
 /* How the contact is driven. */
 typedef struct hs_drive {
-    double tolerance;     /* error of a ramp of both loads, over the displacement at which all slides, such as 1e-6; ten times that of energies */
-    double compliance[2]; /* of an instrument in series with the contact, in x and y [m/N]; tangential displacements are its drive's */
-    int32_t saturate;     /* whether a tangential load beyond the friction limit is held at the limit */
-    int32_t threads;      /* that share the work on many asperities, 1 or more; the bits do not depend on it */
-    int (*interrupted)(void *user); /* called every few milliseconds; other than 0 stops the integration; may be NULL */
+    double tolerance; /* error of a ramp of both loads, over the displacement at which all slides,
+                         such as 1e-6; ten times that of energies */
+    double compliance[2]; /* of an instrument in series with the contact, in x and y [m/N];
+                             tangential displacements are its drive's */
+    int32_t saturate; /* whether a tangential load beyond the friction limit is held at the limit */
+    int32_t threads; /* that share the work on many asperities, 1 or more; the bits do not depend on
+                        it */
+    int (*interrupted)(void *user); /* called every few milliseconds; other than 0 stops the
+                                       integration; may be NULL */
     void *user;
 } hs_drive;
 
@@ -269,42 +310,50 @@ typedef struct hs_refusal {
     int64_t path;
 } hs_refusal;
 
-/* Advance a state along one straight path to targets in N or m; NaN holds a channel as it was controlled last. In a plane the
- * tangential target is that in x, and y is held. Of a path that is refused nothing is changed. Nothing evolves on it (see
- * `hs_integrate`). `refusal` may be NULL. */
-HS_API int hs_step(hs_state *state, int normal_control, double normal_target, int tangential_control,
-                   double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-/* Where a channel goes: to a load [N] or a displacement [m], of which the other one is NaN; with two NaN it is held as it was
- * controlled last. */
+/* Advance a state along one straight path to targets in N or m; NaN holds a channel as it was
+ * controlled last. In a plane the tangential target is that in x, and y is held. Of a path that is
+ * refused nothing is changed. Nothing evolves on it (see `hs_integrate`). `refusal` may be NULL. */
+HS_API int hs_step(hs_state *state, int normal_control, double normal_target,
+                   int tangential_control, double tangential_target, const hs_drive *drive,
+                   hs_refusal *refusal);
+/* Where a channel goes: to a load [N] or a displacement [m], of which the other one is NaN; with
+ * two NaN it is held as it was controlled last. */
 typedef struct hs_goal {
     double load, displacement;
 } hs_goal;
-/* A state that is stepped in a tight loop. Goals and results are doubles in one block, so that a program in another language
- * converts each number once, and makes one call with one argument. */
+/* A state that is stepped in a tight loop. Goals and results are doubles in one block, so that a
+ * program in another language converts each number once, and makes one call with one argument. */
 typedef struct hs_stepper {
     hs_state *state;
     const hs_drive *drive;
     hs_refusal refusal;
-    hs_goal normal;               /* which a step sets to NaN, as the next ones */
-    hs_goal tangential[2];        /* in x and y; in one direction y is not read */
-    double start;                 /* approach at which the last path began, for `hs_slopes_of` [m] */
-    double has_moved;             /* whether the displacement changed on it */
-    double turns;                 /* successive moves, each of which went back on the one before */
-    hs_vector reached, move;      /* displacement at its end, and by how much the last one changed, without dimension */
+    hs_goal normal;        /* which a step sets to NaN, as the next ones */
+    hs_goal tangential[2]; /* in x and y; in one direction y is not read */
+    double start;          /* approach at which the last path began, for `hs_slopes_of` [m] */
+    double has_moved;      /* whether the displacement changed on it */
+    double turns;          /* successive moves, each of which went back on the one before */
+    hs_vector reached,
+        move; /* displacement at its end, and by how much the last one changed, without dimension */
 } hs_stepper;
 /* Advance its state in place, as `hs_step` does; in a plane to targets in x and y. */
 HS_API int hs_stepper_step(hs_stepper *stepper);
-/* Note the results of a path on which the state was moved by other means, from an approach without dimension on. */
+/* Note the results of a path on which the state was moved by other means, from an approach without
+ * dimension on. */
 HS_API void hs_stepper_observe(hs_stepper *stepper, double start);
 /* Return a new state that has advanced likewise; NULL where the path was refused. */
-HS_API hs_state *hs_advance(const hs_state *state, int normal_control, double normal_target, int tangential_control,
-                            double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-/* Return a new state at the end of a path, of which nothing is recorded; NULL where it was refused. */
-HS_API hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_drive *drive, hs_refusal *refusal);
+HS_API hs_state *hs_advance(const hs_state *state, int normal_control, double normal_target,
+                            int tangential_control, double tangential_target, const hs_drive *drive,
+                            hs_refusal *refusal);
+/* Return a new state at the end of a path, of which nothing is recorded; NULL where it was refused.
+ */
+HS_API hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_drive *drive,
+                                  hs_refusal *refusal);
 
-/* ---- rows: what is recorded of a state along its path, in SI units ---------------------------------------------------- */
+/* ---- rows: what is recorded of a state along its path, in SI units
+ * ---------------------------------------------------- */
 
-/* Of the whole contact. In a plane the tangential load and displacement are the sizes of the vectors. */
+/* Of the whole contact. In a plane the tangential load and displacement are the sizes of the
+ * vectors. */
 typedef struct hs_totals {
     double normal_load;          /* [N] */
     double tangential_load;      /* [N] */
@@ -315,36 +364,38 @@ typedef struct hs_totals {
     double tangential_stiffness; /* of the springs that stick [N/m] */
     double dissipated_energy;    /* since the start [J] */
     double friction_limit;       /* [N] */
-    double saturated;            /* 1 where a load is held at the limit, or was since the row before */
-    double friction;             /* present coefficient of the highest summit at the start */
-    double traction_ratio;       /* largest |τ|/(μ p): 1, or more where friction has fallen after a reversal */
-    double slid_together;        /* ∫|dU| while all asperities in contact slid [m] */
-    double erased_memories;      /* see hs_evolved */
-    double erased_energy;        /* [J] */
-    double yielded_share;        /* of the normal load, that stands on asperities that have yielded */
-    double yielding_energy;      /* that yielding has taken since the start [J] */
+    double saturated;       /* 1 where a load is held at the limit, or was since the row before */
+    double friction;        /* present coefficient of the highest summit at the start */
+    double traction_ratio;  /* largest |τ|/(μ p): 1, or more where friction has fallen after a
+                               reversal */
+    double slid_together;   /* ∫|dU| while all asperities in contact slid [m] */
+    double erased_memories; /* see hs_evolved */
+    double erased_energy;   /* [J] */
+    double yielded_share;   /* of the normal load, that stands on asperities that have yielded */
+    double yielding_energy; /* that yielding has taken since the start [J] */
 } hs_totals;
 
-/* Where rows are written. Of each asperity an array (row, column) that is NULL is not recorded. In a plane, tangential loads of
- * asperities are (row, column, 2), in x and y, and the vectors of the whole contact are recorded, too. */
+/* Where rows are written. Of each asperity an array (row, column) that is NULL is not recorded. In
+ * a plane, tangential loads of asperities are (row, column, 2), in x and y, and the vectors of the
+ * whole contact are recorded, too. */
 typedef struct hs_rows {
-    int64_t columns;           /* recorded asperities */
-    const int64_t *asperity;   /* (column) */
-    hs_totals *totals;         /* (row) */
-    double *normal_load;       /* [N] */
-    double *tangential_load;   /* [N], (row, column, 2) in a plane */
-    double *contact_radius;    /* [m] */
-    double *stick_radius;      /* [m] */
-    int8_t *slip_state;        /* hs_slip_state */
-    double *dissipated_energy; /* since the start [J] */
-    double *friction;          /* present coefficient */
-    double *slid_distance;     /* [m] */
-    double *worn_volume;       /* [m³] */
-    double *summit_height;     /* [m] */
-    double *summit_radius;     /* [m] */
-    double *yielded_depth;     /* by which the summit has been flattened [m] */
-    double *yielding_load;     /* [N] */
-    double *yielding_energy;   /* [J] */
+    int64_t columns;               /* recorded asperities */
+    const int64_t *asperity;       /* (column) */
+    hs_totals *totals;             /* (row) */
+    double *normal_load;           /* [N] */
+    double *tangential_load;       /* [N], (row, column, 2) in a plane */
+    double *contact_radius;        /* [m] */
+    double *stick_radius;          /* [m] */
+    int8_t *slip_state;            /* hs_slip_state */
+    double *dissipated_energy;     /* since the start [J] */
+    double *friction;              /* present coefficient */
+    double *slid_distance;         /* [m] */
+    double *worn_volume;           /* [m³] */
+    double *summit_height;         /* [m] */
+    double *summit_radius;         /* [m] */
+    double *yielded_depth;         /* by which the summit has been flattened [m] */
+    double *yielding_load;         /* [N] */
+    double *yielding_energy;       /* [J] */
     double *total_tangential_load; /* (row, 2), in a plane alone [N] */
     double *total_displacement;    /* (row, 2), in a plane alone [m] */
 } hs_rows;
@@ -352,9 +403,11 @@ typedef struct hs_rows {
 /* Record one row of a state as it is. */
 HS_API int hs_read(const hs_state *state, const hs_rows *rows, int64_t row);
 
-/* ---- stiffness, energy, tractions ------------------------------------------------------------------------------------------ */
+/* ---- stiffness, energy, tractions
+ * ------------------------------------------------------------------------------------------ */
 
-/* How the loads at the end of the last path change with where it ended, its start being what it was [N/m]. */
+/* How the loads at the end of the last path change with where it ended, its start being what it was
+ * [N/m]. */
 typedef struct hs_slopes {
     double tangential; /* ∂T/∂U at a held approach */
     double coupling;   /* ∂T/∂d at a held displacement */
@@ -362,30 +415,35 @@ typedef struct hs_slopes {
 } hs_slopes;
 /* Of a straight path that began at an approach [m]. In a plane the tangential ones are NaN. */
 HS_API hs_slopes hs_slopes_of(const hs_state *state, double start);
-/* dT/dU at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
- * now [N/m]. NaN in a plane. */
+/* dT/dU at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of
+ * the springs that stick now [N/m]. NaN in a plane. */
 HS_API double hs_stiffness(const hs_state *state, int direction);
-/* In a plane: dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the springs that stick now: xx,
- * xy, yx, yy [N/m]. HS_FOREIGN in one direction. */
-HS_API int hs_stiffness_matrix(const hs_state *state, const double direction[2], double stiffness[4]);
+/* In a plane: dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the
+ * springs that stick now: xx, xy, yx, yy [N/m]. HS_FOREIGN in one direction. */
+HS_API int hs_stiffness_matrix(const hs_state *state, const double direction[2],
+                               double stiffness[4]);
 /* dN/dd [N/m]. */
 HS_API double hs_normal_stiffness(const hs_state *state);
 /* Tangential elastic energy of all asperities [J]; NaN if out of memory. */
 HS_API double hs_stored_energy(const hs_state *state);
 HS_API int64_t hs_contact_count(const hs_state *state);
-/* In a plane: nodes that hold the tractions of an asperity, in the caller's numbering, the edge first: labels and deflections
- * (n, 3), in numbers without dimension. Fills in at most `room` of them, and returns how many there are; -1 if out of memory. */
+/* In a plane: nodes that hold the tractions of an asperity, in the caller's numbering, the edge
+ * first: labels and deflections (n, 3), in numbers without dimension. Fills in at most `room` of
+ * them, and returns how many there are; -1 if out of memory. */
 HS_API int64_t hs_nodes(const hs_state *state, int64_t asperity, int64_t room, double *nodes);
 
-/* ---- friction and summits that change at rest --------------------------------------------------------------------------- */
+/* ---- friction and summits that change at rest
+ * --------------------------------------------------------------------------- */
 
-/* Give each asperity (in the caller's numbering) another coefficient from now on, while a controlled tangential load stays,
- * or the displacement of an instrument's drive. Asperities that are not alike in it no longer share what they remember;
- * knots of a normal curve are alike. A load that friction no longer holds is still asked for. From the first turn in a plane
- * on, asperities of one group have to stay alike: HS_FOREIGN. */
+/* Give each asperity (in the caller's numbering) another coefficient from now on, while a
+ * controlled tangential load stays, or the displacement of an instrument's drive. Asperities that
+ * are not alike in it no longer share what they remember; knots of a normal curve are alike. A load
+ * that friction no longer holds is still asked for. From the first turn in a plane on, asperities
+ * of one group have to stay alike: HS_FOREIGN. */
 HS_API int hs_set_friction(hs_state *state, const double *friction, const hs_drive *drive);
 
-/* ---- evolution: friction that depends on how asperities are loaded, wear, other summits ---------------------------------- */
+/* ---- evolution: friction that depends on how asperities are loaded, wear, other summits
+ * ---------------------------------- */
 
 /* How asperities are loaded at one moment, for a law of friction. */
 typedef struct hs_loaded {
@@ -395,22 +453,29 @@ typedef struct hs_loaded {
     const double *slid_distance; /* (count) ∫|dU| while each slid [m] */
     double total_normal_load;    /* of all asperities together [N] */
 } hs_loaded;
-/* A law of the caller's: fills in coefficients (count); returns 0, or something else where it failed. */
+/* A law of the caller's: fills in coefficients (count); returns 0, or something else where it
+ * failed. */
 typedef int (*hs_law_function)(void *user, const hs_loaded *loaded, double *friction);
 
 enum hs_law_kind {
-    HS_NO_LAW = 0,         /* coefficients stay as they are */
-    HS_POWER_LAW = 1,      /* coefficient (N/reference_load)^exponent */
-    HS_SHEAR_STRENGTH = 2, /* shear_strength on the area of Hertz, or, with a work of adhesion, of JKR */
-    HS_SLID_TABLE = 4,     /* straight between the rows of a table over the distance slid */
+    HS_NO_LAW = 0,    /* coefficients stay as they are */
+    HS_POWER_LAW = 1, /* coefficient (N/reference_load)^exponent */
+    HS_SHEAR_STRENGTH =
+        2, /* shear_strength on the area of Hertz, or, with a work of adhesion, of JKR */
+    HS_SLID_TABLE = 4, /* straight between the rows of a table over the distance slid */
     HS_CALLERS_LAW = 5
 };
-enum hs_dependence { HS_ON_NOTHING = 0, HS_ON_TOTAL_LOAD = 1, HS_ON_OWN_LOAD = 2, HS_ON_SLID_DISTANCE = 3 };
+enum hs_dependence {
+    HS_ON_NOTHING = 0,
+    HS_ON_TOTAL_LOAD = 1,
+    HS_ON_OWN_LOAD = 2,
+    HS_ON_SLID_DISTANCE = 3
+};
 typedef struct hs_law {
     int32_t kind;
     int32_t depends_on;
     double coefficient;
-    double reference_load;   /* [N] */
+    double reference_load; /* [N] */
     double exponent;
     double shear_strength;   /* [Pa] */
     double work_of_adhesion; /* [J/m²] */
@@ -421,17 +486,20 @@ typedef struct hs_law {
     void *user;
 } hs_law;
 
-/* A law of wear of the caller's: fills in the volumes that asperities lose [m³] (count) under mean loads [N] while they
- * slid [m] and dissipated [J]; returns 0, or something else where it failed. */
-typedef int (*hs_wear_function)(void *user, int64_t count, const double *normal_load, const double *slid_distance,
-                                const double *dissipated_energy, double *volume);
+/* A law of wear of the caller's: fills in the volumes that asperities lose [m³] (count) under mean
+ * loads [N] while they slid [m] and dissipated [J]; returns 0, or something else where it failed.
+ */
+typedef int (*hs_wear_function)(void *user, int64_t count, const double *normal_load,
+                                const double *slid_distance, const double *dissipated_energy,
+                                double *volume);
 enum hs_wear_kind {
     HS_NO_WEAR = 0,
     HS_ARCHARD = 1,     /* rate [1/Pa] times load times distance slid */
     HS_ENERGY_WEAR = 2, /* rate [m³/J] times energy dissipated */
     HS_CALLERS_WEAR = 3
 };
-/* What is left of a summit: its cap cut off and the radius kept, or a paraboloid blunted in the contact circle. */
+/* What is left of a summit: its cap cut off and the radius kept, or a paraboloid blunted in the
+ * contact circle. */
 enum hs_wear_shape { HS_TRUNCATED = 0, HS_BLUNTED = 1 };
 typedef struct hs_wear {
     int32_t kind;
@@ -441,10 +509,12 @@ typedef struct hs_wear {
     void *user;
 } hs_wear;
 
-/* First loading beyond the onset of yield, of the caller's: fills in normal loads [N] and contact radii [m] (count) of
- * summits of a radius [m] at an approach [m]; returns 0, or something else where it failed. */
-typedef int (*hs_yielding_function)(void *user, int64_t count, const double *approach, const double *summit_radius,
-                                    double *normal_load, double *contact_radius);
+/* First loading beyond the onset of yield, of the caller's: fills in normal loads [N] and contact
+ * radii [m] (count) of summits of a radius [m] at an approach [m]; returns 0, or something else
+ * where it failed. */
+typedef int (*hs_yielding_function)(void *user, int64_t count, const double *approach,
+                                    const double *summit_radius, double *normal_load,
+                                    double *contact_radius);
 enum hs_yielding_kind {
     HS_NO_YIELDING = 0,
     HS_KOGUT_ETSION = 1,
@@ -455,7 +525,8 @@ enum hs_yielding_kind {
 typedef struct hs_yielding {
     int32_t kind;
     int32_t unused;
-    double critical_strain; /* of the library's laws: approach at which a summit begins to yield, over its radius */
+    double critical_strain; /* of the library's laws: approach at which a summit begins to yield,
+                               over its radius */
     double hardness;        /* [Pa] */
     double yield_strain;    /* yield stress over E* */
     const double *critical_approach; /* (asperity) at which virgin summits begin to yield [m] */
@@ -468,64 +539,85 @@ typedef struct hs_evolution {
     hs_wear wear;
     hs_yielding yielding;
     double contact_modulus; /* E* [Pa] */
-    const double *goal;     /* coefficients (asperity) that the path goes to, straight with the channels; NULL for none */
+    const double *goal;     /* coefficients (asperity) that the path goes to, straight with the
+                               channels; NULL for none */
     double goal_fraction;   /* of the way there that the path goes */
     int32_t follow_sliding; /* whether asperities that only yield are followed as they slide, too */
     int32_t unused;
-    int64_t count;          /* asperities that `goal` and `critical_approach` are of */
+    int64_t count; /* asperities that `goal` and `critical_approach` are of */
 } hs_evolution;
 
 /* Fill in the coefficients (count) that a law gives asperities. */
-HS_API int hs_coefficients(const hs_law *law, double contact_modulus, const hs_loaded *loaded, double *friction);
+HS_API int hs_coefficients(const hs_law *law, double contact_modulus, const hs_loaded *loaded,
+                           double *friction);
 /* Fill in the volumes (count) that asperities lose by a law of wear [m³]. */
-HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *normal_load, const double *slid_distance,
-                           const double *dissipated_energy, double *volume);
-/* Fill in normal loads [N] and contact radii [m] (count) of summits on first loading: Hertz's up to the onset of yield. */
-HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus, int64_t count, const double *approach,
-                            const double *summit_radius, double *normal_load, double *contact_radius);
+HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *normal_load,
+                           const double *slid_distance, const double *dissipated_energy,
+                           double *volume);
+/* Fill in normal loads [N] and contact radii [m] (count) of summits on first loading: Hertz's up to
+ * the onset of yield. */
+HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus, int64_t count,
+                            const double *approach, const double *summit_radius,
+                            double *normal_load, double *contact_radius);
 
-/* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
- * contacts: nothing is remembered. Then friction is what the law says. HS_FOREIGN in a plane. */
+/* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that
+ * are `fresh` are new contacts: nothing is remembered. Then friction is what the law says.
+ * HS_FOREIGN in a plane. */
 HS_API int hs_set_summits(hs_state *state, const double *summit_height, const double *summit_radius,
                           const uint8_t *fresh, const hs_evolution *evolution);
 
-/* ---- paths ---------------------------------------------------------------------------------------------------------------- */
+/* ---- paths
+ * ----------------------------------------------------------------------------------------------------------------
+ */
 
-/* Advance a state along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
- * fraction `until` is integrated. Where asperities evolve, `evolution` says by what; otherwise it is NULL. The state was made so
- * (`hs_state_evolve`, `hs_state_yield`), of as many asperities, and only a single path may have a goal. Where a path is
- * refused, the state is of no use any more. `refusal` may be NULL. */
-HS_API int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                        double until, const hs_evolution *evolution, hs_refusal *refusal);
+/* Advance a state along paths, one after the other, and record rows on the way, unless `rows` is
+ * NULL. Of each path the fraction `until` is integrated. Where asperities evolve, `evolution` says
+ * by what; otherwise it is NULL. The state was made so
+ * (`hs_state_evolve`, `hs_state_yield`), of as many asperities, and only a single path may have a
+ * goal. Where a path is refused, the state is of no use any more. `refusal` may be NULL. */
+HS_API int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows,
+                        const hs_drive *drive, double until, const hs_evolution *evolution,
+                        hs_refusal *refusal);
 
-/* ---- bytes ---------------------------------------------------------------------------------------------------------------- */
+/* ---- bytes
+ * ----------------------------------------------------------------------------------------------------------------
+ */
 
 /* A state with its contact as bytes, which any machine of the same byte order reads. */
 HS_API size_t hs_state_size(const hs_state *state);
 HS_API int hs_state_write(const hs_state *state, void *bytes, size_t size);
-/* Make the state again. Bytes that are damaged, or of something else, are refused: `why` then says what is wrong. Unless it
- * is NULL, what is read has to belong where `like` does, and shares its contact where that is as it was. */
-HS_API int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state, const char **why);
-/* Check whether numbers that somebody has filled in make a memory along one line; NULL, or what is wrong. */
+/* Make the state again. Bytes that are damaged, or of something else, are refused: `why` then says
+ * what is wrong. Unless it is NULL, what is read has to belong where `like` does, and shares its
+ * contact where that is as it was. */
+HS_API int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state,
+                         const char **why);
+/* Check whether numbers that somebody has filled in make a memory along one line; NULL, or what is
+ * wrong. */
 HS_API const char *hs_state_check(const hs_state *state);
 
-/* ---- patches of normal curves ------------------------------------------------------------------------------------------- */
+/* ---- patches of normal curves
+ * ------------------------------------------------------------------------------------------- */
 
-/* A table of normal curves: of each patch what it gains from row to row, which the knots in between carry. */
+/* A table of normal curves: of each patch what it gains from row to row, which the knots in between
+ * carry. */
 typedef struct hs_patches {
-    int64_t count;             /* patches */
-    int64_t rows;              /* of the table */
-    const int64_t *row;        /* (knot) row of the table up to which its springs touch */
-    const double *gain;        /* (patch, row) what it carries more than at the row before, over what all carry more */
+    int64_t count;      /* patches */
+    int64_t rows;       /* of the table */
+    const int64_t *row; /* (knot) row of the table up to which its springs touch */
+    const double *gain; /* (patch, row) what it carries more than at the row before, over what all
+                           carry more */
     const double *approach;    /* (rows + 1) [m], the first touch before the rows */
     const double *area;        /* (rows + 1, patch) [m²] */
     const double *first_touch; /* (patch) [m] */
 } hs_patches;
-/* Fill in rows of patches from rows of all knots, at approaches and with stick zones that first touched there [m]. */
-HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count, const double *approach,
-                             const double *stick, double friction, const hs_rows *rows);
+/* Fill in rows of patches from rows of all knots, at approaches and with stick zones that first
+ * touched there [m]. */
+HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count,
+                             const double *approach, const double *stick, double friction,
+                             const hs_rows *rows);
 
-/* ---- batch: many contacts of one asperity, each with a path of its own --------------------------------------------------- */
+/* ---- batch: many contacts of one asperity, each with a path of its own
+ * --------------------------------------------------- */
 
 typedef struct hs_batch_vertex {
     double label;  /* [m] */
@@ -545,26 +637,31 @@ typedef struct hs_batch {
     int64_t used, capacity; /* vertices that are given away, and that there are */
 } hs_batch;
 /* Make contacts that do not touch; NULL where there is no memory. */
-HS_API hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales,
-                              const double *scale, double displacement_ratio);
+HS_API hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
+                              int64_t scales, const double *scale, double displacement_ratio);
 HS_API hs_batch *hs_batch_copy(const hs_batch *batch);
 HS_API void hs_batch_free(hs_batch *batch);
 /* Whether all of them, one per contact, are numbers, and at most so large in size. */
-HS_API int hs_batch_accepts(const hs_batch *batch, const double *approach, const double *displacement, double largest);
+HS_API int hs_batch_accepts(const hs_batch *batch, const double *approach,
+                            const double *displacement, double largest);
 /* Carry each contact straight to its approach and displacement [m], and tell its loads [N]. */
-HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement, double *normal_load,
-                         double *tangential_load);
-/* Functions that take the number of a contact do nothing where there is none, and return -1, HS_FOREIGN or NaN. */
+HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement,
+                         double *normal_load, double *tangential_load);
+/* Functions that take the number of a contact do nothing where there is none, and return -1,
+ * HS_FOREIGN or NaN. */
 /* Make a contact new. */
 HS_API void hs_batch_forget(hs_batch *batch, int64_t contact);
-/* Have a contact remember so many vertices at most (3 or more; other numbers are taken for 3), by leaving out those that
- * matter least. Returns by how much any later tangential load may be off for that, whatever the displacements [N]. */
+/* Have a contact remember so many vertices at most (3 or more; other numbers are taken for 3), by
+ * leaving out those that matter least. Returns by how much any later tangential load may be off for
+ * that, whatever the displacements [N]. */
 HS_API double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most);
-/* Copy what a contact remembers to vertices of the caller's, with room for its depth or for 1, whichever is more; returns
- * the depth, 0 where it does not touch. */
+/* Copy what a contact remembers to vertices of the caller's, with room for its depth or for 1,
+ * whichever is more; returns the depth, 0 where it does not touch. */
 HS_API int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices);
-/* Have a contact remember what was taken from one of the same friction and scale; what none could remember is refused. */
-HS_API int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth);
+/* Have a contact remember what was taken from one of the same friction and scale; what none could
+ * remember is refused. */
+HS_API int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices,
+                        int64_t depth);
 
 #ifdef __cplusplus
 }

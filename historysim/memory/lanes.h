@@ -1,5 +1,5 @@
-/* Lanes: sums over asperities with the same bits on every processor. Terms are computed in blocks and added to eight partial
- * sums (lanes), which are added in a fixed order. */
+/* Lanes: sums over asperities with the same bits on every processor. Terms are computed in blocks
+ * and added to eight partial sums (lanes), which are added in a fixed order. */
 #ifndef HISTORYSIM_LANES_H
 #define HISTORYSIM_LANES_H
 
@@ -10,15 +10,18 @@
 /* Terms of one block; chosen. */
 #define HS_BLOCK 256
 
-/* Loops over asperities are vectorised at any level of optimisation: gcc's -O2 leaves most of them scalar. The attribute may
- * discard options of the command line, so it repeats those that fix the bits. */
+/* Loops over asperities are vectorised at any level of optimisation: gcc's -O2 leaves most of them
+ * scalar. The attribute may discard options of the command line, so it repeats those that fix the
+ * bits. */
 #if defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
-#define HS_VECTORISED __attribute__((noinline, optimize("O3", "fp-contract=off", "no-math-errno", "no-trapping-math")))
+#define HS_VECTORISED                                                                              \
+    __attribute__((noinline,                                                                       \
+                   optimize("O3", "fp-contract=off", "no-math-errno", "no-trapping-math")))
 #else
 #define HS_VECTORISED
 #endif
-/* Compiled for narrow and for wide vectors, chosen at load time, with the same bits. Only glibc can choose; elsewhere vectors
- * have the width of the oldest processor of the platform. */
+/* Compiled for narrow and for wide vectors, chosen at load time, with the same bits. Only glibc can
+ * choose; elsewhere vectors have the width of the oldest processor of the platform. */
 #if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__)
 #define HS_WIDE HS_VECTORISED __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
@@ -26,7 +29,8 @@
 #endif
 
 static inline double hs_lanes_sum(const double *lane) {
-    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) +
+           ((lane[4] + lane[5]) + (lane[6] + lane[7]));
 }
 /* Add terms to the lanes, term i to lane i mod 8. */
 static inline void hs_add(double *lane, const double *term, int count) {
@@ -35,6 +39,8 @@ static inline void hs_add(double *lane, const double *term, int count) {
         for (int l = 0; l < HS_LANES; ++l) lane[l] += term[i + l];
     for (int l = 0; i + l < count; ++l) lane[l] += term[i + l];
 }
-static inline int hs_size_of_block(int64_t remaining) { return remaining < HS_BLOCK ? (int)remaining : HS_BLOCK; }
+static inline int hs_size_of_block(int64_t remaining) {
+    return remaining < HS_BLOCK ? (int)remaining : HS_BLOCK;
+}
 
 #endif

@@ -1,5 +1,5 @@
-/* Laws: friction coefficients from load, radius and slid distance; worn volumes from load and slip; summits that yield, from the
- * largest approach (README.md, a further law). */
+/* Laws: friction coefficients from load, radius and slid distance; worn volumes from load and slip;
+ * summits that yield, from the largest approach (README.md, a further law). */
 
 #include "laws.h"
 #include "bracket.h"
@@ -31,7 +31,8 @@ static double in_table(const hs_law *law, double distance) {
 int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, double *friction) {
     const double *load = loaded->normal_load, *radius = loaded->summit_radius;
     double total = law->coefficient;
-    if (law->kind == HS_CALLERS_LAW && law->function(law->user, loaded, friction)) return HS_LAW_FAILED;
+    if (law->kind == HS_CALLERS_LAW && law->function(law->user, loaded, friction))
+        return HS_LAW_FAILED;
     if (law->kind == HS_POWER_LAW && law->depends_on == HS_ON_TOTAL_LOAD)
         total *= pow(loaded->total_normal_load / law->reference_load, law->exponent);
     for (int64_t i = 0; i < loaded->count; ++i) {
@@ -39,7 +40,8 @@ int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, 
             /* filled in already */
         } else if (law->kind == HS_SHEAR_STRENGTH) {
             /* T_max = τ0 π a² */
-            double a = hs_cube_root(cubed_radius(load[i], radius[i], modulus, law->work_of_adhesion));
+            double a =
+                hs_cube_root(cubed_radius(load[i], radius[i], modulus, law->work_of_adhesion));
             friction[i] = law->shear_strength * PI * (a * a) / load[i];
         } else if (law->kind == HS_SLID_TABLE) {
             friction[i] = in_table(law, loaded->slid_distance[i]);
@@ -53,16 +55,19 @@ int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, 
     return HS_OK;
 }
 
-int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *load, const double *slid, const double *energy,
-                    double *volume) {
+int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *load, const double *slid,
+                    const double *energy, double *volume) {
     if (wear->kind == HS_CALLERS_WEAR)
-        return wear->function(wear->user, count, load, slid, energy, volume) ? HS_LAW_FAILED : HS_OK;
+        return wear->function(wear->user, count, load, slid, energy, volume) ? HS_LAW_FAILED
+                                                                             : HS_OK;
     for (int64_t i = 0; i < count; ++i)
-        volume[i] = wear->kind == HS_ARCHARD ? wear->rate * load[i] * slid[i] : wear->rate * hs_max(energy[i], 0.0);
+        volume[i] = wear->kind == HS_ARCHARD ? wear->rate * load[i] * slid[i]
+                                             : wear->rate * hs_max(energy[i], 0.0);
     return HS_OK;
 }
 
-/* Approaches δ and with them a² = R δ go straight with the distance slid, so that the load goes with a³:
+/* Approaches δ and with them a² = R δ go straight with the distance slid, so that the load goes
+ * with a³:
  *
  *     ∫ a³ ds / s = 2/5 (q⁴ + q³p + q²p² + qp³ + p⁴)/(q + p)    with √a² from p to q. */
 static double quartic(double p, double q) {
@@ -75,20 +80,24 @@ double hs_mean_load(double first, double last, double weight) {
     return p + q > 0.0 ? weight * 0.4 * quartic(p, q) / (p + q) : 0.0;
 }
 
-/* Truncated: a cap of volume V has the height √(V/(πR)). Blunted: dh = 2 dV/(πa²) and d(ln R) = 4R dV/(πa⁴); volumes
- * are lost as the load goes, and so the means over them are those of a/a³ and of 1/(a a³) over the distance. So a
- * summit that comes into contact while it slides, where both rates are infinite, is blunted as far in one chord as in
- * many. What has waited takes shape at once, at the load that there is: a³ goes with R, R^(1/3) with the volume. */
-double hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double waiting,
-                      double volume, double *height, double *radius) {
+/* Truncated: a cap of volume V has the height √(V/(πR)). Blunted: dh = 2 dV/(πa²) and d(ln R) = 4R
+ * dV/(πa⁴); volumes are lost as the load goes, and so the means over them are those of a/a³ and of
+ * 1/(a a³) over the distance. So a summit that comes into contact while it slides, where both rates
+ * are infinite, is blunted as far in one chord as in many. What has waited takes shape at once, at
+ * the load that there is: a³ goes with R, R^(1/3) with the volume. */
+double hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile,
+                      double shaped, double waiting, double volume, double *height,
+                      double *radius) {
     if (wear->shape == HS_TRUNCATED) {
         /* what was foreseen too large is taken back, as far as there is any */
         double area = PI * *radius, taken = hs_max(waiting + volume, -shaped);
         *height -= sqrt((shaped + taken) / area) - sqrt(shaped / area);
         return taken;
     }
-    double p = sqrt(hs_max(first, 0.0)), q = sqrt(hs_max(last, 0.0)), whole = quartic(p, q), grown = 1.0;
-    /* a cap over the contact circle holds πa⁴/(4R); what is more than that waits for a larger contact */
+    double p = sqrt(hs_max(first, 0.0)), q = sqrt(hs_max(last, 0.0)), whole = quartic(p, q),
+           grown = 1.0;
+    /* a cap over the contact circle holds πa⁴/(4R); what is more than that waits for a larger
+     * contact */
     double part = p > 0.0 ? 4.0 * *radius * waiting / (PI * first * first) : HUGE_VAL;
     if (-0.5 < part && part <= 1.0) {
         *height -= 2.0 * waiting / (PI * first * (1.0 + part / 3.0));
@@ -105,20 +114,21 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
 
 /* Asperities that yield on first loading.
  *
- * A law says which load N and contact radius a a virgin summit of radius R has at an approach δ. What is left elastic
- * there is the Hertz contact through that state (Tabor 1948): radius R' = 4E* a³/(3N), approach δ' = a²/R', so that the
- * summit is lowered by δ - δ'. Up to the largest approach of all, unloading, reloading and everything tangential are
- * those of these summits. Since all ride on one rigid flat, the load at an approach beyond it does not depend on the
- * history. */
+ * A law says which load N and contact radius a a virgin summit of radius R has at an approach δ.
+ * What is left elastic there is the Hertz contact through that state (Tabor 1948): radius R' = 4E*
+ * a³/(3N), approach δ' = a²/R', so that the summit is lowered by δ - δ'. Up to the largest approach
+ * of all, unloading, reloading and everything tangential are those of these summits. Since all ride
+ * on one rigid flat, the load at an approach beyond it does not depend on the history. */
 
-/* between which approaches over the critical one Kogut and Etsion fit a power each, and from where all is plastic; the
- * second power is left a tenth before that */
+/* between which approaches over the critical one Kogut and Etsion fit a power each, and from where
+ * all is plastic; the second power is left a tenth before that */
 #define FIRST_END 6.0
 #define SECOND_END 100.0
 #define PLASTIC 110.0
 /* departure of Jackson and Green's law from Hertz's */
 #define DEPARTURE 1.9
-/* approach of one node over that of the next, between which the work of yielding is integrated with three points */
+/* approach of one node over that of the next, between which the work of yielding is integrated with
+ * three points */
 #define FINE 1.25
 #define MOST_TURNS 200
 
@@ -142,8 +152,10 @@ static state kogut_etsion(double x, double most_pressure) {
         found.load = 1.40 * pow(x, 1.263);
         found.area = 0.94 * pow(x, 1.146);
     } else if (x < PLASTIC) {
-        found.area = power_between(x, SECOND_END, PLASTIC, 0.94 * pow(SECOND_END, 1.146), 2.0 * PLASTIC);
-        found.load = power_between(x, SECOND_END, PLASTIC, 1.40 * pow(SECOND_END, 1.263), 2.0 * PLASTIC * most_pressure);
+        found.area =
+            power_between(x, SECOND_END, PLASTIC, 0.94 * pow(SECOND_END, 1.146), 2.0 * PLASTIC);
+        found.load = power_between(x, SECOND_END, PLASTIC, 1.40 * pow(SECOND_END, 1.263),
+                                   2.0 * PLASTIC * most_pressure);
     } else {
         found.area = 2.0 * x;
         found.load = found.area * most_pressure;
@@ -157,8 +169,10 @@ static state jackson_green(double x, double critical_strain, double yield_strain
     double at[2] = {DEPARTURE, x}, printed[2];
     state found = {0.0, x * pow(part, exponent)};
     for (int k = 0; k < 2; ++k) {
-        double area = at[k] * pow(at[k] / DEPARTURE, exponent), width = sqrt(critical_strain * area);
-        /* H_G over the yield stress, and four times it over what the mean pressure is at the onset */
+        double area = at[k] * pow(at[k] / DEPARTURE, exponent),
+               width = sqrt(critical_strain * area);
+        /* H_G over the yield stress, and four times it over what the mean pressure is at the onset
+         */
         double hardness = 2.84 * (1.0 - exp(-0.82 * pow(width, -0.7)));
         printed[k] = exp(-0.25 * pow(at[k], 5.0 / 12.0)) * at[k] * sqrt(at[k]) +
                      most * hardness * (1.0 - exp(-0.04 * pow(at[k], 5.0 / 9.0))) * at[k];
@@ -168,22 +182,27 @@ static state jackson_green(double x, double critical_strain, double yield_strain
     return found;
 }
 
-int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, const double *approach, const double *radius,
-                     double *load, double *contact_radius) {
+int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, const double *approach,
+                     const double *radius, double *load, double *contact_radius) {
     if (law->kind == HS_CALLERS_YIELDING)
-        return law->function(law->user, count, approach, radius, load, contact_radius) ? HS_LAW_FAILED : HS_OK;
+        return law->function(law->user, count, approach, radius, load, contact_radius)
+                   ? HS_LAW_FAILED
+                   : HS_OK;
     double strain = law->critical_strain;
     /* N/A at the onset, of which the critical load is one on the critical area */
     double pressure = 4.0 / 3.0 * modulus * sqrt(strain) / PI;
     for (int64_t i = 0; i < count; ++i) {
         double x = approach[i] / (strain * radius[i]), critical = strain * radius[i];
-        double area = radius[i] * critical, critical_load = 4.0 / 3.0 * modulus * sqrt(area) * critical;
+        double area = radius[i] * critical,
+               critical_load = 4.0 / 3.0 * modulus * sqrt(area) * critical;
         state here = {x * sqrt(x), x};
         if (law->kind == HS_THORNTON && x > 1.0) here.load = 1.0 + 1.5 * (x - 1.0);
-        if (law->kind == HS_KOGUT_ETSION && x > 1.0) here = kogut_etsion(x, law->hardness / pressure);
+        if (law->kind == HS_KOGUT_ETSION && x > 1.0)
+            here = kogut_etsion(x, law->hardness / pressure);
         /* 4 H_G/(C S_y), with C S_y = 3/2 of that mean pressure */
         if (law->kind == HS_JACKSON_GREEN && x > DEPARTURE)
-            here = jackson_green(x, strain, law->yield_strain, 8.0 / 3.0 * law->yield_strain * modulus / pressure);
+            here = jackson_green(x, strain, law->yield_strain,
+                                 8.0 / 3.0 * law->yield_strain * modulus / pressure);
         load[i] = here.load * critical_load;
         contact_radius[i] = sqrt(here.area * area);
     }
@@ -191,7 +210,9 @@ int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, cons
 }
 
 /* Height of the flat at an approach [m]. */
-static double flat_at(const hs_contact *contact, double d) { return contact->datum - d * contact->units.length; }
+static double flat_at(const hs_contact *contact, double d) {
+    return contact->datum - d * contact->units.length;
+}
 
 /* Approach of a virgin summit beyond which it yields, or yields on [m]. */
 static double elastic_to(const hs_yielding *law, const hs_evolved *evolved, int64_t i) {
@@ -206,7 +227,8 @@ double hs_yields_at(const hs_line *memory, const hs_yielding *law, int64_t asper
 
 double hs_next_yield(const hs_line *memory, const hs_yielding *law) {
     double next = HUGE_VAL;
-    for (int64_t i = 0; i < memory->contact->count; ++i) next = hs_min(next, hs_yields_at(memory, law, i));
+    for (int64_t i = 0; i < memory->contact->count; ++i)
+        next = hs_min(next, hs_yields_at(memory, law, i));
     return next;
 }
 
@@ -228,9 +250,10 @@ static int gather(yielding_summits *found, int64_t most) {
     return found->which ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
-/* Put down which summits yield on the way to an approach; of the others, add what they carry there [N]. */
-static void find_yielding(const hs_line *memory, const hs_evolution *evolution, double d, yielding_summits *found,
-                          double *elastic) {
+/* Put down which summits yield on the way to an approach; of the others, add what they carry there
+ * [N]. */
+static void find_yielding(const hs_line *memory, const hs_evolution *evolution, double d,
+                          yielding_summits *found, double *elastic) {
     const hs_evolved *evolved = memory->evolved;
     double flat = flat_at(memory->contact, d), modulus = 4.0 / 3.0 * evolution->contact_modulus;
     found->count = 0;
@@ -248,13 +271,14 @@ static void find_yielding(const hs_line *memory, const hs_evolution *evolution, 
 
 static int on_first_loading(const hs_evolution *evolution, yielding_summits *found) {
     return found->count == 0 ? (int)HS_OK
-                             : hs_first_loading(&evolution->yielding, evolution->contact_modulus, found->count,
-                                                found->approach, found->radius, found->load, found->contact_radius);
+                             : hs_first_loading(&evolution->yielding, evolution->contact_modulus,
+                                                found->count, found->approach, found->radius,
+                                                found->load, found->contact_radius);
 }
 
 /* Load of all asperities at an approach at which some of them may yield, dimensionless. */
-static int load_at(const hs_line *memory, const hs_evolution *evolution, double d, yielding_summits *place,
-                   double *load) {
+static int load_at(const hs_line *memory, const hs_evolution *evolution, double d,
+                   yielding_summits *place, double *load) {
     *load = 0.0;
     find_yielding(memory, evolution, d, place, load);
     int status = on_first_loading(evolution, place);
@@ -271,7 +295,8 @@ int hs_yielding_load(const hs_line *memory, const hs_evolution *evolution, doubl
     return status;
 }
 
-int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, double load, double *approach) {
+int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, double load,
+                         double *approach) {
     double low = hs_max(hs_approach_at_load(memory, load), memory->approach);
     double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch);
     hs_bracket root = {low, low, 0.0, 0.0, 0};
@@ -280,7 +305,8 @@ int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, d
     if (status == HS_OK) status = load_at(memory, evolution, low, &place, &root.at_low);
     root.at_low -= load;
     root.at_high = root.at_low;
-    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && root.at_high < 0.0; ++turn, step *= 2.0) {
+    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && root.at_high < 0.0;
+         ++turn, step *= 2.0) {
         root.low = root.high;
         root.at_low = root.at_high;
         root.high = root.low + step;
@@ -288,8 +314,11 @@ int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, d
         root.at_high -= load;
     }
     if (status == HS_OK && !(root.at_high >= 0.0)) status = HS_LAW_FAILED;
-    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && root.high - root.low > 4.0 * DBL_EPSILON * root.high; ++turn) {
-        double missing, next = root.high - root.at_high * ((root.high - root.low) / (root.at_high - root.at_low));
+    for (int turn = 0; turn < MOST_TURNS && status == HS_OK &&
+                       root.high - root.low > 4.0 * DBL_EPSILON * root.high;
+         ++turn) {
+        double missing, next = root.high - root.at_high * ((root.high - root.low) /
+                                                           (root.at_high - root.at_low));
         if (!(root.low < next && next < root.high)) next = 0.5 * (root.low + root.high);
         if (next == root.low || next == root.high) break;
         status = load_at(memory, evolution, next, &place, &missing);
@@ -302,14 +331,18 @@ int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, d
     return status;
 }
 
-/* Work of the load of summits from one approach to another less what is elastic at the ends, added to their energies. */
-static int take_energy(const hs_evolution *evolution, hs_evolved *evolved, const yielding_summits *at) {
+/* Work of the load of summits from one approach to another less what is elastic at the ends, added
+ * to their energies. */
+static int take_energy(const hs_evolution *evolution, hs_evolved *evolved,
+                       const yielding_summits *at) {
     const double node = 0.7745966692414834; /* √0.6 */
     int64_t nodes = 0, used = 0;
     yielding_summits along;
     for (int64_t k = 0; k < at->count; ++k) {
         int64_t i = at->which[k];
-        nodes += 3 * (2 + (int64_t)(log(at->approach[k] / elastic_to(&evolution->yielding, evolved, i)) / log(FINE)));
+        nodes +=
+            3 * (2 + (int64_t)(log(at->approach[k] / elastic_to(&evolution->yielding, evolved, i)) /
+                               log(FINE)));
     }
     if (gather(&along, nodes) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int pass = 0; pass < 2; ++pass) {
@@ -331,9 +364,11 @@ static int take_energy(const hs_evolution *evolution, hs_evolved *evolved, const
             /* a Hertz contact of approach δ' holds 2/5 N δ' */
             double before = evolved->yielding_load[i], radius = evolved->summit_radius[i];
             double depth = start - (evolved->virgin_height[i] - evolved->summit_height[i]);
-            if (before == 0.0) before = 4.0 / 3.0 * evolution->contact_modulus * sqrt(radius * depth) * depth;
+            if (before == 0.0)
+                before = 4.0 / 3.0 * evolution->contact_modulus * sqrt(radius * depth) * depth;
             double held = 0.75 * at->load[k] / (evolution->contact_modulus * at->contact_radius[k]);
-            evolved->yielding_energy[i] += hs_max(work - 0.4 * (at->load[k] * held - before * depth), 0.0);
+            evolved->yielding_energy[i] +=
+                hs_max(work - 0.4 * (at->load[k] * held - before * depth), 0.0);
         }
         along.count = used;
         int status = pass ? (int)HS_OK : on_first_loading(evolution, &along);
@@ -357,7 +392,8 @@ int hs_yield_to(hs_line *memory, const hs_evolution *evolution, double d, uint8_
     if (status == HS_OK) status = take_energy(evolution, evolved, &at);
     for (int64_t k = 0; k < at.count && status == HS_OK; ++k) {
         int64_t i = at.which[k];
-        double a = at.contact_radius[k], radius = 4.0 / 3.0 * evolution->contact_modulus * a * a * a / at.load[k];
+        double a = at.contact_radius[k],
+               radius = 4.0 / 3.0 * evolution->contact_modulus * a * a * a / at.load[k];
         if (changed) changed[i] = 1;
         evolved->yielded_to[i] = at.approach[k];
         evolved->yielding_load[i] = at.load[k];
@@ -369,7 +405,8 @@ int hs_yield_to(hs_line *memory, const hs_evolution *evolution, double d, uint8_
     return status;
 }
 
-int hs_flag_yielding(const hs_line *memory, const hs_evolution *evolution, double d, uint8_t *which) {
+int hs_flag_yielding(const hs_line *memory, const hs_evolution *evolution, double d,
+                     uint8_t *which) {
     yielding_summits at;
     int status = gather(&at, memory->contact->count);
     if (status != HS_OK) return status;

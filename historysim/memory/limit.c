@@ -1,12 +1,15 @@
-/* Limit: the path fractions at which a requested tangential load crosses the friction limit Σ μ P(a), by interval bisection with
- * bounds of the slope, and the motion along the limit (README.md, theory 2).
+/* Limit: the path fractions at which a requested tangential load crosses the friction limit Σ μ
+ * P(a), by interval bisection with bounds of the slope, and the motion along the limit (README.md,
+ * theory 2).
  *
- * A request beyond the limit is clipped to the limit, and the contact slides: at each path fraction T = min(|request|, limit), with
- * the displacement nearest to the present one. While all springs slide, the displacement is constant for a falling normal load; for
- * a rising one it increases just enough for new springs to slide. The result does not depend on the number of rows.
+ * A request beyond the limit is clipped to the limit, and the contact slides: at each path fraction
+ * T = min(|request|, limit), with the displacement nearest to the present one. While all springs
+ * slide, the displacement is constant for a falling normal load; for a rising one it increases just
+ * enough for new springs to slide. The result does not depend on the number of rows.
  *
- * Requests are linear in the path fraction s, as is the normal load if both loads are prescribed, else the approach. The limit of
- * several groups is linear in neither, so a request may cross it several times. */
+ * Requests are linear in the path fraction s, as is the normal load if both loads are prescribed,
+ * else the approach. The limit of several groups is linear in neither, so a request may cross it
+ * several times. */
 
 #include "limit.h"
 #include "bracket.h"
@@ -14,12 +17,14 @@
 
 /* Width in path fraction below which an interval is not bisected; chosen. */
 #define MIN_WIDTH 1e-12
-/* Evaluations of the limit for one crossing: bounds the search for a request that follows the limit; chosen. */
+/* Evaluations of the limit for one crossing: bounds the search for a request that follows the
+ * limit; chosen. */
 #define MAX_EVALUATIONS 4096
 /* Nested bisections, at most: more than the 40 that lead to the minimum width; chosen. */
 #define MAX_HALVINGS 64
 
-/* Point of a request: path fraction, approach, and the friction limit with the slopes of limit and normal load. */
+/* Point of a request: path fraction, approach, and the friction limit with the slopes of limit and
+ * normal load. */
 typedef struct request_point {
     double fraction;
     double d;
@@ -33,29 +38,35 @@ static double approach_on(const hs_line *memory, const hs_request *request, doub
     return hs_label_at(hs_all_of(memory->contact), load, d, 0.0, 1.0);
 }
 
-static request_point evaluate_at(const hs_line *memory, const hs_request *request, double fraction) {
+static request_point evaluate_at(const hs_line *memory, const hs_request *request,
+                                 double fraction) {
     double d = approach_on(memory, request, fraction);
     return HS_MADE(request_point){fraction, d, hs_limit_and_slopes(memory, d)};
 }
 
 /* Excess of a request over the limit on one side, positive within rounding of the limit. */
 static double excess(const hs_request *request, const request_point *point, double side) {
-    return side * hs_toward(request->force[0], request->force[1], point->fraction) - (1.0 - HS_TIE) * point->at.limit;
+    return side * hs_toward(request->force[0], request->force[1], point->fraction) -
+           (1.0 - HS_TIE) * point->at.limit;
 }
 
-/* Bounds of the derivative of the limit with respect to the path fraction between two points; its derivative with respect to the
- * approach is monotone. */
-static void bound_limit_slopes(const hs_line *memory, const hs_request *request, const request_point *low, const request_point *high,
-                            double *min_rate, double *max_rate) {
+/* Bounds of the derivative of the limit with respect to the path fraction between two points; its
+ * derivative with respect to the approach is monotone. */
+static void bound_limit_slopes(const hs_line *memory, const hs_request *request,
+                               const request_point *low, const request_point *high,
+                               double *min_rate, double *max_rate) {
     double min_limit_slope = hs_min(low->at.limit_slope, high->at.limit_slope);
     double max_limit_slope = hs_max(low->at.limit_slope, high->at.limit_slope);
-    double rate = request->d[1] - request->d[0], min_slope = min_limit_slope, max_slope = max_limit_slope;
+    double rate = request->d[1] - request->d[0], min_slope = min_limit_slope,
+           max_slope = max_limit_slope;
     if (request->both_loads) {
         double min_load_slope = hs_min(low->at.load_slope, high->at.load_slope);
         double max_load_slope = hs_max(low->at.load_slope, high->at.load_slope);
         hs_range friction = hs_friction_range(memory, hs_max(low->d, high->d));
-        min_slope = max_load_slope > 0.0 ? hs_max(friction.min, min_limit_slope / max_load_slope) : friction.min;
-        max_slope = min_load_slope > 0.0 ? hs_min(friction.max, max_limit_slope / min_load_slope) : friction.max;
+        min_slope = max_load_slope > 0.0 ? hs_max(friction.min, min_limit_slope / max_load_slope)
+                                         : friction.min;
+        max_slope = min_load_slope > 0.0 ? hs_min(friction.max, max_limit_slope / min_load_slope)
+                                         : friction.max;
         rate = request->load[1] - request->load[0];
     }
     *min_rate = hs_min(rate * min_slope, rate * max_slope);
@@ -63,9 +74,10 @@ static void bound_limit_slopes(const hs_line *memory, const hs_request *request,
 }
 
 /* Path fraction of the single root of `excess` between two points, by regula falsi (Illinois). */
-static double find_crossing(const hs_line *memory, const hs_request *request, double side, const request_point *start,
-                               const request_point *stop) {
-    hs_bracket root = {start->fraction, stop->fraction, excess(request, start, side), excess(request, stop, side), 0};
+static double find_crossing(const hs_line *memory, const hs_request *request, double side,
+                            const request_point *start, const request_point *stop) {
+    hs_bracket root = {start->fraction, stop->fraction, excess(request, start, side),
+                       excess(request, stop, side), 0};
     for (int iteration = 0; iteration < 200; ++iteration) {
         double fraction = hs_false_position(&root);
         if (fraction == root.low || fraction == root.high || root.high - root.low <= 1e-15) break;
@@ -77,10 +89,11 @@ static double find_crossing(const hs_line *memory, const hs_request *request, do
     return root.high;
 }
 
-/* Smallest path fraction between two points at which the request crosses the limit on one side, outward (`beyond`) or inward;
- * infinity if there is none. Intervals are bisected until bounds of the slope show that the excess is monotone or has no root. */
-static double next_crossing(const hs_line *memory, const hs_request *request, double side, const request_point *start,
-                           const request_point *stop, int beyond) {
+/* Smallest path fraction between two points at which the request crosses the limit on one side,
+ * outward (`beyond`) or inward; infinity if there is none. Intervals are bisected until bounds of
+ * the slope show that the excess is monotone or has no root. */
+static double next_crossing(const hs_line *memory, const hs_request *request, double side,
+                            const request_point *start, const request_point *stop, int beyond) {
     /* stack of the upper ends of pending intervals, the lowest on top */
     request_point pending[MAX_HALVINGS], low = *start;
     int count = 1, evaluations = 0;
@@ -88,7 +101,8 @@ static double next_crossing(const hs_line *memory, const hs_request *request, do
     double rate = side * (request->force[1] - request->force[0]), sign = beyond ? 1.0 : -1.0;
     while (count > 0) {
         request_point high = pending[count - 1];
-        double at_low = sign * excess(request, &low, side), at_high = sign * excess(request, &high, side);
+        double at_low = sign * excess(request, &low, side),
+               at_high = sign * excess(request, &high, side);
         double min_rate, max_rate;
         bound_limit_slopes(memory, request, &low, &high, &min_rate, &max_rate);
         double max_excess_rate = beyond ? rate - min_rate : max_rate - rate;
@@ -97,7 +111,8 @@ static double next_crossing(const hs_line *memory, const hs_request *request, do
         int monotone = min_excess_rate >= 0.0 || max_excess_rate <= 0.0;
         if (monotone && at_high > 0.0)
             return at_low < 0.0 ? find_crossing(memory, request, side, &low, &high) : low.fraction;
-        int is_excluded = monotone || hs_min(at_low + max_excess_rate * width, at_high - min_excess_rate * width) <= 0.0;
+        int is_excluded = monotone || hs_min(at_low + max_excess_rate * width,
+                                             at_high - min_excess_rate * width) <= 0.0;
         int is_limit_reached = width <= MIN_WIDTH || evaluations == MAX_EVALUATIONS;
         if (at_high <= 0.0 && (is_excluded || is_limit_reached)) {
             --count;
@@ -115,7 +130,8 @@ static double next_crossing(const hs_line *memory, const hs_request *request, do
 /* True if a request reaches a limit on the path, so that it has to be cut. */
 static int reaches_limit(const hs_line *memory, const hs_request *request) {
     const double held = 1.0 - HS_TIE, *force = request->force;
-    if (fabs(force[1]) > held * hs_friction_limit(memory, request->d[1], request->load[1])) return 1;
+    if (fabs(force[1]) > held * hs_friction_limit(memory, request->d[1], request->load[1]))
+        return 1;
     /* a path that is straight in (d, V) prescribes the load at its end only */
     double start = held * hs_friction_limit(memory, request->d[0], request->load[0]);
     if (!request->both_loads) return fabs(force[0]) > (1.0 + HS_LIMIT_SLACK) * start;
@@ -151,10 +167,10 @@ static void cut_request(const hs_line *memory, const hs_request *request, hs_pie
     }
 }
 
-/* True if a request exceeds the limit: at its end, or at the middle of the first segment beyond the limit. Returns the request and
- * the limit at this point. */
-static int is_overload(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, double *requested,
-                       double *limit) {
+/* True if a request exceeds the limit: at its end, or at the middle of the first segment beyond the
+ * limit. Returns the request and the limit at this point. */
+static int is_overload(const hs_line *memory, const hs_request *request, const hs_pieces *pieces,
+                       double *requested, double *limit) {
     double start = 0.0;
     *requested = request->force[1];
     *limit = hs_friction_limit(memory, request->d[1], request->load[1]);
@@ -169,8 +185,8 @@ static int is_overload(const hs_line *memory, const hs_request *request, const h
     return fabs(*requested) > *limit * (1.0 + HS_LIMIT_SLACK);
 }
 
-int hs_cut_at_limit(const hs_line *memory, const hs_request *request, int saturate, hs_pieces *pieces,
-                    hs_refusal *refusal) {
+int hs_cut_at_limit(const hs_line *memory, const hs_request *request, int saturate,
+                    hs_pieces *pieces, hs_refusal *refusal) {
     double requested, limit;
     pieces->count = 0;
     if (!reaches_limit(memory, request)) return HS_OK;
@@ -182,7 +198,8 @@ int hs_cut_at_limit(const hs_line *memory, const hs_request *request, int satura
 }
 
 /* Approach and normal load at a path fraction. */
-static void channels_at(const hs_line *memory, const hs_request *request, double fraction, double *d, double *load) {
+static void channels_at(const hs_line *memory, const hs_request *request, double fraction,
+                        double *d, double *load) {
     if (fraction == 1.0) {
         *d = request->d[1];
         *load = request->load[1];
@@ -195,11 +212,14 @@ static void channels_at(const hs_line *memory, const hs_request *request, double
     }
 }
 
-/* Tangential load at a path fraction, clipped to the limits; exactly a limit where a segment ends at it. */
-static double limited_request(const hs_line *memory, const hs_request *request, const hs_pieces *pieces, int piece,
-                         double fraction, double d, double load) {
+/* Tangential load at a path fraction, clipped to the limits; exactly a limit where a segment ends
+ * at it. */
+static double limited_request(const hs_line *memory, const hs_request *request,
+                              const hs_pieces *pieces, int piece, double fraction, double d,
+                              double load) {
     double limit = hs_friction_limit(memory, d, load);
-    if (fraction == pieces->end[piece] && piece + 1 < pieces->count) return pieces->side[piece + 1] * limit;
+    if (fraction == pieces->end[piece] && piece + 1 < pieces->count)
+        return pieces->side[piece + 1] * limit;
     return hs_clamp(hs_toward(request->force[0], request->force[1], fraction), limit);
 }
 
@@ -213,18 +233,21 @@ static void tick_along_limit(hs_line *memory, int both, double load, double side
 
 /* Move along the friction limit to approach d with normal load `load`.
  *
- * The displacement is constant for a falling approach. For a rising one it increases by μ Δd with the largest μ of the groups in
- * contact, so that all new springs slide. */
-static int slide_along_limit(hs_line *memory, const hs_request *request, double d, double load, double side, double time) {
+ * The displacement is constant for a falling approach. For a rising one it increases by μ Δd with
+ * the largest μ of the groups in contact, so that all new springs slide. */
+static int slide_along_limit(hs_line *memory, const hs_request *request, double d, double load,
+                             double side, double time) {
     const hs_contact *contact = memory->contact;
     double limit = hs_friction_limit(memory, memory->approach, memory->normal_load), steepest = 0.0;
     if (side * memory->tangential_load < (1.0 - HS_TIE) * limit) {
         /* reach the limit at the present approach */
         hs_tick(memory, memory->clock.end);
-        int status = hs_move(memory, memory->approach, memory->normal_load, hs_to_load(side * limit));
+        int status =
+            hs_move(memory, memory->approach, memory->normal_load, hs_to_load(side * limit));
         if (status != HS_OK) return status;
     }
-    const double from = memory->approach, load0 = memory->normal_load, start_time = memory->clock.end;
+    const double from = memory->approach, load0 = memory->normal_load,
+                 start_time = memory->clock.end;
     if (d <= from) {
         tick_along_limit(memory, request->both_loads, load, side, time);
         return hs_move(memory, d, load, hs_to_displacement(memory->displacement));
@@ -236,19 +259,23 @@ static int slide_along_limit(hs_line *memory, const hs_request *request, double 
         if (touch > memory->approach) {
             double reached = memory->displacement + side * steepest * (touch - memory->approach);
             double touch_load = hs_load_at(hs_all_of(contact), touch).load;
-            double fraction = request->both_loads ? (touch_load - load0) / (load - load0) : (touch - from) / (d - from);
-            tick_along_limit(memory, request->both_loads, touch_load, side, hs_toward(start_time, time, fraction));
+            double fraction = request->both_loads ? (touch_load - load0) / (load - load0)
+                                                  : (touch - from) / (d - from);
+            tick_along_limit(memory, request->both_loads, touch_load, side,
+                             hs_toward(start_time, time, fraction));
             int status = hs_move(memory, touch, touch_load, hs_to_displacement(reached));
             if (status != HS_OK) return status;
         }
         steepest = memory->friction[index];
     }
     tick_along_limit(memory, request->both_loads, load, side, time);
-    return hs_move(memory, d, load, hs_to_displacement(memory->displacement + side * steepest * (d - memory->approach)));
+    return hs_move(
+        memory, d, load,
+        hs_to_displacement(memory->displacement + side * steepest * (d - memory->approach)));
 }
 
-int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces *pieces, double from, double to,
-              const double *times, const hs_drive *drive, int *side) {
+int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces *pieces,
+                    double from, double to, const double *times, const hs_drive *drive, int *side) {
     *side = 0;
     for (int k = 0; k < pieces->count; ++k) {
         double segment_fraction = pieces->end[k], stop = hs_min(segment_fraction, to), d, load;
@@ -260,16 +287,20 @@ int hs_follow_limit(hs_line *memory, const hs_request *request, const hs_pieces 
         if (*side != 0) {
             status = slide_along_limit(memory, request, d, load, *side, time);
         } else if (request->both_loads) {
-            status = hs_ramp(memory, load, limited_request(memory, request, pieces, k, stop, d, load), time, drive);
+            status =
+                hs_ramp(memory, load, limited_request(memory, request, pieces, k, stop, d, load),
+                        time, drive);
         } else {
             double d1, load1;
             channels_at(memory, request, segment_fraction, &d1, &load1);
-            hs_target target = hs_to_load(limited_request(memory, request, pieces, k, segment_fraction, d1, load1));
+            hs_target target = hs_to_load(
+                limited_request(memory, request, pieces, k, segment_fraction, d1, load1));
             status = HS_OK;
             if (stop < segment_fraction) {
                 double reached = 0.0;
                 status = hs_solve_displacement(memory, d1, load1, target, &reached);
-                target = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - from) / (segment_fraction - from)));
+                target = hs_to_displacement(hs_toward(memory->displacement, reached,
+                                                      (stop - from) / (segment_fraction - from)));
             }
             hs_tick(memory, time);
             if (status == HS_OK) status = hs_move(memory, d, load, target);

@@ -1,5 +1,5 @@
-/* Line: public functions of `historysim.h` for a memory in one direction, with the same suffixes. The first tangential component
- * of a path is along the line. */
+/* Line: public functions of `historysim.h` for a memory in one direction, with the same suffixes.
+ * The first tangential component of a path is along the line. */
 #ifndef HISTORYSIM_LINE_H
 #define HISTORYSIM_LINE_H
 
@@ -21,14 +21,15 @@ int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive
 
 int hs_line_step(hs_line *memory, int normal_control, double normal_target, int tangential_control,
                  double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                      double until, hs_refusal *refusal);
+int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
+                      const hs_drive *drive, double until, hs_refusal *refusal);
 
 /* ---- evolution.c ---- */
 
-int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                   double until, const hs_evolution *evolution, hs_refusal *refusal);
-int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
-                        const hs_evolution *evolution);
+int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
+                   const hs_drive *drive, double until, const hs_evolution *evolution,
+                   hs_refusal *refusal);
+int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius,
+                        const uint8_t *fresh, const hs_evolution *evolution);
 
 #endif

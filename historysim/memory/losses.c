@@ -1,17 +1,21 @@
-/* Losses: elastic energy of springs, ½ ∫ v² N'' da, and energy dissipated by slip, ∫ slip·drag·N'' da, over the segments of a
- * polyline, on which deflection and slip are linear; exact by Gauss and Simpson quadrature (README.md, theory 10). */
+/* Losses: elastic energy of springs, ½ ∫ v² N'' da, and energy dissipated by slip, ∫ slip·drag·N''
+ * da, over the segments of a polyline, on which deflection and slip are linear; exact by Gauss and
+ * Simpson quadrature (README.md, theory 10). */
 
 #include "losses.h"
 
 /* ∫ slip·drag·N'' da of one asperity of gap h and weight k over labels from low to high > h.
  *
- * In x = √(a - h) the integrand is a polynomial of fourth degree, for which three Gauss points are exact; all terms are >= 0. */
-static inline double asperity_slip_energy(double h, double k, double low, double high, double slip_low, double slip_slope,
-                                 double drag_low, double drag_slope) {
+ * In x = √(a - h) the integrand is a polynomial of fourth degree, for which three Gauss points are
+ * exact; all terms are >= 0. */
+static inline double asperity_slip_energy(double h, double k, double low, double high,
+                                          double slip_low, double slip_slope, double drag_low,
+                                          double drag_slope) {
     const double node = 0.7745966692414834; /* √0.6 */
     double base = hs_max(h, low);
     double x_low = sqrt(base - h), x_high = sqrt(high - h);
-    double length = (high - base) / (x_high + x_low), middle = 0.5 * (x_high + x_low), offset = 0.5 * length * node;
+    double length = (high - base) / (x_high + x_low), middle = 0.5 * (x_high + x_low),
+           offset = 0.5 * length * node;
     double x = middle - offset, s = base - low + (x - x_low) * (x + x_low);
     double q = 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s);
     s = base - low + (middle - x_low) * (middle + x_low);
@@ -23,34 +27,41 @@ static inline double asperity_slip_energy(double h, double k, double low, double
 }
 
 /* Energies of several asperities between two labels. */
-HS_WIDE static void slip_energies(const double *restrict gap, const double *restrict weight, int count, const hs_slip *slip,
-                          double *restrict energy) {
+HS_WIDE static void slip_energies(const double *restrict gap, const double *restrict weight,
+                                  int count, const hs_slip *slip, double *restrict energy) {
     const double low = slip->low, high = slip->high, width = high - low;
     const double slip_low = slip->slip_low, drag_low = slip->drag_low;
-    const double slip_slope = (slip->slip_high - slip_low) / width, drag_slope = (slip->drag_high - drag_low) / width;
+    const double slip_slope = (slip->slip_high - slip_low) / width,
+                 drag_slope = (slip->drag_high - drag_low) / width;
     for (int i = 0; i < count; ++i)
-        energy[i] = asperity_slip_energy(gap[i], weight[i], low, high, slip_low, slip_slope, drag_low, drag_slope);
+        energy[i] = asperity_slip_energy(gap[i], weight[i], low, high, slip_low, slip_slope,
+                                         drag_low, drag_slope);
 }
 
-/* Energy of the springs of a curve with knots. A jump of the stiffness at a knot is a finite number of springs at one label. Between
- * knots the density of springs is constant, so that the integrand is quadratic and Simpson's rule exact. */
+/* Energy of the springs of a curve with knots. A jump of the stiffness at a knot is a finite number
+ * of springs at one label. Between knots the density of springs is constant, so that the integrand
+ * is quadratic and Simpson's rule exact. */
 static double knot_slip_energy(hs_curve curve, const hs_slip *slip) {
     const double rate = 1.0 / (slip->high - slip->low);
-    const double slip_slope = (slip->slip_high - slip->slip_low) * rate, drag_slope = (slip->drag_high - slip->drag_low) * rate;
+    const double slip_slope = (slip->slip_high - slip->slip_low) * rate,
+                 drag_slope = (slip->drag_high - slip->drag_low) * rate;
     int64_t i = hs_count_touching(curve.gap, curve.count, slip->low);
     double total = 0.0, stiffness_below = i > 0 ? curve.weight[i - 1] : 0.0;
     if (i > 0) --i;
     for (; i < curve.count && curve.gap[i] < slip->high; ++i) {
         double s = curve.gap[i] - slip->low;
-        if (s >= 0.0 && curve.weight[i] > stiffness_below && (i == 0 || curve.gap[i] == curve.gap[i - 1]))
-            total += (curve.weight[i] - stiffness_below) * (slip->slip_low + slip_slope * s) * (slip->drag_low + drag_slope * s);
+        if (s >= 0.0 && curve.weight[i] > stiffness_below &&
+            (i == 0 || curve.gap[i] == curve.gap[i - 1]))
+            total += (curve.weight[i] - stiffness_below) * (slip->slip_low + slip_slope * s) *
+                     (slip->drag_low + drag_slope * s);
         stiffness_below = curve.weight[i];
         if (i + 1 == curve.count || curve.gap[i + 1] <= hs_max(curve.gap[i], slip->low)) continue;
         double start = hs_max(curve.gap[i], slip->low), sum = 0.0;
         double width = hs_min(curve.gap[i + 1], slip->high) - start;
         for (int k = 0; k < 3; ++k) {
             double offset = start - slip->low + 0.5 * k * width;
-            sum += (k == 1 ? 4.0 : 1.0) * (slip->slip_low + slip_slope * offset) * (slip->drag_low + drag_slope * offset);
+            sum += (k == 1 ? 4.0 : 1.0) * (slip->slip_low + slip_slope * offset) *
+                   (slip->drag_low + drag_slope * offset);
         }
         total += hs_bend_at(curve, i) * width * sum / 6.0;
     }
@@ -78,7 +89,8 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, const hs_slip *sli
         shifted.high -= chunk.origin;
         slip_energies(chunk.gap, chunk.weight, chunk.count, &shifted, energy);
         hs_add(lane, energy, chunk.count);
-        for (int i = 0; asperity_energy && i < chunk.count; ++i) asperity_energy[start + i] += energy[i];
+        for (int i = 0; asperity_energy && i < chunk.count; ++i)
+            asperity_energy[start + i] += energy[i];
     }
     return hs_lanes_sum(lane);
 }
@@ -93,9 +105,11 @@ HS_WIDE static void compute_queued(hs_losses *losses) {
     for (int p = 0; p < losses->number; ++p) {
         double low = losses->low[p], slip = losses->slip_low[p], drag = losses->drag_low[p];
         double rate = 1.0 / (losses->high[p] - low);
-        double slip_slope = (losses->slip_high[p] - slip) * rate, drag_slope = (losses->drag_high[p] - drag) * rate;
-        losses->energy[p] = asperity_slip_energy(losses->gap[p], losses->weight[p], low, losses->high[p], slip, slip_slope, drag,
-                                        drag_slope);
+        double slip_slope = (losses->slip_high[p] - slip) * rate,
+               drag_slope = (losses->drag_high[p] - drag) * rate;
+        losses->energy[p] =
+            asperity_slip_energy(losses->gap[p], losses->weight[p], low, losses->high[p], slip,
+                                 slip_slope, drag, drag_slope);
     }
 }
 
@@ -103,7 +117,8 @@ void hs_flush_losses(hs_losses *losses, double *asperity_energy) {
     double lane[HS_LANES] = {0};
     compute_queued(losses);
     hs_add(lane, losses->energy, losses->number);
-    for (int p = 0; p < losses->number; ++p) asperity_energy[losses->position[p]] += losses->energy[p];
+    for (int p = 0; p < losses->number; ++p)
+        asperity_energy[losses->position[p]] += losses->energy[p];
     losses->total += hs_lanes_sum(lane);
     losses->number = 0;
 }
@@ -114,7 +129,8 @@ void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip) 
         losses->total += hs_add_energy(group->curve, group->asperity_energy, slip);
         return;
     }
-    hs_queue_loss(losses, group->curve.gap[0], group->curve.weight[0], group->start, group->asperity_energy - group->start, slip);
+    hs_queue_loss(losses, group->curve.gap[0], group->curve.weight[0], group->start,
+                  group->asperity_energy - group->start, slip);
 }
 
 void hs_commit_losses(hs_losses *losses, hs_line *memory) {
@@ -123,10 +139,11 @@ void hs_commit_losses(hs_losses *losses, hs_line *memory) {
     losses->total = 0.0;
 }
 
-/* Add the loss of separating springs that slip in one direction: the drag falls to 0 in proportion to the remaining slip. Its mean is
- * bounded by half the limit at the start of the path, which matters only if friction changes on the path. */
-static void add_one_way_loss(const hs_group *group, hs_losses *losses, double start, double low, double high, double slip_low,
-                         double slip_high, double rate) {
+/* Add the loss of separating springs that slip in one direction: the drag falls to 0 in proportion
+ * to the remaining slip. Its mean is bounded by half the limit at the start of the path, which
+ * matters only if friction changes on the path. */
+static void add_one_way_loss(const hs_group *group, hs_losses *losses, double start, double low,
+                             double high, double slip_low, double slip_high, double rate) {
     double sign = slip_low + slip_high > 0.0 ? 1.0 : -1.0;
     /* slip per decrease of the approach; 0 if springs follow the limit without slip */
     double ratio = group->friction - sign * rate;
@@ -135,14 +152,19 @@ static void add_one_way_loss(const hs_group *group, hs_losses *losses, double st
     slip_low = fabs(slip_low);
     slip_high = fabs(slip_high);
     double max_drag_rate = 0.5 * group->friction * (1.0 + 1e-9);
-    hs_slip slip = {low, high, slip_low, slip_high, hs_min(drag * slip_low, max_drag_rate * (start - low)),
+    hs_slip slip = {low,
+                    high,
+                    slip_low,
+                    slip_high,
+                    hs_min(drag * slip_low, max_drag_rate * (start - low)),
                     hs_min(drag * slip_high, max_drag_rate * (start - high))};
     hs_add_loss(group, losses, &slip);
 }
 
-/* Spring a separates at V(a) = v0 + (a - d0) ΔV/Δd. If it slips, then in the direction of V(a) - w(a). */
-void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
-                       const hs_point *to) {
+/* Spring a separates at V(a) = v0 + (a - d0) ΔV/Δd. If it slips, then in the direction of V(a) -
+ * w(a). */
+void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth,
+                              int64_t segment, const hs_point *from, const hs_point *to) {
     double rate = (to->v - from->v) / (to->d - from->d);
     double high = from->d, slip_high = 0.0;
     for (int64_t j = depth - 1; j >= segment;) {
@@ -155,7 +177,8 @@ void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t 
             low = hs_max(low, high - slip_high / change);
             slip_low = 0.0;
         }
-        if (slip_high != 0.0 || slip_low != 0.0) add_one_way_loss(group, losses, from->d, low, high, slip_low, slip_high, rate);
+        if (slip_high != 0.0 || slip_low != 0.0)
+            add_one_way_loss(group, losses, from->d, low, high, slip_low, slip_high, rate);
         high = low;
         slip_high = slip_low;
         if (!turns) --j;
@@ -169,9 +192,12 @@ double hs_elastic_energy(const hs_line *memory, double *asperity_energy) {
         hs_group group = hs_group_of(memory, index);
         const hs_vertex *stack = group.stack;
         for (int64_t j = 1; j < memory->depth[index]; ++j) {
-            double v_low = memory->displacement - stack[j - 1].anchor, v_high = memory->displacement - stack[j].anchor;
-            hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high, 0.5 * v_low, 0.5 * v_high};
-            total += hs_add_energy(group.curve, asperity_energy ? asperity_energy + group.start : NULL, &held);
+            double v_low = memory->displacement - stack[j - 1].anchor,
+                   v_high = memory->displacement - stack[j].anchor;
+            hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high,
+                            0.5 * v_low,        0.5 * v_high};
+            total += hs_add_energy(group.curve,
+                                   asperity_energy ? asperity_energy + group.start : NULL, &held);
         }
     }
     return total;

@@ -1,18 +1,20 @@
-/* Losses: the elastic energy of springs, and the energy that they dissipate on a path (README.md, theory 10). */
+/* Losses: the elastic energy of springs, and the energy that they dissipate on a path (README.md,
+ * theory 10). */
 #ifndef HISTORYSIM_LOSSES_H
 #define HISTORYSIM_LOSSES_H
 
 #include "group.h"
 
-/* Slip of the springs between two labels, and their mean deflection while they slip; both are linear in the label. */
+/* Slip of the springs between two labels, and their mean deflection while they slip; both are
+ * linear in the label. */
 typedef struct hs_slip {
     double low, high;
     double slip_low, slip_high;
     double drag_low, drag_high;
 } hs_slip;
 
-/* Energy dissipated on a path. Losses of groups of one asperity are queued and computed together, as vectors: each is a chain of
- * dependent roots and quotients. Size of the queue: chosen. */
+/* Energy dissipated on a path. Losses of groups of one asperity are queued and computed together,
+ * as vectors: each is a chain of dependent roots and quotients. Size of the queue: chosen. */
 #define HS_QUEUE_SIZE 128
 typedef struct hs_losses {
     int queues; /* true if losses of groups of one asperity are queued */
@@ -26,14 +28,16 @@ typedef struct hs_losses {
     double total; /* sum of the losses that are not in the queue */
 } hs_losses;
 
-/* ∫ slip·drag·N'' da over labels, dimensionless, added to `asperity_energy` unless NULL; returns the sum. */
+/* ∫ slip·drag·N'' da over labels, dimensionless, added to `asperity_energy` unless NULL; returns
+ * the sum. */
 double hs_add_energy(hs_curve curve, double *asperity_energy, const hs_slip *slip);
 void hs_init_losses(hs_losses *losses, int64_t groups);
 /* Compute the queued energies and add them to the energies of all asperities. */
 void hs_flush_losses(hs_losses *losses, double *asperity_energy);
-/* Queue the loss of a group of one asperity; `position` is its index in the arrays of the contact. */
-static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, int64_t position, double *asperity_energy,
-                              const hs_slip *slip) {
+/* Queue the loss of a group of one asperity; `position` is its index in the arrays of the contact.
+ */
+static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, int64_t position,
+                                 double *asperity_energy, const hs_slip *slip) {
     if (!(slip->low < slip->high && slip->high > gap)) return;
     if (losses->number == HS_QUEUE_SIZE) hs_flush_losses(losses, asperity_energy);
     int p = losses->number++;
@@ -52,9 +56,10 @@ void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip);
 /* Add all losses to the dissipated energies of a memory, of each asperity and of all. */
 void hs_commit_losses(hs_losses *losses, hs_line *memory);
 /* Add the losses of springs that separate on a straight path, down to a segment of the polyline. */
-void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
-                       const hs_point *to);
-/* Elastic energy ½ ∫ v² N'' da of a memory, dimensionless, added by position to `asperity_energy` unless NULL. */
+void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth,
+                              int64_t segment, const hs_point *from, const hs_point *to);
+/* Elastic energy ½ ∫ v² N'' da of a memory, dimensionless, added by position to `asperity_energy`
+ * unless NULL. */
 double hs_elastic_energy(const hs_line *memory, double *asperity_energy);
 
 #endif

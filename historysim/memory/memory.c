@@ -1,6 +1,7 @@
-/* Memory: allocates, copies and compares traction memories, and regroups their asperities: splits and joins groups, and replaces
- * gaps and weights. Polylines w(a) are copied unchanged; loads of their vertices are recomputed (README.md, theory 6 and 9).
- * Sliding times are shared by copies, copied on write. */
+/* Memory: allocates, copies and compares traction memories, and regroups their asperities: splits
+ * and joins groups, and replaces gaps and weights. Polylines w(a) are copied unchanged; loads of
+ * their vertices are recomputed (README.md, theory 6 and 9). Sliding times are shared by copies,
+ * copied on write. */
 
 #include "state.h"
 #include "contact.h"
@@ -50,13 +51,14 @@ int hs_slides_assign(hs_line *memory, const double *time) {
 
 static hs_evolved *new_evolved(int64_t count, int yields) {
     size_t n = (size_t)count, array_count = hs_evolved_arrays(yields);
-    hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + array_count * n * sizeof(double) + n);
+    hs_evolved *evolved =
+        (hs_evolved *)calloc(1, sizeof *evolved + array_count * n * sizeof(double) + n);
     if (!evolved) return NULL;
     double *numbers = (double *)(evolved + 1);
-    double **arrays[] = {&evolved->summit_height,  &evolved->summit_radius,  &evolved->slid_distance,
-                       &evolved->worn_volume,    &evolved->waiting_volume, &evolved->shaped_volume,
-                       &evolved->virgin_height,  &evolved->virgin_radius,  &evolved->yielded_to,
-                       &evolved->yielding_load,  &evolved->yielding_energy};
+    double **arrays[] = {&evolved->summit_height, &evolved->summit_radius,  &evolved->slid_distance,
+                         &evolved->worn_volume,   &evolved->waiting_volume, &evolved->shaped_volume,
+                         &evolved->virgin_height, &evolved->virgin_radius,  &evolved->yielded_to,
+                         &evolved->yielding_load, &evolved->yielding_energy};
     for (size_t k = 0; k < array_count; ++k) *arrays[k] = numbers + k * n;
     evolved->friction_overridden = (uint8_t *)(numbers + array_count * n);
     return evolved;
@@ -124,20 +126,23 @@ static uint64_t identity_of(const hs_contact *contact, const double *friction) {
     digest = hs_digest(digest, &contact->datum, sizeof contact->datum);
     const void *arrays[] = {contact->gap, contact->weight, contact->order, friction};
     for (int k = 0; k < 4; ++k) digest = hs_digest(digest, arrays[k], size);
-    return hs_digest(digest, contact->first, (size_t)(contact->groups + 1) * sizeof *contact->first);
+    return hs_digest(digest, contact->first,
+                     (size_t)(contact->groups + 1) * sizeof *contact->first);
 }
 
 int hs_line_belongs(const hs_line *memory, const hs_line *like) {
     const hs_contact *contact = memory->contact, *reference = like->contact;
     /* the identity implies all other conditions, except in forged bytes */
-    return memory->identity == like->identity && contact->count == reference->count && !contact->load == !reference->load &&
-           memcmp(&contact->units, &reference->units, sizeof contact->units) == 0 && contact->datum == reference->datum &&
-           (hs_evolves(memory) > 1) == (hs_evolves(like) > 1);
+    return memory->identity == like->identity && contact->count == reference->count &&
+           !contact->load == !reference->load &&
+           memcmp(&contact->units, &reference->units, sizeof contact->units) == 0 &&
+           contact->datum == reference->datum && (hs_evolves(memory) > 1) == (hs_evolves(like) > 1);
 }
 
 int hs_can_evolve(const hs_line *memory, const hs_evolution *evolution) {
     int yields = evolution->yielding.kind != HS_NO_YIELDING;
-    return hs_evolves(memory) > yields && ((!yields && !evolution->goal) || evolution->count == memory->contact->count);
+    return hs_evolves(memory) > yields &&
+           ((!yields && !evolution->goal) || evolution->count == memory->contact->count);
 }
 
 int hs_line_start(hs_line *memory, hs_contact *contact, const double *friction) {
@@ -145,7 +150,8 @@ int hs_line_start(hs_line *memory, hs_contact *contact, const double *friction) 
     memory->identity = identity_of(contact, friction);
     memset(memory->friction, 0, size_of_numbers(contact));
     for (int64_t index = 0; index < contact->groups; ++index)
-        memory->friction[index] = hs_bound_friction(friction[contact->order[contact->first[index]]]);
+        memory->friction[index] =
+            hs_bound_friction(friction[contact->order[contact->first[index]]]);
     return HS_OK;
 }
 
@@ -156,7 +162,8 @@ int hs_line_add_evolved(hs_line *memory) {
     if (!memory->evolved) return HS_OUT_OF_MEMORY;
     for (int64_t i = 0; i < contact->count; ++i) {
         double weight = contact->weight[i];
-        memory->evolved->summit_height[contact->order[i]] = contact->datum - contact->gap[i] * contact->units.length;
+        memory->evolved->summit_height[contact->order[i]] =
+            contact->datum - contact->gap[i] * contact->units.length;
         memory->evolved->summit_radius[contact->order[i]] = weight * weight * contact->units.radius;
     }
     return HS_OK;
@@ -222,13 +229,15 @@ static void copy_numbers(hs_line *target, const hs_line *source) {
 
 static void copy_stacks(hs_line *target, const hs_line *source) {
     for (int64_t index = 0; index < source->contact->groups; ++index)
-        memcpy(target->vertices + index * target->capacity, source->vertices + index * source->capacity,
+        memcpy(target->vertices + index * target->capacity,
+               source->vertices + index * source->capacity,
                (size_t)source->depth[index] * sizeof *target->vertices);
 }
 
 int64_t hs_max_depth(const hs_line *memory) {
     int64_t max_depth = 0;
-    /* within a substep, groups without vertices may stand before others that have some: summits that yield */
+    /* within a substep, groups without vertices may stand before others that have some: summits
+     * that yield */
     for (int64_t index = 0; index < memory->contact->groups; ++index)
         if (memory->depth[index] > max_depth) max_depth = memory->depth[index];
     return max_depth;
@@ -239,7 +248,8 @@ int hs_has_steep(const hs_line *memory) {
 }
 
 int hs_line_init_copy(hs_line *memory, const hs_line *from) {
-    if (hs_line_init(memory, from->contact, hs_max_depth(from) + 4, hs_evolves(from)) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (hs_line_init(memory, from->contact, hs_max_depth(from) + 4, hs_evolves(from)) != HS_OK)
+        return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
@@ -263,7 +273,8 @@ int hs_line_unshare_contact(hs_line *memory) {
 int hs_line_reserve(hs_line *memory, int64_t capacity) {
     if (capacity <= memory->capacity) return HS_OK;
     hs_line grown = *memory;
-    grown.vertices = (hs_vertex *)malloc((size_t)memory->contact->groups * (size_t)capacity * sizeof *grown.vertices);
+    grown.vertices = (hs_vertex *)malloc((size_t)memory->contact->groups * (size_t)capacity *
+                                         sizeof *grown.vertices);
     if (!grown.vertices) return HS_OUT_OF_MEMORY;
     grown.capacity = capacity;
     copy_stacks(&grown, memory);
@@ -274,7 +285,8 @@ int hs_line_reserve(hs_line *memory, int64_t capacity) {
 }
 
 int hs_line_assign(hs_line *memory, const hs_line *from) {
-    if (memory->contact->groups != from->contact->groups || !hs_line_belongs(memory, from)) return HS_FOREIGN;
+    if (memory->contact->groups != from->contact->groups || !hs_line_belongs(memory, from))
+        return HS_FOREIGN;
     if (hs_line_reserve(memory, hs_max_depth(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
@@ -300,7 +312,8 @@ void hs_refresh_loads(hs_line *memory) {
             hs_vertex *vertex = group.stack + j;
             vertex->normal = hs_load_at(group.curve, vertex->label).load;
             vertex->tangential =
-                j ? vertex[-1].tangential + vertex->slope * (vertex->normal - vertex[-1].normal) : 0.0;
+                j ? vertex[-1].tangential + vertex->slope * (vertex->normal - vertex[-1].normal)
+                  : 0.0;
         }
     }
 }
@@ -309,22 +322,30 @@ void hs_touch_unstrained(hs_line *memory, int64_t index) {
     hs_vertex *stack = memory->vertices + index * memory->capacity;
     double gap = memory->contact->gap[memory->contact->first[index]], v = memory->displacement;
     stack[0] = HS_MADE(hs_vertex){gap, v, 0.0, v, 0.0, 0.0};
-    stack[1] = HS_MADE(hs_vertex){memory->approach, v, 0.0, v, hs_load_at(hs_group_of(memory, index).curve, memory->approach).load, 0.0};
+    stack[1] =
+        HS_MADE(hs_vertex){memory->approach,
+                           v,
+                           0.0,
+                           v,
+                           hs_load_at(hs_group_of(memory, index).curve, memory->approach).load,
+                           0.0};
     memory->depth[index] = gap < memory->approach ? 2 : 0;
     memory->steep[index] = 0;
 }
 
-/* Create the memory of a contact whose groups are subsets of the groups of another. Each subset keeps the polyline of its group
- * (`parent`), unless its asperities are `fresh`: their springs are unstrained. `position` holds the previous positions. Arrays are
- * in the caller's numbering. NULL if out of memory. */
-static hs_line *subdivide(const hs_line *memory, hs_contact *contact, const int64_t *parent, const int64_t *position,
-                           const uint8_t *fresh, int evolves) {
+/* Create the memory of a contact whose groups are subsets of the groups of another. Each subset
+ * keeps the polyline of its group
+ * (`parent`), unless its asperities are `fresh`: their springs are unstrained. `position` holds the
+ * previous positions. Arrays are in the caller's numbering. NULL if out of memory. */
+static hs_line *subdivide(const hs_line *memory, hs_contact *contact, const int64_t *parent,
+                          const int64_t *position, const uint8_t *fresh, int evolves) {
     hs_line *result = hs_line_blank(contact, hs_max_depth(memory) + 2, evolves);
     if (!result) return NULL;
     copy_scalars(result, memory);
     result->slid_labels[0] = result->slid_labels[1] = 0.0;
     if (result->evolved) copy_evolved(result->evolved, memory->evolved, contact->count);
-    for (int64_t i = 0; i < contact->count; ++i) result->dissipated_each[i] = memory->dissipated_each[position[contact->order[i]]];
+    for (int64_t i = 0; i < contact->count; ++i)
+        result->dissipated_each[i] = memory->dissipated_each[position[contact->order[i]]];
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t leader = contact->order[contact->first[index]], from = parent[leader];
         int touches = contact->gap[contact->first[index]] < memory->approach;
@@ -334,18 +355,21 @@ static hs_line *subdivide(const hs_line *memory, hs_contact *contact, const int6
         if ((fresh && fresh[leader]) || result->depth[index] == 0)
             hs_touch_unstrained(result, index);
         else
-            memcpy(result->vertices + index * result->capacity, memory->vertices + from * memory->capacity,
+            memcpy(result->vertices + index * result->capacity,
+                   memory->vertices + from * memory->capacity,
                    (size_t)result->depth[index] * sizeof *result->vertices);
     }
     hs_refresh_loads(result);
     return result;
 }
 
-/* Assign asperities to other groups, with other gaps and weights unless these are NULL; arrays are in the caller's numbering. */
-static int regroup(hs_line *memory, int64_t groups, const int64_t *group, const double *gap, const double *weight,
-                   const uint8_t *fresh) {
+/* Assign asperities to other groups, with other gaps and weights unless these are NULL; arrays are
+ * in the caller's numbering. */
+static int regroup(hs_line *memory, int64_t groups, const int64_t *group, const double *gap,
+                   const double *weight, const uint8_t *fresh) {
     const hs_contact *contact = memory->contact;
-    int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent), *position = parent + count;
+    int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent),
+            *position = parent + count;
     if (!parent) return HS_OUT_OF_MEMORY;
     double *present_gap = (double *)(position + count), *present_weight = present_gap + count;
     for (int64_t index = 0; index < contact->groups; ++index)
@@ -355,9 +379,11 @@ static int regroup(hs_line *memory, int64_t groups, const int64_t *group, const 
             present_gap[contact->order[i]] = contact->gap[i];
             present_weight[contact->order[i]] = contact->weight[i];
         }
-    hs_contact *shaped = hs_contact_of(count, groups, gap ? gap : present_gap, weight ? weight : present_weight, group, 0,
-                                       &contact->units, contact->datum);
-    hs_line *result = shaped ? subdivide(memory, shaped, parent, position, fresh, hs_evolves(memory)) : NULL;
+    hs_contact *shaped =
+        hs_contact_of(count, groups, gap ? gap : present_gap, weight ? weight : present_weight,
+                      group, 0, &contact->units, contact->datum);
+    hs_line *result =
+        shaped ? subdivide(memory, shaped, parent, position, fresh, hs_evolves(memory)) : NULL;
     if (result && fresh) {
         result->normal_load = hs_load_at(hs_all_of(shaped), result->approach).load;
         result->tangential_load = hs_total_force(result);
@@ -368,15 +394,17 @@ static int regroup(hs_line *memory, int64_t groups, const int64_t *group, const 
     return result ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
-/* Number subsets of groups by pairs of keys, given by asperity: asperities of one group with equal keys form one subset. */
-static int number_subgroups(const hs_contact *contact, const double *primary_key, const double *secondary_key, int64_t *group,
-                int64_t *groups) {
+/* Number subsets of groups by pairs of keys, given by asperity: asperities of one group with equal
+ * keys form one subset. */
+static int number_subgroups(const hs_contact *contact, const double *primary_key,
+                            const double *secondary_key, int64_t *group, int64_t *groups) {
     int64_t *position = (int64_t *)malloc((size_t)contact->count * sizeof *position), number = 0;
     if (!position) return HS_OUT_OF_MEMORY;
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t start = contact->first[index], size = contact->first[index + 1] - start;
         memcpy(position, contact->order + start, (size_t)size * sizeof *position);
-        if (hs_sort_by(secondary_key, position, size) != HS_OK || hs_sort_by(primary_key, position, size) != HS_OK) {
+        if (hs_sort_by(secondary_key, position, size) != HS_OK ||
+            hs_sort_by(primary_key, position, size) != HS_OK) {
             free(position);
             return HS_OUT_OF_MEMORY;
         }
@@ -395,7 +423,8 @@ static int number_subgroups(const hs_contact *contact, const double *primary_key
 int hs_split_groups(hs_line *memory, const double *primary_key, const double *secondary_key) {
     const hs_contact *contact = memory->contact;
     int64_t groups = 0, *group = (int64_t *)malloc((size_t)contact->count * sizeof *group);
-    int status = group ? number_subgroups(contact, primary_key, secondary_key, group, &groups) : (int)HS_OUT_OF_MEMORY;
+    int status = group ? number_subgroups(contact, primary_key, secondary_key, group, &groups)
+                       : (int)HS_OUT_OF_MEMORY;
     /* a curve with knots cannot be split */
     if (status == HS_OK && groups > contact->groups)
         status = contact->load ? (int)HS_FOREIGN : regroup(memory, groups, group, NULL, NULL, NULL);
@@ -419,7 +448,8 @@ int hs_reshape(hs_line *memory, const double *gap, const double *weight, const u
 int hs_unstrained(const hs_line *memory) {
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
         for (int64_t j = 0; j < memory->depth[index]; ++j)
-            if (memory->vertices[index * memory->capacity + j].anchor != memory->displacement) return 0;
+            if (memory->vertices[index * memory->capacity + j].anchor != memory->displacement)
+                return 0;
     return 1;
 }
 
@@ -429,22 +459,27 @@ int hs_slides_alike(const hs_line *memory) {
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         stack = memory->vertices + index * memory->capacity;
         if (memory->depth[index] != 2 || memory->steep[index]) return 0;
-        if (stack[1].slope != side * memory->friction[index] || stack[1].anchor != memory->displacement) return 0;
+        if (stack[1].slope != side * memory->friction[index] ||
+            stack[1].anchor != memory->displacement)
+            return 0;
     }
     return side != 0.0;
 }
 
-int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach, int unstrained) {
+int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach,
+                   int unstrained) {
     const hs_contact *contact = memory->contact;
     size_t count = (size_t)contact->count, groups = (size_t)contact->groups;
-    int64_t joined_count = 0, *group = (int64_t *)malloc((count + groups) * sizeof *group + count), *joined_group = group + count;
+    int64_t joined_count = 0, *group = (int64_t *)malloc((count + groups) * sizeof *group + count),
+            *joined_group = group + count;
     uint8_t *fresh = (uint8_t *)(joined_group + groups);
     if (!group) return HS_OUT_OF_MEMORY;
     for (size_t index = 0; index < groups; ++index) {
         size_t k = 0;
         while (k < index && memory->friction[k] != memory->friction[index]) ++k;
         joined_group[index] = k < index ? joined_group[k] : joined_count++;
-        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) group[contact->order[i]] = joined_group[index];
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i)
+            group[contact->order[i]] = joined_group[index];
     }
     memset(fresh, unstrained, count);
     memory->approach = approach;
@@ -458,9 +493,11 @@ int hs_line_init_single(hs_line *memory, const hs_line *from, int64_t asperity) 
     int64_t position = 0, group = 0;
     while (contact->order[position] != asperity) ++position;
     while (contact->first[group + 1] <= position) ++group;
-    hs_contact *single_contact = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
-                                    contact->datum);
-    hs_line *result = single_contact ? subdivide(from, single_contact, &group, &position, NULL, 0) : NULL;
+    hs_contact *single_contact =
+        hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0,
+                      &contact->units, contact->datum);
+    hs_line *result =
+        single_contact ? subdivide(from, single_contact, &group, &position, NULL, 0) : NULL;
     hs_contact_free(single_contact);
     if (!result) return HS_OUT_OF_MEMORY;
     *memory = *result;

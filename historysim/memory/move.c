@@ -1,18 +1,23 @@
-/* Move: exact update of all friction groups on one straight path in (d, V): solves for the common displacement, updates the
- * polyline of each group (README.md, theory 7), records sliding times, and sums loads and losses. */
+/* Move: exact update of all friction groups on one straight path in (d, V): solves for the common
+ * displacement, updates the polyline of each group (README.md, theory 7), records sliding times,
+ * and sums loads and losses. */
 
 #include "move.h"
 #include "slides.h"
 
-/* Largest compliance of an instrument over d/P of the contact for which the load is the sum over springs; beyond, the rounding of the
- * sum would move the drive, and the load follows from the drive. Chosen. */
+/* Largest compliance of an instrument over d/P of the contact for which the load is the sum over
+ * springs; beyond, the rounding of the sum would move the drive, and the load follows from the
+ * drive. Chosen. */
 #define MAX_COMPLIANCE_RATIO 1e6
 
-int hs_has_single_group(const hs_line *memory) { return memory->contact->groups == 1 && !memory->steep[0]; }
+int hs_has_single_group(const hs_line *memory) {
+    return memory->contact->groups == 1 && !memory->steep[0];
+}
 
 /* A path adds a front and an edge; clipping of a polyline steeper than μ may cut each segment. */
 int hs_reserve_vertices(hs_line *memory) {
-    int64_t deepest = hs_max_depth(memory), needed = hs_has_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
+    int64_t deepest = hs_max_depth(memory),
+            needed = hs_has_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
     /* little spare room for shallow stacks, so that more of them fit the cache */
     int64_t spare = memory->contact->groups > 1 && needed < 32 ? 2 : needed / 2;
     return needed > memory->capacity ? hs_line_reserve(memory, needed + spare) : HS_OK;
@@ -28,7 +33,8 @@ int hs_move(hs_line *memory, double d, double load, hs_target target) {
         hs_fronts fronts;
         path = hs_to_displacement(0.0);
         status = hs_init_fronts(&fronts, loads.count);
-        if (status == HS_OK) status = hs_solve_displacement_with(memory, &loads, &fronts, d, target, &path.value);
+        if (status == HS_OK)
+            status = hs_solve_displacement_with(memory, &loads, &fronts, d, target, &path.value);
         hs_point to = {d, path.value};
         if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, &loads, &fronts);
         hs_free_fronts(&fronts);
@@ -38,23 +44,29 @@ int hs_move(hs_line *memory, double d, double load, hs_target target) {
     return status;
 }
 
-int hs_move_group(hs_line *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
-                   hs_point to, double load, hs_target target, hs_vertex *scratch, double *reached) {
+int hs_move_group(hs_line *memory, const hs_group *group, hs_losses *losses, int64_t index,
+                  double friction, hs_point from, hs_point to, double load, hs_target target,
+                  hs_vertex *scratch, double *reached) {
     int64_t depth = memory->depth[index];
     if (to.d <= group->curve.gap[0]) {
-        if (depth) hs_record_slides(group, depth, &from, &to, friction, HUGE_VAL, memory->steep[index]);
+        if (depth)
+            hs_record_slides(group, depth, &from, &to, friction, HUGE_VAL, memory->steep[index]);
         if (depth) hs_add_separation_losses(group, losses, depth, 1, &from, &to);
         memory->depth[index] = 0;
         memory->steep[index] = 0;
     } else if (depth > 0 && (memory->steep[index] || friction != group->friction)) {
-        hs_cone cone = {group->friction, to.v - from.v, friction * (to.d - from.d), group->friction - friction};
-        int64_t clipped = hs_move_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
+        hs_cone cone = {group->friction, to.v - from.v, friction * (to.d - from.d),
+                        group->friction - friction};
+        int64_t clipped =
+            hs_move_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
         if (hs_is_timed(memory)) {
             double label = hs_slip_label(scratch, clipped, to.v, cone.friction);
             hs_find_slides(group, depth, &from, &to, cone.friction - cone.gain, label, 1);
         }
-        if (clipped > memory->capacity && hs_line_reserve(memory, 2 * clipped) != HS_OK) return HS_OUT_OF_MEMORY;
-        memcpy(memory->vertices + index * memory->capacity, scratch, (size_t)clipped * sizeof *scratch);
+        if (clipped > memory->capacity && hs_line_reserve(memory, 2 * clipped) != HS_OK)
+            return HS_OUT_OF_MEMORY;
+        memcpy(memory->vertices + index * memory->capacity, scratch,
+               (size_t)clipped * sizeof *scratch);
         memory->depth[index] = clipped;
         memory->steep[index] = (uint8_t)hs_is_steep(scratch, clipped, group->friction);
     } else {
@@ -67,19 +79,24 @@ int hs_move_group(hs_line *memory, const hs_group *group, hs_losses *losses, int
     return HS_OK;
 }
 
-/* Record the sliding time of a group of one asperity, whose springs slide from label `low` to the edge. */
-HS_APART static void record_gross_slip(hs_line *memory, int64_t index, const hs_point *from, const hs_point *to, double low) {
+/* Record the sliding time of a group of one asperity, whose springs slide from label `low` to the
+ * edge. */
+HS_APART static void record_gross_slip(hs_line *memory, int64_t index, const hs_point *from,
+                                       const hs_point *to, double low) {
     hs_group group = hs_group_of(memory, index);
     hs_find_slides(&group, memory->depth[index], from, to, group.friction, low, 0);
 }
 
-/* Move a group of one asperity to a displacement by the fast path, if the slip front is inside a segment or all springs slide. Adds
- * its load to `force` and returns 1; returns 0 without changes in all other cases, such as ties, for `hs_solve_update`. Compiled
- * separately for a constant approach (`held`), the most frequent case. */
-static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
-                     double load, int held, double *force) {
+/* Move a group of one asperity to a displacement by the fast path, if the slip front is inside a
+ * segment or all springs slide. Adds its load to `force` and returns 1; returns 0 without changes
+ * in all other cases, such as ties, for `hs_solve_update`. Compiled separately for a constant
+ * approach (`held`), the most frequent case. */
+static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *losses,
+                                  const hs_point *from, const hs_point *to, double load, int held,
+                                  double *force) {
     const int64_t position = memory->contact->first[index], depth = memory->depth[index];
-    const double friction = memory->friction[index], gap = memory->contact->gap[position], weight = memory->contact->weight[position];
+    const double friction = memory->friction[index], gap = memory->contact->gap[position],
+                 weight = memory->contact->weight[position];
     const double d = to->d, v = to->v;
     hs_vertex *stack = memory->vertices + index * memory->capacity, front;
     if (memory->contact->first[index + 1] > position + 1 || depth < 2) return 0;
@@ -94,7 +111,8 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
     }
     const hs_single slip_end = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
     const int64_t inner_count = slip_end.inner_count;
-    if (slip_end.at_vertex || (inner_count > 0 && slip_end.label == stack[inner_count - 1].label)) return 0;
+    if (slip_end.at_vertex || (inner_count > 0 && slip_end.label == stack[inner_count - 1].label))
+        return 0;
     const double sign = path.sign, slope = sign * friction;
     double inner_slope = 0.0;
     hs_slip piece = {slip_end.label, d, slip_end.slip, 0.0, 0.0, 0.0};
@@ -102,10 +120,14 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
     if (inner_count > 0) {
         inner_slope = stack[inner_count].slope;
         front.normal = hs_load_of_asperity(gap, weight, slip_end.label).load;
-        front.tangential = stack[inner_count - 1].tangential + inner_slope * (front.normal - stack[inner_count - 1].normal);
+        front.tangential = stack[inner_count - 1].tangential +
+                           inner_slope * (front.normal - stack[inner_count - 1].normal);
     }
-    front = HS_MADE(hs_vertex){slip_end.label, v - slope * (d - slip_end.label), inner_slope, v, front.normal, front.tangential};
-    if (piece.low <= gap && hs_is_timed(memory) && !hs_has_slid(memory, memory->contact->order[position]))
+    front = HS_MADE(hs_vertex){slip_end.label, v - slope * (d - slip_end.label),
+                               inner_slope,    v,
+                               front.normal,   front.tangential};
+    if (piece.low <= gap && hs_is_timed(memory) &&
+        !hs_has_slid(memory, memory->contact->order[position]))
         record_gross_slip(memory, index, from, to, piece.low);
     double lag = 0.0;
     if (!held) {
@@ -116,11 +138,14 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
         hs_group group = hs_group_of(memory, index);
         hs_add_separation_losses(&group, losses, depth, edge.segment, from, to);
     }
-    piece.drag_low = friction * (held ? d - piece.low : hs_max(d - piece.low - lag * piece.slip_low, 0.0));
+    piece.drag_low =
+        friction * (held ? d - piece.low : hs_max(d - piece.low - lag * piece.slip_low, 0.0));
     for (int64_t j = inner_count > 0 ? inner_count : 1; j <= edge.segment; ++j) {
         piece.high = j == edge.segment ? edge.label : stack[j].label;
-        piece.slip_high = piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
-        piece.drag_high = friction * (held ? d - piece.high : hs_max(d - piece.high - lag * piece.slip_high, 0.0));
+        piece.slip_high =
+            piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
+        piece.drag_high = friction * (held ? d - piece.high
+                                           : hs_max(d - piece.high - lag * piece.slip_high, 0.0));
         hs_queue_loss(losses, gap, weight, position, memory->dissipated_each, &piece);
         piece.low = piece.high;
         piece.slip_low = piece.slip_high;
@@ -139,7 +164,8 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
     return 1;
 }
 
-int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path) {
+int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, double load,
+                       hs_target target, hs_target path) {
     hs_point from = {memory->approach, memory->displacement};
     double reached = path.value, force = 0.0;
     int is_at_rest = d == from.d && path.value == from.v && path.compliance == 0.0;
@@ -151,7 +177,8 @@ int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, d
     hs_init_losses(&losses, groups);
     if (is_at_rest) force = hs_total_force(memory);
     if (!is_at_rest && hs_has_steep(memory)) {
-        scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(memory)) * sizeof *scratch);
+        scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(memory)) *
+                                      sizeof *scratch);
         if (!scratch) return HS_OUT_OF_MEMORY;
     }
     for (int64_t index = 0; index < groups && !is_at_rest; ++index) {
@@ -159,14 +186,16 @@ int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, d
         if (index >= loads->count && depth == 0) break;
         if (is_prescribed && index < loads->count && !memory->steep[index]) {
             double group_load = loads->load[index];
-            if (d == from.d ? slide_single(memory, index, &losses, &from, &to, group_load, 1, &force)
-                            : slide_single(memory, index, &losses, &from, &to, group_load, 0, &force))
+            if (d == from.d
+                    ? slide_single(memory, index, &losses, &from, &to, group_load, 1, &force)
+                    : slide_single(memory, index, &losses, &from, &to, group_load, 0, &force))
                 continue;
         }
         hs_group group = hs_group_of(memory, index);
         double group_load = index < loads->count ? loads->load[index] : 0.0;
         /* room is reserved, so that this cannot fail */
-        hs_move_group(memory, &group, &losses, index, group.friction, from, to, group_load, path, scratch, &reached);
+        hs_move_group(memory, &group, &losses, index, group.friction, from, to, group_load, path,
+                      scratch, &reached);
         depth = memory->depth[index];
         if (depth) force += group.stack[depth - 1].tangential;
     }
@@ -177,16 +206,17 @@ int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, d
     memory->normal_load = load;
     memory->tangential_load = target.rigid == 0.0 ? target.value : force;
     if (target.rigid > 0.0 && target.compliance * load > MAX_COMPLIANCE_RATIO * d && d > 0.0) {
-        /* for so soft an instrument the load from the drive is more exact than the sum over springs, unless the rounding of the
-         * displacement exceeds the elastic deflection */
+        /* for so soft an instrument the load from the drive is more exact than the sum over
+         * springs, unless the rounding of the displacement exceeds the elastic deflection */
         double limit = hs_friction_limit(memory, d, load);
-        memory->tangential_load = hs_clamp((target.value - target.rigid * reached) / target.compliance, limit);
+        memory->tangential_load =
+            hs_clamp((target.value - target.rigid * reached) / target.compliance, limit);
     }
     return HS_OK;
 }
 
 void hs_flag_steep(hs_line *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index)
-        memory->steep[index] = (uint8_t)hs_is_steep(memory->vertices + index * memory->capacity, memory->depth[index],
-                                                    memory->friction[index]);
+        memory->steep[index] = (uint8_t)hs_is_steep(memory->vertices + index * memory->capacity,
+                                                    memory->depth[index], memory->friction[index]);
 }

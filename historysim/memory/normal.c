@@ -1,5 +1,6 @@
-/* Normal curve: load P(a) with derivative and integrals, P = Σ k (a - h)^(3/2) over asperities in contact, or piecewise quadratic
- * between knots; and its inverse, by Newton's method in a bracket (README.md, theory 8). */
+/* Normal curve: load P(a) with derivative and integrals, P = Σ k (a - h)^(3/2) over asperities in
+ * contact, or piecewise quadratic between knots; and its inverse, by Newton's method in a bracket
+ * (README.md, theory 8). */
 
 #include "normal.h"
 
@@ -18,8 +19,9 @@ int64_t hs_count_touching(const double *gap, int64_t count, double approach) {
 }
 
 /* k √(a - h) and k (a - h)^(3/2) of asperities in contact. */
-static inline void half_chords(const double *restrict gap, const double *restrict weight, int count, double approach,
-                               double *restrict load, double *restrict half_chord) {
+static inline void half_chords(const double *restrict gap, const double *restrict weight, int count,
+                               double approach, double *restrict load,
+                               double *restrict half_chord) {
     for (int i = 0; i < count; ++i) {
         double depth = approach - gap[i];
         half_chord[i] = weight[i] * sqrt(depth);
@@ -33,7 +35,8 @@ static HS_WIDE hs_load sum_of_loads(hs_curve curve, int64_t touching, double app
     hs_chunk chunk;
     for (int64_t start = 0; start < touching; start += chunk.size) {
         hs_next_chunk(curve, start, touching, approach, &chunk);
-        half_chords(chunk.gap, chunk.weight, chunk.count, approach - chunk.origin, load, half_chord);
+        half_chords(chunk.gap, chunk.weight, chunk.count, approach - chunk.origin, load,
+                    half_chord);
         hs_add(loads, load, chunk.count);
         hs_add(slopes, half_chord, chunk.count);
     }
@@ -51,9 +54,11 @@ static hs_load sum_of_few(hs_curve curve, int64_t touching, double approach) {
     return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
 }
 
-/* A function with versions for several processors is only hidden from programs that link the library if it is static. */
+/* A function with versions for several processors is only hidden from programs that link the
+ * library if it is static. */
 hs_load hs_sum_of_loads(hs_curve curve, int64_t touching, double approach) {
-    return touching <= 2 * HS_LANES && !curve.clusters ? sum_of_few(curve, touching, approach) : sum_of_loads(curve, touching, approach);
+    return touching <= 2 * HS_LANES && !curve.clusters ? sum_of_few(curve, touching, approach)
+                                                       : sum_of_loads(curve, touching, approach);
 }
 
 /* P(a) and P'(a) of a curve with knots; linear beyond the outermost one. */
@@ -68,8 +73,8 @@ hs_load hs_load_between_knots(hs_curve curve, double approach) {
 }
 
 /* k (a - h)^(n/2) for n = 1, 3, 5 and 7 of asperities in contact. */
-static inline void half_powers(const double *restrict gap, const double *restrict weight, int count, double approach,
-                               double (*restrict power)[HS_BLOCK]) {
+static inline void half_powers(const double *restrict gap, const double *restrict weight, int count,
+                               double approach, double (*restrict power)[HS_BLOCK]) {
     for (int i = 0; i < count; ++i) {
         double depth = approach - gap[i];
         power[0][i] = weight[i] * sqrt(depth);
@@ -83,10 +88,13 @@ static hs_normal normal_between_knots(hs_curve curve, double approach) {
     hs_load knot_load = hs_load_between_knots(curve, approach);
     hs_normal result = {knot_load.load, knot_load.slope, 0.0, 0.0};
     for (int64_t i = 0; i < curve.count && curve.gap[i] < approach; ++i) {
-        double width = (i + 1 < curve.count ? hs_min(curve.gap[i + 1], approach) : approach) - curve.gap[i];
+        double width =
+            (i + 1 < curve.count ? hs_min(curve.gap[i + 1], approach) : approach) - curve.gap[i];
         if (width <= 0.0) continue;
         double load = curve.load[i], slope = curve.weight[i], bend = hs_bend_at(curve, i);
-        result.twice += width * (result.integral + width * (load / 2.0 + width * (slope / 6.0 + width * bend / 24.0)));
+        result.twice +=
+            width *
+            (result.integral + width * (load / 2.0 + width * (slope / 6.0 + width * bend / 24.0)));
         result.integral += width * (load + width * (slope / 2.0 + width * bend / 6.0));
     }
     return result;
@@ -120,13 +128,17 @@ static double label_between_knots(hs_curve curve, double total, double rigid, do
         else
             high = middle;
     }
-    double remaining = total - (rigid * (curve.gap[low] - curve.gap[0]) + compliance * curve.load[low]);
-    double slope = rigid + compliance * curve.weight[low], bend = compliance * hs_bend_at(curve, low);
-    double label = curve.gap[low] + 2.0 * remaining / (slope + sqrt(slope * slope + 2.0 * bend * remaining));
+    double remaining =
+        total - (rigid * (curve.gap[low] - curve.gap[0]) + compliance * curve.load[low]);
+    double slope = rigid + compliance * curve.weight[low],
+           bend = compliance * hs_bend_at(curve, low);
+    double label =
+        curve.gap[low] + 2.0 * remaining / (slope + sqrt(slope * slope + 2.0 * bend * remaining));
     return high < curve.count ? hs_min(label, curve.gap[high]) : label;
 }
 
-/* Halley's method, of third order, and one Newton iteration; the cube root of libm differs between machines. */
+/* Halley's method, of third order, and one Newton iteration; the cube root of libm differs between
+ * machines. */
 double hs_cube_root(double x) {
     int exponent;
     double mantissa = frexp(x, &exponent);
@@ -157,16 +169,18 @@ double hs_label_at(hs_curve curve, double total, double guess, double rigid, dou
     double approach = low < guess && guess <= high ? guess : high;
     for (int iteration = 0; iteration < 100; ++iteration) {
         hs_load current = hs_load_at(curve, approach);
-        double present = rigid * (approach - gap) + compliance * current.load, slope = rigid + compliance * current.slope;
+        double present = rigid * (approach - gap) + compliance * current.load,
+               slope = rigid + compliance * current.slope;
         if (present == total) return approach;
         if (present < total)
             low = approach;
         else
             high = approach;
-        /* (total/present)^(2/3) - 1 without loss of digits near 1: with c³ = total/present it is (c - 1)(c + 1), and
-         * c - 1 = (c³ - 1)/(c² + c + 1) */
+        /* (total/present)^(2/3) - 1 without loss of digits near 1: with c³ = total/present it is (c
+         * - 1)(c + 1), and c - 1 = (c³ - 1)/(c² + c + 1) */
         double ratio = total / present, c = hs_cube_root(ratio);
-        double step = 1.5 * present / slope * ((total - present) / present / (c * c + c + 1.0) * (c + 1.0));
+        double step =
+            1.5 * present / slope * ((total - present) / present / (c * c + c + 1.0) * (c + 1.0));
         double trial = approach + step;
         if (!(low <= trial && trial <= high)) {
             trial = 0.5 * (low + high);

@@ -1,4 +1,5 @@
-/* Normal curve: the load P(a) of asperities, or between knots, and the approach at a load (README.md, theory 8). */
+/* Normal curve: the load P(a) of asperities, or between knots, and the approach at a load
+ * (README.md, theory 8). */
 #ifndef HISTORYSIM_NORMAL_H
 #define HISTORYSIM_NORMAL_H
 
@@ -15,13 +16,15 @@ typedef struct hs_curve {
     const double *weight;
     const double *load;
     int64_t count;
-    const hs_clusters *clusters; /* clusters of the array that contains the gaps; NULL for few asperities */
+    const hs_clusters
+        *clusters; /* clusters of the array that contains the gaps; NULL for few asperities */
 } hs_curve;
 
 /* Normal curve of `count` asperities of one group, from position `start` on. */
 static inline hs_curve hs_curve_of(const hs_contact *contact, int64_t start, int64_t count) {
     const hs_clusters *clusters = count < HS_MIN_CLUSTERED ? NULL : contact->clusters;
-    return HS_MADE(hs_curve){contact->gap + start, contact->weight + start, contact->load, count, clusters};
+    return HS_MADE(hs_curve){contact->gap + start, contact->weight + start, contact->load, count,
+                             clusters};
 }
 
 /* Terms of a sum over asperities: asperities, or the proxies of a cluster. */
@@ -32,9 +35,10 @@ typedef struct hs_chunk {
     double origin; /* of gaps */
     double proxy_gap[HS_PROXIES];
 } hs_chunk;
-/* Set the chunk that starts at position `start` of a sum over asperities below `stop`, of a function of the gap that is smooth below
- * a label. */
-static inline void hs_next_chunk(hs_curve curve, int64_t start, int64_t stop, double label, hs_chunk *chunk) {
+/* Set the chunk that starts at position `start` of a sum over asperities below `stop`, of a
+ * function of the gap that is smooth below a label. */
+static inline void hs_next_chunk(hs_curve curve, int64_t start, int64_t stop, double label,
+                                 hs_chunk *chunk) {
     const hs_cluster *cluster = NULL;
     chunk->gap = curve.gap + start;
     chunk->weight = curve.weight + start;
@@ -47,7 +51,8 @@ static inline void hs_next_chunk(hs_curve curve, int64_t start, int64_t stop, do
         chunk->size = chunk->count = hs_size_of_block(stop - start);
     }
     if (!cluster) return;
-    for (int p = 0; p < HS_PROXIES; ++p) chunk->proxy_gap[p] = cluster->half_width * hs_proxy_point[p];
+    for (int p = 0; p < HS_PROXIES; ++p)
+        chunk->proxy_gap[p] = cluster->half_width * hs_proxy_point[p];
     chunk->gap = chunk->proxy_gap;
     chunk->weight = cluster->weight;
     chunk->origin = cluster->centre;
@@ -58,7 +63,9 @@ static inline void hs_next_chunk(hs_curve curve, int64_t start, int64_t stop, do
 int64_t hs_count_touching(const double *gap, int64_t count, double approach);
 /* P'' between knots i and i + 1; 0 beyond the outermost one. */
 static inline double hs_bend_at(hs_curve curve, int64_t i) {
-    return i + 1 < curve.count ? (curve.weight[i + 1] - curve.weight[i]) / (curve.gap[i + 1] - curve.gap[i]) : 0.0;
+    return i + 1 < curve.count
+               ? (curve.weight[i + 1] - curve.weight[i]) / (curve.gap[i + 1] - curve.gap[i])
+               : 0.0;
 }
 hs_load hs_load_between_knots(hs_curve curve, double approach);
 hs_load hs_sum_of_loads(hs_curve curve, int64_t touching, double approach);
@@ -86,7 +93,8 @@ typedef struct hs_normal {
 hs_normal hs_normal_at(hs_curve curve, double approach);
 /* Normal curve of all asperities. */
 static inline hs_curve hs_all_of(const hs_contact *contact) {
-    return HS_MADE(hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load, contact->count, contact->sorted_clusters};
+    return HS_MADE(hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load,
+                             contact->count, contact->sorted_clusters};
 }
 
 #endif

@@ -1,8 +1,9 @@
 /* Plane: paths and rows of a contact that moves in two tangential directions.
  *
- * As long as all motion is along one line, the exact memory of one direction (polyline.c) is integrated and resolved into components.
- * At the first turn its vertices become nodes v(a) = V - w(a), and from then on the rings of classes.c are integrated; the line
- * follows their approach (README.md, two directions). */
+ * As long as all motion is along one line, the exact memory of one direction (polyline.c) is
+ * integrated and resolved into components. At the first turn its vertices become nodes v(a) = V -
+ * w(a), and from then on the rings of classes.c are integrated; the line follows their approach
+ * (README.md, two directions). */
 
 #include "plane.h"
 #include "lanes.h"
@@ -12,7 +13,9 @@
 static const hs_vector zero_vector = {0.0, 0.0};
 
 /* scale a. */
-static hs_vector scale_vector(double scale, hs_vector a) { return hs_add_scaled(zero_vector, scale, a); }
+static hs_vector scale_vector(double scale, hs_vector a) {
+    return hs_add_scaled(zero_vector, scale, a);
+}
 
 /* Set displacement and loads of the plane from its line. */
 static void update_from_line(hs_state *state) {
@@ -83,8 +86,10 @@ void hs_state_free(hs_state *state) {
 /* A path in dimensionless numbers, with requests at fractions 0 and 1. */
 typedef struct scaled_path {
     const hs_path *path;
-    hs_vector rigid;         /* of each tangential component: 0 for a controlled load, 1 for a controlled displacement */
-    int is_load_controlled;  /* true if all channels are loads, which are then linear in the fraction; otherwise the approach is */
+    hs_vector rigid; /* of each tangential component: 0 for a controlled load, 1 for a controlled
+                        displacement */
+    int is_load_controlled;  /* true if all channels are loads, which are then linear in the
+                                fraction; otherwise the approach is */
     hs_vector compliance;    /* of an instrument */
     double normal[2];        /* normal load or approach */
     hs_vector tangential[2]; /* loads, or displacements of the drive */
@@ -94,27 +99,37 @@ static int is_mixed(const scaled_path *scaled) { return scaled->rigid.x != scale
 
 /* Displacement of the drive of an instrument from displacement and load of the contact. */
 static hs_vector drive_displacement(hs_vector displacement, hs_vector compliance, hs_vector load) {
-    return HS_MADE(hs_vector){displacement.x + compliance.x * load.x, displacement.y + compliance.y * load.y};
+    return HS_MADE(hs_vector){displacement.x + compliance.x * load.x,
+                              displacement.y + compliance.y * load.y};
 }
 
-/* Dimensionless path from the present state; with `saturate` it starts at the load requested last. */
-static scaled_path scale_path(const hs_state *state, const hs_path *path, hs_vector compliance, int saturate) {
+/* Dimensionless path from the present state; with `saturate` it starts at the load requested last.
+ */
+static scaled_path scale_path(const hs_state *state, const hs_path *path, hs_vector compliance,
+                              int saturate) {
     const hs_line *line = &state->line;
     const hs_units *units = &line->contact->units;
-    int by_x = path->tangential_control[0] == HS_LOAD, by_y = path->tangential_control[1] == HS_LOAD;
+    int by_x = path->tangential_control[0] == HS_LOAD,
+        by_y = path->tangential_control[1] == HS_LOAD;
     int by_normal = path->normal_control == HS_LOAD;
-    hs_vector load = hs_add_scaled(state->plane->tangential_load, saturate ? 1.0 : 0.0, state->plane->excess);
-    hs_vector drive = drive_displacement(state->plane->displacement, compliance, state->plane->tangential_load);
+    hs_vector load =
+        hs_add_scaled(state->plane->tangential_load, saturate ? 1.0 : 0.0, state->plane->excess);
+    hs_vector drive =
+        drive_displacement(state->plane->displacement, compliance, state->plane->tangential_load);
     hs_vector present = {by_x ? load.x : drive.x, by_y ? load.y : drive.y}, target = present;
     double normal_start = by_normal ? line->normal_load : line->approach;
     double normal = path->normal_target / (by_normal ? units->load : units->length);
     double x = path->tangential_target[0] / (by_x ? units->load : units->displacement);
     double y = path->tangential_target[1] / (by_y ? units->load : units->displacement);
-    if (path->tangential_fraction[0] > 0.0) target.x = hs_toward(present.x, x, path->tangential_fraction[0]);
-    if (path->tangential_fraction[1] > 0.0) target.y = hs_toward(present.y, y, path->tangential_fraction[1]);
-    scaled_path result = {path,       {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, by_x && by_y && by_normal,
-                          compliance, {normal_start, normal_start},         {present, target}};
-    if (path->normal_fraction > 0.0) result.normal[1] = hs_toward(normal_start, normal, path->normal_fraction);
+    if (path->tangential_fraction[0] > 0.0)
+        target.x = hs_toward(present.x, x, path->tangential_fraction[0]);
+    if (path->tangential_fraction[1] > 0.0)
+        target.y = hs_toward(present.y, y, path->tangential_fraction[1]);
+    scaled_path result = {
+        path,       {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, by_x && by_y && by_normal,
+        compliance, {normal_start, normal_start},         {present, target}};
+    if (path->normal_fraction > 0.0)
+        result.normal[1] = hs_toward(normal_start, normal, path->normal_fraction);
     return result;
 }
 
@@ -134,7 +149,8 @@ static int has_no_direction(const hs_line *line) {
     return line->displacement == 0.0 && line->tangential_load == 0.0 && hs_unstrained(line);
 }
 
-/* True if a path continues along the line; a line without direction takes the direction of the path. */
+/* True if a path continues along the line; a line without direction takes the direction of the
+ * path. */
 static int stays_on_line(hs_state *state, const scaled_path *scaled) {
     hs_vector endpoint = line_endpoint(state, scaled);
     double norm = hs_norm(endpoint), cross;
@@ -145,23 +161,27 @@ static int stays_on_line(hs_state *state, const scaled_path *scaled) {
         state->plane->direction.y = aligned ? endpoint.y != 0.0 : endpoint.y / norm;
     }
     if (is_mixed(scaled)) {
-        /* along one axis, the other one at rest; a line would change a load in proportion to a changing normal load */
+        /* along one axis, the other one at rest; a line would change a load in proportion to a
+         * changing normal load */
         int by_load = (line_axis(state) ? scaled->rigid.y : scaled->rigid.x) == 0.0,
             changes_normal = scaled->normal[1] != scaled->normal[0];
         if (by_load && changes_normal && scaled->path->normal_control == HS_LOAD) return 0;
-        return line_axis(state) ? endpoint.x == 0.0 : state->plane->direction.y == 0.0 && endpoint.y == 0.0;
+        return line_axis(state) ? endpoint.x == 0.0
+                                : state->plane->direction.y == 0.0 && endpoint.y == 0.0;
     }
     cross = fabs(state->plane->direction.x * endpoint.y - state->plane->direction.y * endpoint.x);
-    if (state->plane->direction.x != 0.0 && state->plane->direction.y != 0.0 && scaled->compliance.x != scaled->compliance.y)
+    if (state->plane->direction.x != 0.0 && state->plane->direction.y != 0.0 &&
+        scaled->compliance.x != scaled->compliance.y)
         return 0;
     return cross <= HS_TIE * norm;
 }
 
-/* Shift the arrays of rows by a number of rows; tangential loads have two components per asperity. */
+/* Shift the arrays of rows by a number of rows; tangential loads have two components per asperity.
+ */
 static hs_rows shift_rows(const hs_rows *rows, int64_t row) {
     hs_rows shifted = *rows;
-    double **arrays[] = {&shifted.normal_load, &shifted.contact_radius, &shifted.stick_radius, &shifted.dissipated_energy,
-                         &shifted.friction};
+    double **arrays[] = {&shifted.normal_load, &shifted.contact_radius, &shifted.stick_radius,
+                         &shifted.dissipated_energy, &shifted.friction};
     shifted.totals += row;
     if (shifted.tangential_load) shifted.tangential_load += 2 * row * shifted.columns;
     for (int k = 0; k < 5; ++k)
@@ -170,8 +190,10 @@ static hs_rows shift_rows(const hs_rows *rows, int64_t row) {
     return shifted;
 }
 
-/* Resolve tangential loads and displacements along the line into components, in `count` rows from `row`. */
-static void resolve_components(const hs_state *state, const hs_rows *rows, int64_t row, int64_t count) {
+/* Resolve tangential loads and displacements along the line into components, in `count` rows from
+ * `row`. */
+static void resolve_components(const hs_state *state, const hs_rows *rows, int64_t row,
+                               int64_t count) {
     hs_vector direction = state->plane->direction, origin = state->plane->origin;
     double unit = state->line.contact->units.displacement;
     int64_t columns = rows->columns;
@@ -184,7 +206,8 @@ static void resolve_components(const hs_state *state, const hs_rows *rows, int64
     for (int64_t k = row; k < row + count; ++k) {
         hs_totals *totals = rows->totals + k;
         double load = totals->tangential_load, distance = totals->displacement;
-        hs_vector displacement = {origin.x * unit + distance * direction.x, origin.y * unit + distance * direction.y};
+        hs_vector displacement = {origin.x * unit + distance * direction.x,
+                                  origin.y * unit + distance * direction.y};
         rows->total_tangential_load[2 * k] = load * direction.x;
         rows->total_tangential_load[2 * k + 1] = load * direction.y;
         rows->total_displacement[2 * k] = displacement.x;
@@ -195,13 +218,14 @@ static void resolve_components(const hs_state *state, const hs_rows *rows, int64
 }
 
 /* Integrate a path along the line; returns a status. */
-static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *rows, const hs_drive *drive, double stop_fraction,
-                     hs_refusal *refusal) {
+static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *rows,
+                     const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
     const hs_path *path = scaled->path;
     const hs_units *units = &state->line.contact->units;
     int axis = line_axis(state), control = path->tangential_control[axis];
     hs_vector endpoint = line_endpoint(state, scaled);
-    double target = hs_dot(endpoint, state->plane->direction) * (control == HS_LOAD ? units->load : units->displacement);
+    double target = hs_dot(endpoint, state->plane->direction) *
+                    (control == HS_LOAD ? units->load : units->displacement);
     double fraction = path->tangential_fraction[0] > 0.0 || path->tangential_fraction[1] > 0.0;
     /* along an axis the requested number itself, without rounding */
     int along_axis = state->plane->direction.x == 0.0 || state->plane->direction.y == 0.0;
@@ -210,15 +234,25 @@ static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *
         fraction = path->tangential_fraction[axis];
     }
     int64_t count = rows ? path->parts - 1 + path->recorded : 0;
-    hs_path line_path = {path->normal_target, path->normal_fraction, {target, 0.0}, {fraction, 0.0},
-                         rows ? path->parts : 1, 0, path->normal_control, {control, HS_HELD},
-                         count > 0 && path->recorded, path->begin, path->end};
+    hs_path line_path = {path->normal_target,
+                         path->normal_fraction,
+                         {target, 0.0},
+                         {fraction, 0.0},
+                         rows ? path->parts : 1,
+                         0,
+                         path->normal_control,
+                         {control, HS_HELD},
+                         count > 0 && path->recorded,
+                         path->begin,
+                         path->end};
     hs_drive line_drive = *drive;
-    line_drive.compliance[0] = (axis ? scaled->compliance.y : scaled->compliance.x) / units->stiffness;
+    line_drive.compliance[0] =
+        (axis ? scaled->compliance.y : scaled->compliance.x) / units->stiffness;
     hs_rows line_rows;
     if (count > 0) line_rows = shift_rows(rows, path->first_row);
     int64_t path_number = refusal->path;
-    int status = hs_line_integrate(&state->line, &line_path, 1, count > 0 ? &line_rows : NULL, &line_drive, stop_fraction, refusal);
+    int status = hs_line_integrate(&state->line, &line_path, 1, count > 0 ? &line_rows : NULL,
+                                   &line_drive, stop_fraction, refusal);
     refusal->path = path_number;
     if (status == HS_OK && count > 0) resolve_components(state, rows, path->first_row, count);
     update_from_line(state);
@@ -247,14 +281,17 @@ static int create_nodes(const hs_state *state, hs_ring_class *ring_class) {
     return HS_OK;
 }
 
-/* Divide a group into classes of similar gaps; returns their number, `class_stop` their upper positions. Bounds of gaps are quadratic
- * in the number of the class, so that classes are narrow near the edge, where asperities slide at small amplitudes. */
+/* Divide a group into classes of similar gaps; returns their number, `class_stop` their upper
+ * positions. Bounds of gaps are quadratic in the number of the class, so that classes are narrow
+ * near the edge, where asperities slide at small amplitudes. */
 static int64_t divide_group(const hs_state *state, int64_t group, int64_t *class_stop) {
     const hs_contact *contact = state->line.contact;
     int64_t position = contact->first[group], stop = contact->first[group + 1], class_count = 0;
-    double approach = state->line.approach, max_depth = hs_max(approach - contact->gap[position], 0.0);
+    double approach = state->line.approach,
+           max_depth = hs_max(approach - contact->gap[position], 0.0);
     for (int64_t k = state->plane->height_classes - 1; k > 0 && !contact->load; --k) {
-        double fraction = (double)k / (double)state->plane->height_classes, bound = approach - max_depth * fraction * fraction;
+        double fraction = (double)k / (double)state->plane->height_classes,
+               bound = approach - max_depth * fraction * fraction;
         int64_t upper = position;
         while (upper < stop && contact->gap[upper] < bound) ++upper;
         if (upper > position) class_stop[class_count++] = position = upper;
@@ -266,7 +303,8 @@ static int64_t divide_group(const hs_state *state, int64_t group, int64_t *class
 hs_ring_class *hs_add_class(hs_state *state, int64_t group, int64_t offset, int64_t stop) {
     const hs_contact *contact = state->line.contact;
     hs_body *body = state->plane->body;
-    hs_ring_class *classes = (hs_ring_class *)realloc(body->classes, (size_t)(body->class_count + 1) * sizeof *classes);
+    hs_ring_class *classes =
+        (hs_ring_class *)realloc(body->classes, (size_t)(body->class_count + 1) * sizeof *classes);
     if (!classes) return NULL;
     body->classes = classes;
     hs_ring_class *ring_class = classes + body->class_count++;
@@ -280,12 +318,15 @@ hs_ring_class *hs_add_class(hs_state *state, int64_t group, int64_t offset, int6
 /* Switch from the line to rings, at the first turn; returns a status. */
 static int switch_to_rings(hs_state *state) {
     hs_line *line = &state->line;
-    int64_t *class_stop = (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *class_stop);
+    int64_t *class_stop =
+        (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *class_stop);
     int status = class_stop ? HS_OK : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance)))
+    if (status == HS_OK &&
+        !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance)))
         status = HS_OUT_OF_MEMORY;
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) {
-        int64_t class_count = divide_group(state, group, class_stop), offset = line->contact->first[group];
+        int64_t class_count = divide_group(state, group, class_stop),
+                offset = line->contact->first[group];
         for (int64_t k = 0; k < class_count && status == HS_OK; offset = class_stop[k++]) {
             hs_ring_class *ring_class = hs_add_class(state, group, offset, class_stop[k]);
             status = ring_class ? create_nodes(state, ring_class) : HS_OUT_OF_MEMORY;
@@ -297,7 +338,8 @@ static int switch_to_rings(hs_state *state) {
     state->plane->body->tangential_load = state->plane->tangential_load;
     line->displacement = line->tangential_load = line->excess = 0.0;
     status = hs_reserve_vertices(line);
-    for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) hs_touch_unstrained(line, group);
+    for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group)
+        hs_touch_unstrained(line, group);
     return status;
 }
 
@@ -311,7 +353,8 @@ static int update_line(hs_state *state) {
         int status = hs_move(line, body->approach, body->normal_load, hs_to_displacement(0.0));
         if (status != HS_OK) return status;
     }
-    memcpy(line->dissipated_each, body->asperity_loss, (size_t)count * sizeof *line->dissipated_each);
+    memcpy(line->dissipated_each, body->asperity_loss,
+           (size_t)count * sizeof *line->dissipated_each);
     line->dissipated = body->dissipated;
     state->plane->displacement = body->displacement;
     state->plane->tangential_load = body->tangential_load;
@@ -345,23 +388,27 @@ static hs_plane_path body_path(const hs_state *state, const scaled_path *scaled,
         path.approach[1] = hs_approach_at_load(line, scaled->normal[1]);
     } else {
         path.approach[1] = scaled->normal[1];
-        path.normal_load[1] =
-            scaled->normal[1] == line->approach ? line->normal_load : hs_load_at(hs_all_of(line->contact), scaled->normal[1]).load;
+        path.normal_load[1] = scaled->normal[1] == line->approach
+                                  ? line->normal_load
+                                  : hs_load_at(hs_all_of(line->contact), scaled->normal[1]).load;
     }
     return path;
 }
 
 /* Add tangential loads of asperities from a jump of slope at the node `label`. */
-HS_WIDE static void add_node_loads(const double *restrict gap, const double *restrict weight, int64_t count, double label,
-                                   hs_vector jump, double *restrict x, double *restrict y) {
+HS_WIDE static void add_node_loads(const double *restrict gap, const double *restrict weight,
+                                   int64_t count, double label, hs_vector jump, double *restrict x,
+                                   double *restrict y) {
     for (int64_t i = 0; i < count; ++i) {
-        double depth = label - gap[i] > 0.0 ? label - gap[i] : 0.0, load = weight[i] * depth * sqrt(depth);
+        double depth = label - gap[i] > 0.0 ? label - gap[i] : 0.0,
+               load = weight[i] * depth * sqrt(depth);
         x[i] += jump.x * load;
         y[i] += jump.y * load;
     }
 }
 
-/* Add tangential loads of the knots of a normal curve: loads of the springs between a knot and its outer neighbour. */
+/* Add tangential loads of the knots of a normal curve: loads of the springs between a knot and its
+ * outer neighbour. */
 static void add_knot_loads(const hs_ring_class *ring_class, double *x, double *y) {
     const hs_curve *curve = &ring_class->curve;
     for (int32_t k = 0; k + 1 < ring_class->node_count; ++k) {
@@ -369,9 +416,11 @@ static void add_knot_loads(const hs_ring_class *ring_class, double *x, double *y
         hs_vector rise = hs_add_scaled(inner->deflection, -1.0, outer->deflection);
         hs_vector slope = scale_vector(1.0 / (outer->label - inner->label), rise);
         int64_t lowest = hs_count_touching(curve->gap, curve->count, inner->label) - 1;
-        for (int64_t i = lowest > 0 ? lowest : 0; i < curve->count && curve->gap[i] < outer->label; ++i) {
+        for (int64_t i = lowest > 0 ? lowest : 0; i < curve->count && curve->gap[i] < outer->label;
+             ++i) {
             int is_outermost = i + 1 == curve->count || curve->gap[i + 1] >= outer->label;
-            double high = is_outermost ? outer->normal : curve->load[i + 1], low = hs_max(inner->normal, curve->load[i]);
+            double high = is_outermost ? outer->normal : curve->load[i + 1],
+                   low = hs_max(inner->normal, curve->load[i]);
             x[i] += slope.x * (high - low);
             y[i] += slope.y * (high - low);
         }
@@ -386,16 +435,19 @@ static void compute_asperity_loads(const hs_body *body, double *load) {
         const hs_ring_class *ring_class = body->classes + c;
         hs_vector slope = zero_vector;
         if (ring_class->curve.load) {
-            add_knot_loads(ring_class, load + ring_class->offset, load + count + ring_class->offset);
+            add_knot_loads(ring_class, load + ring_class->offset,
+                           load + count + ring_class->offset);
             continue;
         }
         for (int32_t k = 0; k + 1 < ring_class->node_count; ++k) {
             const hs_node *outer = ring_class->nodes + k, *inner = outer + 1;
             hs_vector rise = hs_add_scaled(inner->deflection, -1.0, outer->deflection);
             hs_vector inner_slope = scale_vector(1.0 / (outer->label - inner->label), rise);
-            int64_t touching = hs_count_touching(ring_class->curve.gap, ring_class->curve.count, outer->label);
+            int64_t touching =
+                hs_count_touching(ring_class->curve.gap, ring_class->curve.count, outer->label);
             add_node_loads(ring_class->curve.gap, ring_class->curve.weight, touching, outer->label,
-                           hs_add_scaled(inner_slope, -1.0, slope), load + ring_class->offset, load + count + ring_class->offset);
+                           hs_add_scaled(inner_slope, -1.0, slope), load + ring_class->offset,
+                           load + count + ring_class->offset);
             slope = inner_slope;
         }
     }
@@ -437,7 +489,8 @@ int hs_plane_read(const hs_state *state, const hs_rows *rows, int64_t row) {
         compute_asperity_loads(body, load);
         for (int64_t c = 0; c < body->class_count; ++c) {
             double label = hs_slip_front(body, body->classes + c);
-            for (int64_t i = 0; i < body->classes[c].curve.count; ++i) front[body->classes[c].offset + i] = label;
+            for (int64_t i = 0; i < body->classes[c].curve.count; ++i)
+                front[body->classes[c].offset + i] = label;
         }
         for (int64_t i = 0; i < count; ++i) position[contact->order[i]] = i;
     }
@@ -472,7 +525,9 @@ static void schedule_row(row_stops *row, int64_t part_number) {
     int64_t part_count = row->requested->parts;
     row->part_number = part_number;
     row->stops.next_fraction =
-        row->rows && part_number < part_count ? row->stops.stop_fraction * ((double)part_number / (double)part_count) : HUGE_VAL;
+        row->rows && part_number < part_count
+            ? row->stops.stop_fraction * ((double)part_number / (double)part_count)
+            : HUGE_VAL;
 }
 
 /* Read a row at a stop and schedule the following one; returns a status. */
@@ -488,10 +543,13 @@ static int read_row(hs_stops *stops, hs_body *body) {
         body->friction = state.line.friction;
         plane.excess = hs_excess_at(body, row->path, body->fraction);
         status = update_line(&state);
-        if (status == HS_OK) status = hs_plane_read(&state, row->rows, row->requested->first_row + row->part_number - 1);
+        if (status == HS_OK)
+            status =
+                hs_plane_read(&state, row->rows, row->requested->first_row + row->part_number - 1);
         /* work of a row [µs]; factors chosen */
         if (status == HS_OK)
-            status = hs_count_work(body->watch->drive, &body->watch->work_since_poll, 64 + state.line.contact->count / 16);
+            status = hs_count_work(body->watch->drive, &body->watch->work_since_poll,
+                                   64 + state.line.contact->count / 16);
         hs_line_clear(&state.line);
     }
     schedule_row(row, row->part_number + 1);
@@ -499,7 +557,8 @@ static int read_row(hs_stops *stops, hs_body *body) {
 }
 
 /* Move the body along a path, then update the line; returns a status. */
-static int integrate_path(hs_state *state, hs_plane_path *path, const hs_drive *drive, hs_stops *stops) {
+static int integrate_path(hs_state *state, hs_plane_path *path, const hs_drive *drive,
+                          hs_stops *stops) {
     hs_body *body = state->plane->body;
     hs_watch watch = {drive, 0, HS_OK};
     body->time = path->time[0];
@@ -512,8 +571,8 @@ static int integrate_path(hs_state *state, hs_plane_path *path, const hs_drive *
 }
 
 /* Integrate a path by rings; returns a status. */
-static int move_rings(hs_state *state, const scaled_path *scaled, const hs_rows *rows, const hs_drive *drive, double stop_fraction,
-                      hs_refusal *refusal) {
+static int move_rings(hs_state *state, const scaled_path *scaled, const hs_rows *rows,
+                      const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
     const hs_path *requested = scaled->path;
     double request, limit;
     int status = state->plane->body ? HS_OK : switch_to_rings(state);
@@ -527,13 +586,15 @@ static int move_rings(hs_state *state, const scaled_path *scaled, const hs_rows 
     row_stops row = {{HUGE_VAL, stop_fraction, read_row}, state, &path, requested, rows, 0};
     schedule_row(&row, 1);
     status = integrate_path(state, &path, drive, &row.stops);
-    return status == HS_OK && rows && requested->recorded ? hs_plane_read(state, rows, requested->first_row + requested->parts - 1)
-                                                          : status;
+    return status == HS_OK && rows && requested->recorded
+               ? hs_plane_read(state, rows, requested->first_row + requested->parts - 1)
+               : status;
 }
 
 /* Integrate one path, along the line or by rings; returns a status. */
-static int move_plane(hs_state *state, const hs_path *requested, hs_vector compliance, const hs_rows *rows, const hs_drive *drive,
-                      double stop_fraction, hs_refusal *refusal) {
+static int move_plane(hs_state *state, const hs_path *requested, hs_vector compliance,
+                      const hs_rows *rows, const hs_drive *drive, double stop_fraction,
+                      hs_refusal *refusal) {
     hs_path path = *requested;
     for (int k = 0; k < 2; ++k) {
         if (path.tangential_control[k] != HS_HELD) continue;
@@ -542,15 +603,17 @@ static int move_plane(hs_state *state, const hs_path *requested, hs_vector compl
     }
     scaled_path scaled = scale_path(state, &path, compliance, drive->saturate);
     int is_on_line = !state->plane->body && stays_on_line(state, &scaled);
-    int status = (is_on_line ? move_line : move_rings)(state, &scaled, rows, drive, stop_fraction, refusal);
+    int status =
+        (is_on_line ? move_line : move_rings)(state, &scaled, rows, drive, stop_fraction, refusal);
     state->line.normal_control = path.normal_control;
-    memcpy(state->plane->tangential_control, path.tangential_control, sizeof path.tangential_control);
+    memcpy(state->plane->tangential_control, path.tangential_control,
+           sizeof path.tangential_control);
     state->line.tangential_control = path.tangential_control[line_axis(state)];
     return status;
 }
 
-int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                       double stop_fraction, hs_refusal *refusal) {
+int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows,
+                       const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
     double unit = state->line.contact->units.stiffness;
     hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
     hs_refusal unused;
@@ -573,7 +636,8 @@ int hs_stiffness_matrix(const hs_state *state, const double direction[2], double
     int status = copy ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !copy->plane->body) status = switch_to_rings(copy);
     if (status == HS_OK) status = hs_body_stiffness(copy->plane->body, direction_vector, slopes);
-    for (int i = 0; i < 4 && status == HS_OK; ++i) stiffness[i] = slopes[i / 2][i % 2] * units->stiffness;
+    for (int i = 0; i < 4 && status == HS_OK; ++i)
+        stiffness[i] = slopes[i / 2][i % 2] * units->stiffness;
     hs_state_free(copy);
     return status;
 }
@@ -600,7 +664,8 @@ int64_t hs_nodes(const hs_state *state, int64_t asperity, int64_t room, double *
 double hs_plane_stored_energy(const hs_state *state) {
     double total = 0.0;
     if (!state->plane->body) return hs_line_stored_energy(&state->line);
-    for (int64_t c = 0; c < state->plane->body->class_count; ++c) total += hs_class_elastic_energy(state->plane->body->classes + c);
+    for (int64_t c = 0; c < state->plane->body->class_count; ++c)
+        total += hs_class_elastic_energy(state->plane->body->classes + c);
     return total * state->line.contact->units.energy;
 }
 
@@ -617,7 +682,8 @@ int hs_plane_set_friction(hs_state *state, const double *friction, const hs_driv
     }
     for (int64_t group = 0; group < contact->groups; ++group)
         for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
-            if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
+            if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]])
+                return HS_FOREIGN;
     double *initial_friction = (double *)malloc((size_t)contact->groups * sizeof *initial_friction);
     if (!initial_friction) return HS_OUT_OF_MEMORY;
     memcpy(initial_friction, line->friction, (size_t)contact->groups * sizeof *initial_friction);
@@ -627,14 +693,27 @@ int hs_plane_set_friction(hs_state *state, const double *friction, const hs_driv
         falls |= line->friction[group] < initial_friction[group];
     }
     const hs_plane *plane = state->plane;
-    const int by_x = plane->tangential_control[0] == HS_LOAD, by_y = plane->tangential_control[1] == HS_LOAD;
+    const int by_x = plane->tangential_control[0] == HS_LOAD,
+              by_y = plane->tangential_control[1] == HS_LOAD;
     hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
     hs_vector load = hs_add_scaled(plane->tangential_load, 1.0, plane->excess);
-    hs_vector drive_position = drive_displacement(plane->displacement, compliance, plane->tangential_load);
+    hs_vector drive_position =
+        drive_displacement(plane->displacement, compliance, plane->tangential_load);
     hs_vector target = {by_x ? load.x : drive_position.x, by_y ? load.y : drive_position.y};
-    hs_plane_path path = {1, 1, {line->approach, line->approach}, {line->normal_load, line->normal_load}, {NAN, NAN}, {target, target},
-                          {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, {by_x ? 1.0 : compliance.x, by_y ? 1.0 : compliance.y},
-                          0.0, HUGE_VAL, 0, 0, 0, zero_vector};
+    hs_plane_path path = {1,
+                          1,
+                          {line->approach, line->approach},
+                          {line->normal_load, line->normal_load},
+                          {NAN, NAN},
+                          {target, target},
+                          {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0},
+                          {by_x ? 1.0 : compliance.x, by_y ? 1.0 : compliance.y},
+                          0.0,
+                          HUGE_VAL,
+                          0,
+                          0,
+                          0,
+                          zero_vector};
     int status = HS_OK;
     if (falls || plane->excess.x != 0.0 || plane->excess.y != 0.0) {
         plane->body->initial_friction = initial_friction;

@@ -1,6 +1,7 @@
-/* Ramp: a straight path in (N, T), carried out by straight paths in (d, V), its chords, which end in the same state. Of a single
- * group the energy is an integral along the path of its slip front, whose total has a closed form; of several groups it differs
- * from that of the chord by ∮ T dV of ramp and chord, by Gauss's quadrature (README.md, theory 10). */
+/* Ramp: a straight path in (N, T), carried out by straight paths in (d, V), its chords, which end
+ * in the same state. Of a single group the energy is an integral along the path of its slip front,
+ * whose total has a closed form; of several groups it differs from that of the chord by ∮ T dV of
+ * ramp and chord, by Gauss's quadrature (README.md, theory 10). */
 
 #include "ramp.h"
 #include "adaptive.h"
@@ -15,15 +16,18 @@ static void begin_chord(hs_line *memory, double load, double force, double time)
     memory->clock.force = force;
 }
 
-/* ---- one group: the energy along the path of its slip front ------------------------------------------------------------ */
+/* ---- one group: the energy along the path of its slip front
+ * ------------------------------------------------------------ */
 
 /* Gauss's quadrature on (0, 1) with two to four nodes */
-static const double front_node[3][4] = {{0.2113248654051871, 0.7886751345948129},
-                                        {0.1127016653792583, 0.5, 0.8872983346207417},
-                                        {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262}};
-static const double front_weight[3][4] = {{0.5, 0.5},
-                                          {0.2777777777777778, 0.4444444444444444, 0.2777777777777778},
-                                          {0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269}};
+static const double front_node[3][4] = {
+    {0.2113248654051871, 0.7886751345948129},
+    {0.1127016653792583, 0.5, 0.8872983346207417},
+    {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262}};
+static const double front_weight[3][4] = {
+    {0.5, 0.5},
+    {0.2777777777777778, 0.4444444444444444, 0.2777777777777778},
+    {0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269}};
 /* relative size of the correction of a chord up to which two, and three, nodes suffice */
 static const double enough[2] = {2e-5, 2e-2};
 /* part of the tolerance below which a chord is not corrected */
@@ -44,8 +48,8 @@ typedef struct front_point {
     hs_normal at_front, at_edge;
 } front_point;
 
-/* Energies that a ramp dissipates. While the front moves along one segment of slope m to label a, all springs between it and the
- * edge d slip by (μ - side·m) da, so that each asperity dissipates
+/* Energies that a ramp dissipates. While the front moves along one segment of slope m to label a,
+ * all springs between it and the edge d slip by (μ - side·m) da, so that each asperity dissipates
  *
  *     μ (μ - side·m) ∫ [P(d) - P(a) - (d - a) P'(a)] da,
  *
@@ -64,10 +68,13 @@ static front_point point_at(hs_curve curve, double front, double edge) {
     return found;
 }
 
-/* Energy if front and edge moved in proportion, which is that of a straight path in (d, V); exact for each asperity. */
-static double chord_energy(const slip_energy *energy, const front_point *from, const front_point *to, double rate) {
+/* Energy if front and edge moved in proportion, which is that of a straight path in (d, V); exact
+ * for each asperity. */
+static double chord_energy(const slip_energy *energy, const front_point *from,
+                           const front_point *to, double rate) {
     double slip = rate * (from->front - to->front), rise = to->edge - from->edge, total = 0.0;
-    double label[4] = {to->front, from->front, hs_min(from->edge, to->edge), hs_max(from->edge, to->edge)};
+    double label[4] = {to->front, from->front, hs_min(from->edge, to->edge),
+                       hs_max(from->edge, to->edge)};
     if (label[2] < label[1]) {
         label[1] = label[2];
         label[2] = from->front;
@@ -86,42 +93,52 @@ static double chord_energy(const slip_energy *energy, const front_point *from, c
         piece.drag_low = piece.drag_high;
         piece.high = a;
         piece.slip_high = slip * hs_max(last - first, 0.0);
-        piece.drag_high = energy->friction * hs_max(from->edge + 0.5 * (first + last) * rise - a, 0.0);
+        piece.drag_high =
+            energy->friction * hs_max(from->edge + 0.5 * (first + last) * rise - a, 0.0);
         if (k > 0) total += hs_add_energy(energy->curve, energy->part, &piece);
     }
     return total;
 }
 
-/* Loads P at three labels and the stiffness P' at the last, weighted, added to the energy of each asperity. */
-HS_WIDE static void add_weighted_loads(const double *restrict gap, const double *restrict weight, int count,
-                                       const double *restrict label, const double *restrict factor,
-                                       double *restrict part) {
-    const double a = label[0], b = label[1], c = label[2], of_a = factor[0], of_b = factor[1], of_c = factor[2];
+/* Loads P at three labels and the stiffness P' at the last, weighted, added to the energy of each
+ * asperity. */
+HS_WIDE static void add_weighted_loads(const double *restrict gap, const double *restrict weight,
+                                       int count, const double *restrict label,
+                                       const double *restrict factor, double *restrict part) {
+    const double a = label[0], b = label[1], c = label[2], of_a = factor[0], of_b = factor[1],
+                 of_c = factor[2];
     const double of_stiffness = 1.5 * factor[3];
     for (int i = 0; i < count; ++i) {
-        double h = gap[i], in_a = hs_max(a - h, 0.0), in_b = hs_max(b - h, 0.0), in_c = hs_max(c - h, 0.0);
+        double h = gap[i], in_a = hs_max(a - h, 0.0), in_b = hs_max(b - h, 0.0),
+               in_c = hs_max(c - h, 0.0);
         part[i] += weight[i] * (of_a * (in_a * sqrt(in_a)) + of_b * (in_b * sqrt(in_b)) +
                                 (of_c * in_c + of_stiffness) * sqrt(in_c));
     }
 }
 
-/* Difference between the energy of a ramp and that of its chord, by Gauss's quadrature in √(a - h). Partial integration
- * leaves P(d) + P(a) dd/da, without the stiffness of single asperities, whose kinks are sharper; where the edge follows the
- * front closely, that would be a small difference of large numbers. */
-static double curved_energy(const slip_energy *energy, const front_point *from, const front_point *to, double rate,
-                            double growth, int nodes) {
+/* Difference between the energy of a ramp and that of its chord, by Gauss's quadrature in √(a - h).
+ * Partial integration leaves P(d) + P(a) dd/da, without the stiffness of single asperities, whose
+ * kinks are sharper; where the edge follows the front closely, that would be a small difference of
+ * large numbers. */
+static double curved_energy(const slip_energy *energy, const front_point *from,
+                            const front_point *to, double rate, double growth, int nodes) {
     hs_curve curve = energy->curve;
-    const double h = curve.gap[0], width = to->front - from->front, chord = (to->edge - from->edge) / width;
+    const double h = curve.gap[0], width = to->front - from->front,
+                 chord = (to->edge - from->edge) / width;
     const double begin = sqrt(hs_max(from->front - h, 0.0)), end = sqrt(hs_max(to->front - h, 0.0));
-    const double slope0 = from->at_edge.slope > 0.0 ? growth * from->at_front.slope / from->at_edge.slope : chord;
-    const double slope1 = to->at_edge.slope > 0.0 ? growth * to->at_front.slope / to->at_edge.slope : chord;
+    const double slope0 =
+        from->at_edge.slope > 0.0 ? growth * from->at_front.slope / from->at_edge.slope : chord;
+    const double slope1 =
+        to->at_edge.slope > 0.0 ? growth * to->at_front.slope / to->at_edge.slope : chord;
     const int close = hs_max(from->edge - from->front, to->edge - to->front) < CLOSE * fabs(width);
     double label[4][3], factor[4][4], total = 0.0, weights = 0.0, mean = 0.0, front_loads = 0.0;
     for (int g = 0; g < nodes; ++g) {
-        double x = hs_toward(begin, end, front_node[nodes - 2][g]), a = h + x * x, t = (a - from->front) / width;
+        double x = hs_toward(begin, end, front_node[nodes - 2][g]), a = h + x * x,
+               t = (a - from->front) / width;
         double straight = from->edge + t * (to->edge - from->edge);
         /* cubic Hermite interpolation, then Newton's method */
-        double d = straight + width * t * (1.0 - t) * ((1.0 - t) * (slope0 - chord) - t * (slope1 - chord));
+        double d = straight +
+                   width * t * (1.0 - t) * ((1.0 - t) * (slope0 - chord) - t * (slope1 - chord));
         hs_load front = hs_load_at(curve, a), edge = {0.0, 0.0};
         double load = from->at_edge.load + growth * (front.load - from->at_front.load);
         for (int iteration = 0; iteration < MOST_ITERATIONS; ++iteration) {
@@ -130,18 +147,22 @@ static double curved_energy(const slip_energy *energy, const front_point *from, 
             d = hs_max(d + step, hs_max(a, 0.5 * (d + h)));
             if (fabs(step) <= CONVERGED * (d - h)) break;
         }
-        double factor_of_node = energy->friction * rate * front_weight[nodes - 2][g] * 2.0 * x * (begin - end);
+        double factor_of_node =
+            energy->friction * rate * front_weight[nodes - 2][g] * 2.0 * x * (begin - end);
         label[g][0] = d;
         label[g][1] = straight;
         label[g][2] = a;
         factor[g][0] = factor_of_node;
         factor[g][1] = -factor_of_node;
-        factor[g][2] = !close && edge.slope > 0.0 ? factor_of_node * (growth * front.slope / edge.slope - chord) : 0.0;
+        factor[g][2] = !close && edge.slope > 0.0
+                           ? factor_of_node * (growth * front.slope / edge.slope - chord)
+                           : 0.0;
         factor[g][3] = close ? -factor_of_node * (d - straight) : 0.0;
         weights += factor_of_node;
         mean += factor[g][2];
         if (curve.load) {
-            total += factor_of_node * (load - hs_load_at(curve, straight).load) + factor[g][2] * front.load + factor[g][3] * front.slope;
+            total += factor_of_node * (load - hs_load_at(curve, straight).load) +
+                     factor[g][2] * front.load + factor[g][3] * front.slope;
             front_loads += factor_of_node * front.load;
         }
     }
@@ -155,13 +176,15 @@ static double curved_energy(const slip_energy *energy, const front_point *from, 
         int count = hs_size_of_block(curve.count - begin_of_block);
         double *part = energy->part + begin_of_block;
         for (int g = 0; g < nodes; ++g)
-            add_weighted_loads(curve.gap + begin_of_block, curve.weight + begin_of_block, count, label[g], factor[g], part);
+            add_weighted_loads(curve.gap + begin_of_block, curve.weight + begin_of_block, count,
+                               label[g], factor[g], part);
         hs_add(lane, part, count);
     }
     return hs_lanes_sum(lane);
 }
 
-/* Add the energies of a piece to those of the asperities, and clear them; returns their sum. No asperity gains energy. */
+/* Add the energies of a piece to those of the asperities, and clear them; returns their sum. No
+ * asperity gains energy. */
 HS_WIDE static double accept_parts(double *restrict part, double *restrict each, int64_t count) {
     double lane[HS_LANES] = {0};
     for (int64_t begin = 0; begin < count; begin += HS_BLOCK) {
@@ -187,19 +210,23 @@ typedef struct front_piece {
 static const hs_adaptive front_settings = {
     0.0, /* the tolerance is set from the drive's */
     1.0, /* accepted at once: the error is the difference from a closed form */
-    1, INT_MAX,
+    1,   INT_MAX,
     0.0, /* halved at once: each piece has the most nodes that it needs */
     1.0, 1.0 / (1 << MOST_HALVINGS),
-    0.0, 0.5, 0.5,
-    INT_MAX, 1.0, 1.0, /* halvings bound the number of pieces */
+    0.0, 0.5,
+    0.5, INT_MAX,
+    1.0, 1.0, /* halvings bound the number of pieces */
 };
 
-/* Energies of a piece of a ramp: from its chord, corrected. Their sum is compared with the closed form,
+/* Energies of a piece of a ramp: from its chord, corrected. Their sum is compared with the closed
+ * form,
  *
- *     ∫ P(d) da = A Δa + B ∫ P da,   ∫ (d - a) dP(a) = ΔG(d) / B - ΔG(a),   N = A + B P(a),   G(a) = ∫ a dP = a P - ∫ P da,
+ *     ∫ P(d) da = A Δa + B ∫ P da,   ∫ (d - a) dP(a) = ΔG(d) / B - ΔG(a),   N = A + B P(a),   G(a)
+ * = ∫ a dP = a P - ∫ P da,
  *
  * as far as rounding lets it be. */
-static int integrate_front(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
+static int integrate_front(hs_integrand *integrand, const hs_interval *step, int chords,
+                           double *error) {
     front_piece *piece = (front_piece *)integrand->context;
     slip_energy *energy = piece->energy;
     const front_point *from = &piece->from, *to = piece->to + step->level;
@@ -211,23 +238,28 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
     if (width <= 0.0) return HS_OK;
     double total = piece->total = chord_energy(energy, from, to, rate);
     if (from->edge == to->edge) return HS_OK;
-    const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge, *e1 = &to->at_edge;
-    double bend = e0->slope > 0.0 && e1->slope > 0.0 ? fabs(growth * (f0->slope / e0->slope - f1->slope / e1->slope))
-                                                     : fabs((to->edge - from->edge) / width);
+    const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge,
+                    *e1 = &to->at_edge;
+    double bend = e0->slope > 0.0 && e1->slope > 0.0
+                      ? fabs(growth * (f0->slope / e0->slope - f1->slope / e1->slope))
+                      : fabs((to->edge - from->edge) / width);
     double stiffer = hs_max(e0->slope - f0->slope, e1->slope - f1->slope);
     double correction = total > 0.0 ? 0.125 * scale * stiffer * bend * width * width / total : 0.0;
     if (!(correction > NEGLIGIBLE * energy->tolerance)) return HS_OK;
     int nodes = correction <= enough[0] ? 2 : correction <= enough[1] ? 3 : 4;
     double curved = curved_energy(energy, from, to, rate, growth, nodes);
     total = curve.load ? total + curved : curved;
-    double integral = f0->integral - f1->integral, moment = from->front * f0->load - to->front * f1->load - integral;
+    double integral = f0->integral - f1->integral,
+           moment = from->front * f0->load - to->front * f1->load - integral;
     double d_moment = (from->edge * e0->load - e0->integral) - (to->edge * e1->load - e1->integral);
     double offset = e0->load - growth * f0->load;
-    double closed = scale * (offset * width + (growth - 1.0) * integral - d_moment / growth + moment);
+    double closed =
+        scale * (offset * width + (growth - 1.0) * integral - d_moment / growth + moment);
     double most = hs_max(from->edge * e0->load, to->edge * e1->load);
     double rounding = HS_TIE * scale * most * (1.0 + 1.0 / fabs(growth));
     double allowed = PART_OF_PIECE * energy->tolerance * hs_max(total, energy->total) + rounding;
-    if (!(fabs(total - closed) <= allowed) && curve.load && rounding <= energy->tolerance * closed) total = closed;
+    if (!(fabs(total - closed) <= allowed) && curve.load && rounding <= energy->tolerance * closed)
+        total = closed;
     *error = hs_error(total - closed, 0.0, allowed);
     piece->total = total;
     return HS_OK;
@@ -236,7 +268,8 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
 static int accept_front(hs_integrand *integrand, const hs_interval *step) {
     front_piece *piece = (front_piece *)integrand->context;
     slip_energy *energy = piece->energy;
-    energy->total += energy->part ? accept_parts(energy->part, energy->each, energy->curve.count) : piece->total;
+    energy->total +=
+        energy->part ? accept_parts(energy->part, energy->each, energy->curve.count) : piece->total;
     piece->from = piece->to[step->level];
     return HS_OK;
 }
@@ -246,19 +279,24 @@ static int halve_front(hs_integrand *integrand, const hs_interval *step) {
     front_piece *piece = (front_piece *)integrand->context;
     const hs_curve curve = piece->energy->curve;
     const front_point *from = &piece->from, *to = piece->to + step->level - 1;
-    double h = curve.gap[0], x = 0.5 * (sqrt(hs_max(from->front - h, 0.0)) + sqrt(hs_max(to->front - h, 0.0)));
+    double h = curve.gap[0],
+           x = 0.5 * (sqrt(hs_max(from->front - h, 0.0)) + sqrt(hs_max(to->front - h, 0.0)));
     double front = h + x * x;
-    double load = from->at_edge.load + piece->growth * (hs_load_at(curve, front).load - from->at_front.load);
+    double load =
+        from->at_edge.load + piece->growth * (hs_load_at(curve, front).load - from->at_front.load);
     double edge = hs_label_at(curve, load, 0.5 * (from->edge + to->edge), 0.0, 1.0);
     piece->to[step->level] = point_at(curve, front, hs_max(edge, front));
-    if (piece->energy->part) memset(piece->energy->part, 0, (size_t)curve.count * sizeof *piece->energy->part);
+    if (piece->energy->part)
+        memset(piece->energy->part, 0, (size_t)curve.count * sizeof *piece->energy->part);
     return HS_OK;
 }
 
 /* Add the energies of a piece of a ramp. */
-static void add_piece(slip_energy *energy, const front_point *from, const front_point *to, double rate, double growth) {
+static void add_piece(slip_energy *energy, const front_point *from, const front_point *to,
+                      double rate, double growth) {
     front_piece piece;
-    hs_integrand integrand = {&piece, &front_settings, integrate_front, accept_front, halve_front, 0, 0.0};
+    hs_integrand integrand = {
+        &piece, &front_settings, integrate_front, accept_front, halve_front, 0, 0.0};
     if (from->front <= to->front || rate <= 0.0) return;
     piece.energy = energy;
     piece.from = *from;
@@ -268,13 +306,14 @@ static void add_piece(slip_energy *energy, const front_point *from, const front_
     hs_adapt(&integrand, 0.0, 1.0);
 }
 
-/* Follow the slip front of a group along a ramp, from segment to segment of its polyline before the ramp, and add up energies;
- * with a guess of the label where it ends.
+/* Follow the slip front of a group along a ramp, from segment to segment of its polyline before the
+ * ramp, and add up energies; with a guess of the label where it ends.
  *
- * The front is where side·(T - T(a)) = μ (N - P(a)), so that P(a) is linear along the ramp on each segment. Where N falls, the
- * edge may reach the front: then all that has slipped has left, and slip begins anew, on either side. */
-static void follow_front(const hs_line *memory, slip_energy *energy, double d1, double guess, double load1,
-                         double force1) {
+ * The front is where side·(T - T(a)) = μ (N - P(a)), so that P(a) is linear along the ramp on each
+ * segment. Where N falls, the edge may reach the front: then all that has slipped has left, and
+ * slip begins anew, on either side. */
+static void follow_front(const hs_line *memory, slip_energy *energy, double d1, double guess,
+                         double load1, double force1) {
     const hs_vertex *stack = memory->vertices;
     const hs_curve curve = energy->curve;
     const double friction = energy->friction, load0 = memory->normal_load;
@@ -306,8 +345,11 @@ static void follow_front(const hs_line *memory, slip_energy *energy, double d1, 
                 from.at_front = hs_normal_at(curve, from.front);
                 continue;
             }
-            double to_vertex = (front_load - stack[j - 1].normal) * rate / speed, closing = -(rise + speed / rate);
-            double to_edge = closing > 0.0 && load > front_load ? (load - front_load) / closing : HUGE_VAL, left = 1.0 - share;
+            double to_vertex = (front_load - stack[j - 1].normal) * rate / speed,
+                   closing = -(rise + speed / rate);
+            double to_edge = closing > 0.0 && load > front_load ? (load - front_load) / closing
+                                                                : HUGE_VAL,
+                   left = 1.0 - share;
             double step = hs_min(hs_min(to_vertex, to_edge), left);
             int ends = step >= left, passes = !ends && step >= to_vertex;
             meets = !ends && !passes;
@@ -315,8 +357,12 @@ static void follow_front(const hs_line *memory, slip_energy *energy, double d1, 
             double edge = d1, front;
             load = ends ? load1 : load0 + share * rise;
             if (!ends) edge = hs_label_at(curve, load, from.edge, 0.0, 1.0);
-            front_load = passes ? stack[j - 1].normal : meets ? load : hs_max(front_load - step * speed / rate, stack[j - 1].normal);
-            front = passes ? stack[j - 1].label : meets ? edge : hs_label_at(curve, front_load, guess, 0.0, 1.0);
+            front_load = passes  ? stack[j - 1].normal
+                         : meets ? load
+                                 : hs_max(front_load - step * speed / rate, stack[j - 1].normal);
+            front = passes  ? stack[j - 1].label
+                    : meets ? edge
+                            : hs_label_at(curve, front_load, guess, 0.0, 1.0);
             front_point to = point_at(curve, hs_min(front, edge), edge);
             add_piece(energy, &from, &to, rate, -rise * rate / speed);
             from = to;
@@ -325,29 +371,35 @@ static void follow_front(const hs_line *memory, slip_energy *energy, double d1, 
     }
 }
 
-/* Move a single group along a ramp: to the end by one straight path, which is exact, with the energies of the ramp. */
-static int exact_ramp(hs_line *memory, double load, double force, double time, const hs_drive *drive) {
+/* Move a single group along a ramp: to the end by one straight path, which is exact, with the
+ * energies of the ramp. */
+static int exact_ramp(hs_line *memory, double load, double force, double time,
+                      const hs_drive *drive) {
     const double d = hs_approach_at_load(memory, load);
     int status = hs_reserve_vertices(memory);
     if (status != HS_OK) return status;
     hs_group group = hs_group_of(memory, 0);
-    slip_energy energy = {group.curve, group.friction, drive->tolerance, group.asperity_energy, NULL, 0.0};
-    if (!group.curve.load && !(energy.part = (double *)calloc((size_t)group.curve.count, sizeof(double)))) return HS_OUT_OF_MEMORY;
+    slip_energy energy = {group.curve,           group.friction, drive->tolerance,
+                          group.asperity_energy, NULL,           0.0};
+    if (!group.curve.load &&
+        !(energy.part = (double *)calloc((size_t)group.curve.count, sizeof(double))))
+        return HS_OUT_OF_MEMORY;
     const hs_point from = {memory->approach, memory->displacement};
     begin_chord(memory, load, force, time);
     if (d > group.curve.gap[0]) {
         hs_update update;
         hs_solve_update(&group, memory->depth[0], &from, d, load, hs_to_load(force), &update);
         follow_front(memory, &energy, d, update.slips ? update.front.label : d, load, force);
-        hs_record_slides(&group, update.depth, &from, &update.to, group.friction, update.slip_label, 0);
+        hs_record_slides(&group, update.depth, &from, &update.to, group.friction, update.slip_label,
+                         0);
         memory->depth[0] = hs_apply_update(&group, NULL, &from, &update);
         memory->displacement = update.to.v;
     } else {
         /* where nothing touches, the displacement is the anchor of the last spring */
         const hs_point to = {d, group.stack[0].anchor};
         follow_front(memory, &energy, d, d, load, force);
-        status = hs_move_group(memory, &group, NULL, 0, group.friction, from, to, load, hs_to_displacement(to.v), NULL,
-                               &memory->displacement);
+        status = hs_move_group(memory, &group, NULL, 0, group.friction, from, to, load,
+                               hs_to_displacement(to.v), NULL, &memory->displacement);
         memory->displacement = to.v;
     }
     memory->approach = d;
@@ -358,39 +410,46 @@ static int exact_ramp(hs_line *memory, double load, double force, double time, c
     return status;
 }
 
-/* ---- several groups: straight paths in (d, V) ------------------------------------------------------------------------------
+/* ---- several groups: straight paths in (d, V)
+ * ------------------------------------------------------------------------------
  *
- * A group reaches the same state on the ramp and on its chord, the straight path in (d, V) between the same ends, if side·V - μ d
- * is largest at one of the ends, and if no spring that touches on the way sticks at the end. Otherwise its springs are off by
- * at most the distance of ramp and chord. Steps of the ramp are cut where |dV/dd| = μ of a group, and shortened until that
- * distance is tolerated.
+ * A group reaches the same state on the ramp and on its chord, the straight path in (d, V) between
+ * the same ends, if side·V - μ d is largest at one of the ends, and if no spring that touches on
+ * the way sticks at the end. Otherwise its springs are off by at most the distance of ramp and
+ * chord. Steps of the ramp are cut where |dV/dd| = μ of a group, and shortened until that distance
+ * is tolerated.
  *
- * Ramp and chord begin and end in the same states, so their energies differ by ∮ T dV of each asperity: Gauss's quadrature,
- * at points of the ramp, which Newton's method finds across the chord. */
+ * Ramp and chord begin and end in the same states, so their energies differ by ∮ T dV of each
+ * asperity: Gauss's quadrature, at points of the ramp, which Newton's method finds across the
+ * chord. */
 
 /* Gauss's quadrature on a step */
 #define NODES 3
 /* points of a step at which side·V - μ d is compared with its ends */
 #define SAMPLES 8
-/* tolerances over the caller's: of springs over the displacement at which all slides, of the energy over that of the ramp.
- * Chosen: at the default tolerance the ends of ramps are within 2e-6 of full slip (tests/memory/test_ramp.py) */
+/* tolerances over the caller's: of springs over the displacement at which all slides, of the energy
+ * over that of the ramp. Chosen: at the default tolerance the ends of ramps are within 2e-6 of full
+ * slip (tests/memory/test_ramp.py) */
 #define STATE_TOLERANCE 1.0
 #define ENERGY_TOLERANCE 10.0
 /* tolerance above the rounding of energies */
 #define LEAST_TOLERANCE 1e-11
 /* part of the tolerance of a ramp that a short step may use up */
 #define LEAST_PART 0.05
-/* change of the distance of ramp and chord, relative to the largest one, below which Newton's method ends */
+/* change of the distance of ramp and chord, relative to the largest one, below which Newton's
+ * method ends */
 #define DISTANCE_CONVERGED 1e-5
-/* inclination of ramp and chord above which they are not interpolated; length of the next step over the one predicted; error
- * for which half a step is predicted. Chosen */
+/* inclination of ramp and chord above which they are not interpolated; length of the next step over
+ * the one predicted; error for which half a step is predicted. Chosen */
 #define STEEP 4.0
 #define SAFETY 0.9
-/* steps up to this multiple of the tolerance, as parts of a ramp, have the energy of their chord if they cannot be interpolated. Chosen */
+/* steps up to this multiple of the tolerance, as parts of a ramp, have the energy of their chord if
+ * they cannot be interpolated. Chosen */
 #define SHORT 1.0
 #define TO_HALVE (4.0 * SAFETY * SAFETY)
 
-/* End of a straight path of one group: its polyline is kept up to a label; from there on springs have one slope up to the edge. */
+/* End of a straight path of one group: its polyline is kept up to a label; from there on springs
+ * have one slope up to the edge. */
 typedef struct group_end {
     int64_t kept; /* vertices; -1 of a polyline that is steep */
     double label, inner_slope, slope;
@@ -398,31 +457,33 @@ typedef struct group_end {
 
 /* Loads of a group or of all, and their derivatives while the slip of the springs goes on. */
 typedef struct ramp_rates {
-    double load, load_slope;         /* P, dP/dd */
-    double force, stiffness, drift;  /* T, ∂T/∂V, ∂T/∂d */
+    double load, load_slope;        /* P, dP/dd */
+    double force, stiffness, drift; /* T, ∂T/∂V, ∂T/∂d */
 } ramp_rates;
 
 typedef struct ramp {
     double load[2], force[2];
     double times[2];
     double tolerance, reach; /* of the caller; displacement at which all slides */
-    double energy;           /* dissipated by the whole ramp, as its first chord tells; 0 if not known */
+    double energy; /* dissipated by the whole ramp, as its first chord tells; 0 if not known */
     const hs_drive *drive;
     int64_t work;
     hs_line *present, *trial; /* at the start of a step, and at its end */
-    hs_point heading[2];     /* direction of the ramp in (d, V) there */
-    group_end *ends;         /* of all groups: at each node on the ramp and on the chord */
-    ramp_rates *rates;         /* of all groups, at one point */
-    hs_vertex *scratch;      /* to clip polylines that are steep */
-    double *part;            /* of one group's asperities */
+    hs_point heading[2];      /* direction of the ramp in (d, V) there */
+    group_end *ends;          /* of all groups: at each node on the ramp and on the chord */
+    ramp_rates *rates;        /* of all groups, at one point */
+    hs_vertex *scratch;       /* to clip polylines that are steep */
+    double *part;             /* of one group's asperities */
 } ramp;
 
 /* Rates of a steep group: zones on the cone slip, others stick. */
-static ramp_rates rates_of_steep(const hs_group *group, const hs_vertex *stack, int64_t depth, hs_point to, ramp_rates found) {
+static ramp_rates rates_of_steep(const hs_group *group, const hs_vertex *stack, int64_t depth,
+                                 hs_point to, ramp_rates found) {
     double slope_low = 0.0;
     found.force = stack[depth - 1].tangential;
     for (int64_t j = 1; j < depth; ++j) {
-        double slope = j + 1 < depth ? hs_load_at(group->curve, stack[j].label).slope : found.load_slope;
+        double slope =
+            j + 1 < depth ? hs_load_at(group->curve, stack[j].label).slope : found.load_slope;
         double side = hs_sliding_side(stack, depth, j, to.v, group->friction);
         if (side != 0.0)
             found.drift += side * group->friction * (slope - slope_low);
@@ -433,8 +494,10 @@ static ramp_rates rates_of_steep(const hs_group *group, const hs_vertex *stack, 
     return found;
 }
 
-/* Solve for the end of a straight path of a group from the present state; its rates only if it `has_loads`. */
-static ramp_rates solve_end(const ramp *way, int64_t index, hs_point to, int has_loads, group_end *end) {
+/* Solve for the end of a straight path of a group from the present state; its rates only if it
+ * `has_loads`. */
+static ramp_rates solve_end(const ramp *way, int64_t index, hs_point to, int has_loads,
+                            group_end *end) {
     const hs_line *memory = way->present;
     const hs_group group = hs_group_of(memory, index);
     const hs_point from = {memory->approach, memory->displacement};
@@ -448,7 +511,8 @@ static ramp_rates solve_end(const ramp *way, int64_t index, hs_point to, int has
     if (has_loads) at_edge = hs_load_at(group.curve, to.d);
     double load = found.load = at_edge.load, slip_slope = found.load_slope = at_edge.slope;
     if (depth == 0) {
-        double touch = hs_toward(from.v, to.v, gap > from.d ? (gap - from.d) / (to.d - from.d) : 0.0);
+        double touch =
+            hs_toward(from.v, to.v, gap > from.d ? (gap - from.d) / (to.d - from.d) : 0.0);
         double slope = (to.v - touch) / (to.d - gap);
         end->slope = hs_clamp(slope, friction);
         found.force = end->slope * load;
@@ -460,7 +524,8 @@ static ramp_rates solve_end(const ramp *way, int64_t index, hs_point to, int has
     }
     if (memory->steep[index]) {
         hs_cone cone = {friction, to.v - from.v, friction * (to.d - from.d), 0.0};
-        int64_t count = hs_move_and_clip(&group, NULL, depth, from, to, load, &cone, way->scratch, NULL);
+        int64_t count =
+            hs_move_and_clip(&group, NULL, depth, from, to, load, &cone, way->scratch, NULL);
         end->kept = -1;
         return rates_of_steep(&group, way->scratch, count, to, found);
     }
@@ -516,8 +581,8 @@ static ramp_rates solve_ends(ramp *way, hs_point to, group_end *ends) {
     return sum;
 }
 
-/* Direction in (d, V) in which a ramp goes on, from rates on which springs go on to slip; a group that would not slip further
- * sticks. */
+/* Direction in (d, V) in which a ramp goes on, from rates on which springs go on to slip; a group
+ * that would not slip further sticks. */
 static hs_point heading_of(const ramp *way, ramp_rates sum) {
     const double rise = way->load[1] - way->load[0], change = way->force[1] - way->force[0];
     const int64_t groups = way->present->contact->groups;
@@ -530,7 +595,8 @@ static hs_point heading_of(const ramp *way, ramp_rates sum) {
         ramp_rates next = {sum.load, sum.load_slope, sum.force, 0.0, 0.0};
         for (int64_t index = 0; index < groups; ++index) {
             const ramp_rates *own = way->rates + index;
-            int slips = own->drift == 0.0 || copysign(1.0, own->drift) * found.v > friction[index] * found.d;
+            int slips = own->drift == 0.0 ||
+                        copysign(1.0, own->drift) * found.v > friction[index] * found.d;
             next.stiffness += slips ? own->stiffness : own->load_slope;
             next.drift += slips ? own->drift : 0.0;
         }
@@ -539,11 +605,12 @@ static hs_point heading_of(const ramp *way, ramp_rates sum) {
     return found;
 }
 
-/* Chord of a step, and the ramp beside it: at fraction u, at a distance w across, over the length of the chord. */
+/* Chord of a step, and the ramp beside it: at fraction u, at a distance w across, over the length
+ * of the chord. */
 typedef struct ramp_chord {
     hs_point from, to;
-    double friction, length;  /* lengths are (μ² Δd² + ΔV²)^½ */
-    double inclination[2];    /* dw/du at both ends */
+    double friction, length; /* lengths are (μ² Δd² + ΔV²)^½ */
+    double inclination[2];   /* dw/du at both ends */
 } ramp_chord;
 
 static hs_point point_beside(const ramp_chord *chord, double u, double w) {
@@ -559,7 +626,8 @@ static double rounding_of(const ramp *way, const ramp_chord *chord) {
 
 /* dw/du of a direction; infinite if it goes back. */
 static double inclination_of(const ramp_chord *chord, hs_point heading) {
-    double rise = chord->friction * (chord->to.d - chord->from.d), change = chord->to.v - chord->from.v;
+    double rise = chord->friction * (chord->to.d - chord->from.d),
+           change = chord->to.v - chord->from.v;
     double across = rise * heading.v - change * chord->friction * heading.d;
     double along = rise * chord->friction * heading.d + change * heading.v;
     return across == 0.0 ? 0.0 : along > 0.0 ? across / along : HUGE_VAL;
@@ -570,11 +638,13 @@ static double distance_at(const ramp_chord *chord, double u) {
     return u * (1.0 - u) * ((1.0 - u) * chord->inclination[0] - u * chord->inclination[1]);
 }
 
-/* Difference of the states at the ends of ramp and chord, over the tolerance; `crossing` is the first fraction at which |dV/dd|
- * crosses the coefficient of a group that would be too far off, or 1. */
+/* Difference of the states at the ends of ramp and chord, over the tolerance; `crossing` is the
+ * first fraction at which |dV/dd| crosses the coefficient of a group that would be too far off,
+ * or 1. */
 static double state_error(const ramp *way, const ramp_chord *chord, double *crossing) {
     const hs_line *memory = way->present;
-    const double tolerated = STATE_TOLERANCE * way->tolerance * way->reach, rise = chord->to.d - chord->from.d;
+    const double tolerated = STATE_TOLERANCE * way->tolerance * way->reach,
+                 rise = chord->to.d - chord->from.d;
     const double change = fabs(chord->to.v - chord->from.v);
     double most = 0.0, bow = 0.0;
     hs_point point[SAMPLES + 1];
@@ -587,11 +657,14 @@ static double state_error(const ramp *way, const ramp_chord *chord, double *cros
     if (bow <= tolerated) return bow / tolerated;
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         const double friction = memory->friction[index];
-        if (memory->contact->gap[memory->contact->first[index]] >= hs_max(chord->from.d, chord->to.d)) break;
+        if (memory->contact->gap[memory->contact->first[index]] >=
+            hs_max(chord->from.d, chord->to.d))
+            break;
         if (rise > 0.0 && change < friction * rise) most = hs_max(most, bow);
         for (int side = -1; side <= 1; side += 2) {
             const hs_point *last = point + SAMPLES;
-            double farthest = hs_max(side * point[0].v - friction * point[0].d, side * last->v - friction * last->d);
+            double farthest = hs_max(side * point[0].v - friction * point[0].d,
+                                     side * last->v - friction * last->d);
             int at = 0;
             for (int j = 1; j < SAMPLES; ++j) {
                 double reached = side * point[j].v - friction * point[j].d;
@@ -607,8 +680,9 @@ static double state_error(const ramp *way, const ramp_chord *chord, double *cros
 }
 
 /* Add factors times P of each asperity at labels. */
-HS_WIDE static void add_loads(const double *restrict gap, const double *restrict weight, int64_t count, int labels,
-                              const double *restrict label, const double *restrict factor, double *restrict part) {
+HS_WIDE static void add_loads(const double *restrict gap, const double *restrict weight,
+                              int64_t count, int labels, const double *restrict label,
+                              const double *restrict factor, double *restrict part) {
     for (int k = 0; k < labels; ++k) {
         const double a = label[k], f = factor[k];
         for (int64_t i = 0; i < count; ++i) {
@@ -628,7 +702,8 @@ typedef struct load_sum {
 
 static void flush_sum(load_sum *sum) {
     const hs_curve *curve = &sum->group->curve;
-    add_loads(curve->gap, curve->weight, curve->count, sum->count, sum->label, sum->factor, sum->part);
+    add_loads(curve->gap, curve->weight, curve->count, sum->count, sum->label, sum->factor,
+              sum->part);
     sum->count = 0;
 }
 
@@ -640,14 +715,15 @@ static void add_term(load_sum *sum, double label, double factor) {
 }
 
 /* Add a multiple of the loads T of asperities at the end of a path, less those at a vertex. */
-static void add_forces(const ramp *way, load_sum *sum, int64_t index, hs_point to, const group_end *end, int64_t base,
-                       double factor) {
+static void add_forces(const ramp *way, load_sum *sum, int64_t index, hs_point to,
+                       const group_end *end, int64_t base, double factor) {
     const hs_vertex *stack = sum->group->stack;
     int64_t kept = end->kept;
     if (kept < 0) {
         const hs_point from = {way->present->approach, way->present->displacement};
         hs_cone cone = {sum->group->friction, 0.0, 0.0, 0.0};
-        kept = hs_move_and_clip(sum->group, NULL, way->present->depth[index], from, to, 0.0, &cone, way->scratch, NULL);
+        kept = hs_move_and_clip(sum->group, NULL, way->present->depth[index], from, to, 0.0, &cone,
+                                way->scratch, NULL);
         stack = way->scratch;
         base = 0;
     }
@@ -665,35 +741,43 @@ static void add_forces(const ramp *way, load_sum *sum, int64_t index, hs_point t
 typedef struct quadrature {
     hs_point point[2 * NODES];
     double factor[2 * NODES];
-    double error; /* difference of the ramp from its interpolation, over its largest distance from the chord */
+    double error; /* difference of the ramp from its interpolation, over its largest distance from
+                     the chord */
 } quadrature;
 
 /* Have ∮ dV and ∮ V dV vanish, so that springs that stick lose nothing. */
 static void close_path(quadrature *nodes, double origin) {
     double integral = 0.0, mean = 0.0, square = 0.0;
     for (int k = 0; k < NODES; ++k) mean += front_weight[NODES - 2][k] * nodes->point[k].v;
-    for (int k = 0; k < NODES; ++k) square += front_weight[NODES - 2][k] * (nodes->point[k].v - mean) * (nodes->point[k].v - mean);
+    for (int k = 0; k < NODES; ++k)
+        square +=
+            front_weight[NODES - 2][k] * (nodes->point[k].v - mean) * (nodes->point[k].v - mean);
     for (int k = 0; k < 2 * NODES; ++k) integral += nodes->factor[k] * (nodes->point[k].v - origin);
     for (int k = 0; k < NODES && square > 0.0; ++k)
-        nodes->factor[k] -= integral * front_weight[NODES - 2][k] * (nodes->point[k].v - mean) / square;
+        nodes->factor[k] -=
+            integral * front_weight[NODES - 2][k] * (nodes->point[k].v - mean) / square;
 }
 
 static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
     const hs_line *memory = way->present;
     const int64_t groups = memory->contact->groups;
     const double rise = chord->to.d - chord->from.d, change = chord->to.v - chord->from.v;
-    const double load_rise = way->load[1] - way->load[0], load_change = way->force[1] - way->force[0];
+    const double load_rise = way->load[1] - way->load[0],
+                 load_change = way->force[1] - way->force[0];
     double w[NODES], inclination[NODES], most = 0.0, missed = 0.0, mean = 0.0;
-    for (int k = 0; k < NODES; ++k) most = hs_max(most, fabs(distance_at(chord, front_node[NODES - 2][k])));
+    for (int k = 0; k < NODES; ++k)
+        most = hs_max(most, fabs(distance_at(chord, front_node[NODES - 2][k])));
     for (int k = 0; k < NODES; ++k) {
         const double u = front_node[NODES - 2][k], guess = w[k] = distance_at(chord, u);
         ramp_rates here;
         for (int iteration = 0;; ++iteration) {
             nodes->point[k] = point_beside(chord, u, w[k]);
             here = solve_ends(way, nodes->point[k], way->ends + k * groups);
-            double over = (here.force - memory->tangential_load) * load_rise - (here.load - memory->normal_load) * load_change;
-            double slope = chord->friction * rise * here.stiffness * load_rise -
-                           change / chord->friction * (here.drift * load_rise - here.load_slope * load_change);
+            double over = (here.force - memory->tangential_load) * load_rise -
+                          (here.load - memory->normal_load) * load_change;
+            double slope =
+                chord->friction * rise * here.stiffness * load_rise -
+                change / chord->friction * (here.drift * load_rise - here.load_slope * load_change);
             double step = slope != 0.0 ? -over / slope : 0.0;
             if (fabs(step) <= DISTANCE_CONVERGED * most + rounding_of(way, chord)) break;
             if (iteration == MOST_ITERATIONS || !(fabs(step) < 1.0)) return 0;
@@ -706,7 +790,8 @@ static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
         mean += front_weight[NODES - 2][k] * inclination[k];
         nodes->point[NODES + k] = point_beside(chord, u, 0.0);
         for (int64_t index = 0; index < groups; ++index)
-            solve_end(way, index, nodes->point[NODES + k], 0, way->ends + (NODES + k) * groups + index);
+            solve_end(way, index, nodes->point[NODES + k], 0,
+                      way->ends + (NODES + k) * groups + index);
     }
     for (int k = 0; k < NODES; ++k) {
         const double weight = front_weight[NODES - 2][k];
@@ -718,7 +803,8 @@ static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
     return 1;
 }
 
-/* Correct the energies of a step that were those of its chord; returns the sum. No asperity gains energy. */
+/* Correct the energies of a step that were those of its chord; returns the sum. No asperity gains
+ * energy. */
 static double correct_energies(ramp *way, const quadrature *nodes) {
     const hs_line *start = way->present;
     const int64_t groups = start->contact->groups;
@@ -734,7 +820,8 @@ static double correct_energies(ramp *way, const quadrature *nodes) {
         base = base > 0 ? base - 1 : 0;
         memset(way->part, 0, (size_t)group.curve.count * sizeof *way->part);
         for (int k = 0; k < 2 * NODES; ++k)
-            add_forces(way, &sum, index, nodes->point[k], way->ends + k * groups + index, base, nodes->factor[k]);
+            add_forces(way, &sum, index, nodes->point[k], way->ends + k * groups + index, base,
+                       nodes->factor[k]);
         flush_sum(&sum);
         for (int64_t i = 0; i < group.curve.count; ++i) {
             double *each = way->trial->dissipated_each + group.start + i;
@@ -747,20 +834,20 @@ static double correct_energies(ramp *way, const quadrature *nodes) {
 }
 
 static const hs_adaptive ramp_settings = {
-    0.0,       /* the tolerance is set from the drive's */
-    1.0,       /* accepted at once: the error is compared with points of the ramp itself */
-    1, INT_MAX,
-    0.0,       /* shortened at once: the error predicts a length that fits */
-    1.0,
-    1e-9,      /* well above the rounding of a fraction of the ramp */
-    SAFETY,    /* errors of the next step may be somewhat larger */
-    0.02, 4.0, /* a cut is found within this part of a step; behind it the whole rest is tried */
-    1 << 13,   /* bounds the time of a ramp */
-    4.0, 1e4,  /* the rest of the ramp may be easier or harder than the part that was integrated */
+    0.0, /* the tolerance is set from the drive's */
+    1.0, /* accepted at once: the error is compared with points of the ramp itself */
+    1,       INT_MAX, 0.0, /* shortened at once: the error predicts a length that fits */
+    1.0,     1e-9,         /* well above the rounding of a fraction of the ramp */
+    SAFETY,                /* errors of the next step may be somewhat larger */
+    0.02,    4.0, /* a cut is found within this part of a step; behind it the whole rest is tried */
+    1 << 13,      /* bounds the time of a ramp */
+    4.0,     1e4, /* the rest of the ramp may be easier or harder than the part that was integrated
+                   */
 };
 
 /* Move all groups along the chord of a step, and time what slides on the ramp. */
-static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads, double load, double force, double time) {
+static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads, double load,
+                            double force, double time) {
     hs_line *memory = way->trial;
     hs_fronts fronts;
     int status = hs_line_assign(memory, way->present);
@@ -770,7 +857,8 @@ static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads,
     begin_chord(memory, load, force, time);
     if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, loads, &fronts);
     if (status == HS_OK)
-        status = hs_move_with_loads(memory, loads, to.d, load, hs_to_load(force), hs_to_displacement(to.v));
+        status = hs_move_with_loads(memory, loads, to.d, load, hs_to_load(force),
+                                    hs_to_displacement(to.v));
     hs_free_fronts(&fronts);
     return status;
 }
@@ -778,12 +866,14 @@ static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads,
 static int make_room_to_clip(ramp *way) {
     if (!hs_has_steep(way->present)) return HS_OK;
     free(way->scratch);
-    way->scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(way->present)) * sizeof *way->scratch);
+    way->scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(way->present)) *
+                                       sizeof *way->scratch);
     return way->scratch ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
 /* Integrate a step of a ramp along its chord. */
-static int integrate_step(hs_integrand *integrand, const hs_interval *step, int chords, double *error) {
+static int integrate_step(hs_integrand *integrand, const hs_interval *step, int chords,
+                          double *error) {
     ramp *way = (ramp *)integrand->context;
     hs_line *start = way->present;
     double load = hs_toward(way->load[0], way->load[1], step->end);
@@ -793,12 +883,14 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
     (void)chords;
     --integrand->substep_budget;
     int status = make_room_to_clip(way);
-    if (status == HS_OK) status = hs_count_work(way->drive, &way->work, 2 + start->contact->count / 16);
+    if (status == HS_OK)
+        status = hs_count_work(way->drive, &way->work, 2 + start->contact->count / 16);
     if (status == HS_OK) status = hs_loads_of_groups(start, to.d, load, &loads);
     if (status != HS_OK) return status;
     hs_fronts fronts;
     status = hs_init_fronts(&fronts, loads.count);
-    if (status == HS_OK) status = hs_solve_displacement_with(start, &loads, &fronts, to.d, hs_to_load(force), &to.v);
+    if (status == HS_OK)
+        status = hs_solve_displacement_with(start, &loads, &fronts, to.d, hs_to_load(force), &to.v);
     hs_free_fronts(&fronts);
     const double friction = hs_friction_range(start, HUGE_VAL).max;
     ramp_chord chord = {{start->approach, start->displacement}, to, friction, 0.0, {0.0, 0.0}};
@@ -810,7 +902,8 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
     int is_bent = 0;
     if (status == HS_OK && chord.length > 0.0) {
         way->heading[1] = heading_of(way, solve_ends(way, to, way->ends));
-        for (int end = 0; end < 2; ++end) chord.inclination[end] = inclination_of(&chord, way->heading[end]);
+        for (int end = 0; end < 2; ++end)
+            chord.inclination[end] = inclination_of(&chord, way->heading[end]);
         const double inclination = hs_max(fabs(chord.inclination[0]), fabs(chord.inclination[1]));
         is_bent = inclination > rounding_of(way, &chord);
         if (inclination < STEEP)
@@ -819,18 +912,22 @@ static int integrate_step(hs_integrand *integrand, const hs_interval *step, int 
             *error = TO_HALVE;
         if (crossing < 1.0) *error = hs_max(SAFETY * SAFETY / (crossing * crossing), *error);
         if (is_bent && *error <= 1.0 && !find_nodes(way, &chord, &nodes)) *error = TO_HALVE;
-        if (*error == TO_HALVE && step->end - step->begin <= SHORT * way->tolerance) *error = is_bent = 0;
+        if (*error == TO_HALVE && step->end - step->begin <= SHORT * way->tolerance)
+            *error = is_bent = 0;
     }
     const int is_last = step->end - step->begin <= ramp_settings.min_length;
     if (status == HS_OK && (*error <= 1.0 || way->energy == 0.0 || is_last)) {
-        status = move_along_chord(way, to, &loads, load, force, hs_toward(way->times[0], way->times[1], step->end));
+        status = move_along_chord(way, to, &loads, load, force,
+                                  hs_toward(way->times[0], way->times[1], step->end));
         lost = way->trial->dissipated - start->dissipated;
         way->energy = hs_max(way->energy, lost);
     }
     if (status == HS_OK && is_bent && *error <= 1.0) {
-        double more = correct_energies(way, &nodes), part = hs_max(step->end - step->begin, LEAST_PART);
+        double more = correct_energies(way, &nodes),
+               part = hs_max(step->end - step->begin, LEAST_PART);
         way->trial->dissipated += more;
-        double rounding = HS_TIE * (start->dissipated + way->reach * hs_max(way->load[0], way->load[1]));
+        double rounding =
+            HS_TIE * (start->dissipated + way->reach * hs_max(way->load[0], way->load[1]));
         double tolerated = ENERGY_TOLERANCE * way->tolerance * way->energy * part;
         /* of fourth order at least */
         *error = hs_max(*error, sqrt(hs_error(more * nodes.error, rounding, tolerated)));
@@ -851,7 +948,8 @@ static int integrate_ramp(hs_line *memory, ramp *way) {
     hs_adaptive settings = ramp_settings;
     hs_integrand integrand = {way, &settings, integrate_step, accept_step, NULL, 0, 0.0};
     for (;;) {
-        way->tolerance = settings.tolerance = hs_max(settings.tolerance, hs_max(way->drive->tolerance, LEAST_TOLERANCE));
+        way->tolerance = settings.tolerance =
+            hs_max(settings.tolerance, hs_max(way->drive->tolerance, LEAST_TOLERANCE));
         int status = hs_line_assign(way->present, memory);
         const hs_point from = {memory->approach, memory->displacement};
         if (status == HS_OK) status = make_room_to_clip(way);
@@ -871,16 +969,29 @@ int hs_ramp(hs_line *memory, double load, double force, double time, const hs_dr
     const double rise = load - memory->normal_load;
     const hs_range friction = hs_friction_range(memory, HUGE_VAL);
     int sticks = fabs(force - memory->tangential_load) <= friction.min * rise;
-    if (hs_has_single_group(memory) && rise != 0.0 && !sticks) return exact_ramp(memory, load, force, time, drive);
+    if (hs_has_single_group(memory) && rise != 0.0 && !sticks)
+        return exact_ramp(memory, load, force, time, drive);
     const double d = hs_approach_at_load(memory, load);
     /* one straight path is exact where N is constant or nothing slips */
     if (rise == 0.0 || sticks) {
         begin_chord(memory, load, force, time);
         return hs_move(memory, d, load, hs_to_load(force));
     }
-    ramp way = {{memory->normal_load, load}, {memory->tangential_load, force}, {memory->clock.end, time}, drive->tolerance,
-                friction.max * (hs_max(memory->approach, d) - touch), 0.0, drive, 0, NULL, NULL, {{0.0, 0.0}, {0.0, 0.0}},
-                NULL, NULL, NULL, NULL};
+    ramp way = {{memory->normal_load, load},
+                {memory->tangential_load, force},
+                {memory->clock.end, time},
+                drive->tolerance,
+                friction.max * (hs_max(memory->approach, d) - touch),
+                0.0,
+                drive,
+                0,
+                NULL,
+                NULL,
+                {{0.0, 0.0}, {0.0, 0.0}},
+                NULL,
+                NULL,
+                NULL,
+                NULL};
     const size_t groups = (size_t)contact->groups;
     way.present = hs_line_copy(memory);
     way.trial = hs_line_copy(memory);

@@ -1,5 +1,6 @@
-/* Readout: loads, stiffnesses, slopes, tractions, energies and rows of a memory, from its polylines: sums of slope times
- * differences of P or P' over segments, exact (README.md, theory 8). The memory is not changed. */
+/* Readout: loads, stiffnesses, slopes, tractions, energies and rows of a memory, from its
+ * polylines: sums of slope times differences of P or P' over segments, exact (README.md, theory 8).
+ * The memory is not changed. */
 
 #include "readout.h"
 #include "lanes.h"
@@ -9,8 +10,10 @@
 /* Samples of the traction ratio on each segment, before its maximum is refined; chosen. */
 #define SAMPLES 16
 
-/* Determine the sliding zone of a group. After a decrease of μ an inner disc may slide while the edge sticks. */
-static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacement, double friction, int steep) {
+/* Determine the sliding zone of a group. After a decrease of μ an inner disc may slide while the
+ * edge sticks. */
+static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacement,
+                         double friction, int steep) {
     int64_t top = depth - 1;
     double edge = stack[top].label;
     hs_zone zone = {edge, -HUGE_VAL, friction, stack[top].slope};
@@ -27,18 +30,22 @@ static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacem
     return zone;
 }
 
-/* Add dT/dV of a group at constant approach for a displacement in direction 1 or -1; 0: of the springs that stick at present.
- * Springs below `label` stick, except on inner discs of a steep polyline. */
-static inline void add_stiffness(const hs_line *memory, int64_t index, double direction, double label, double *stiffness) {
+/* Add dT/dV of a group at constant approach for a displacement in direction 1 or -1; 0: of the
+ * springs that stick at present. Springs below `label` stick, except on inner discs of a steep
+ * polyline. */
+static inline void add_stiffness(const hs_line *memory, int64_t index, double direction,
+                                 double label, double *stiffness) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
     int everywhere = direction == 0.0 || group.friction == 0.0;
     int is_cached = group.single && label == memory->known_label;
     *stiffness += is_cached ? memory->known_slope : hs_load_at(group.curve, label).slope;
     for (int64_t j = memory->steep[index] ? memory->depth[index] - 2 : 0; j > 0; --j) {
-        double side = hs_sliding_side(stack, memory->depth[index], j, memory->displacement, group.friction);
+        double side =
+            hs_sliding_side(stack, memory->depth[index], j, memory->displacement, group.friction);
         if (side != 0.0 && (everywhere || side == direction))
-            *stiffness -= hs_load_at(group.curve, stack[j].label).slope - hs_load_at(group.curve, stack[j - 1].label).slope;
+            *stiffness -= hs_load_at(group.curve, stack[j].label).slope -
+                          hs_load_at(group.curve, stack[j - 1].label).slope;
     }
 }
 
@@ -57,17 +64,19 @@ double hs_line_stiffness(const hs_line *memory, int direction) {
 
 double hs_line_normal_stiffness(const hs_line *memory) {
     const hs_units *units = &memory->contact->units;
-    return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load / units->length;
+    return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load /
+           units->length;
 }
 
 double hs_line_stored_energy(const hs_line *memory) {
     return hs_elastic_energy(memory, NULL) * memory->contact->units.energy;
 }
 
-/* Springs that slide are on the cone, v = ±μ (d - a), which depends on the approach only. Springs that stick move with the
- * displacement only, except those that came into contact on the path: v = (V1 - V0) (d1 - a)/(d1 - d0) depends on both. The loads
- * are ∫ v N'' da, so that each interval of labels adds differences of P and P' at its ends. The derivatives are one-sided, on the
- * side of the last path. */
+/* Springs that slide are on the cone, v = ±μ (d - a), which depends on the approach only. Springs
+ * that stick move with the displacement only, except those that came into contact on the path: v =
+ * (V1 - V0) (d1 - a)/(d1 - d0) depends on both. The loads are ∫ v N'' da, so that each interval of
+ * labels adds differences of P and P' at its ends. The derivatives are one-sided, on the side of
+ * the last path. */
 hs_slopes hs_line_slopes(const hs_line *memory, double start) {
     const hs_units *units = &memory->contact->units;
     double d0 = start / units->length, d1 = memory->approach, v1 = memory->displacement;
@@ -84,8 +93,11 @@ hs_slopes hs_line_slopes(const hs_line *memory, double start) {
             double start_label = hs_max(d0, group.curve.gap[0]), path_length = d1 - d0;
             hs_load inner = hs_load_at(group.curve, start_label);
             double rise = edge.load - inner.load;
-            result.tangential += (rise - (d1 - start_label) * inner.slope) / path_length - (edge.slope - inner.slope);
-            result.coupling += stack[top].slope * (edge.slope - ((start_label - d0) * inner.slope + rise) / path_length);
+            result.tangential += (rise - (d1 - start_label) * inner.slope) / path_length -
+                                 (edge.slope - inner.slope);
+            result.coupling +=
+                stack[top].slope *
+                (edge.slope - ((start_label - d0) * inner.slope + rise) / path_length);
         }
         int64_t lowest = memory->steep[index] || top < 1 ? 0 : top - 1;
         for (int64_t j = top; j > lowest; --j) {
@@ -103,28 +115,37 @@ hs_slopes hs_line_slopes(const hs_line *memory, double start) {
     return result;
 }
 
-/* Coordinate of a point of the contact area that comes into contact at a label: the label itself for asperities; between knots the
- * stiffness at the label, proportional to the radius of an axisymmetric contact (Sneddon 1965). */
+/* Coordinate of a point of the contact area that comes into contact at a label: the label itself
+ * for asperities; between knots the stiffness at the label, proportional to the radius of an
+ * axisymmetric contact (Sneddon 1965). */
 static double radial_coordinate(hs_curve curve, double label) {
     return curve.load ? hs_load_at(curve, label).slope : label;
 }
 
-/* Increase of the pressure at a coordinate between two approaches, up to a factor that depends on the coordinate. Hertzian for
- * asperities; between knots of the axisymmetric contact with this curve, dp/da = 1/√(P'² - s²). */
+/* Increase of the pressure at a coordinate between two approaches, up to a factor that depends on
+ * the coordinate. Hertzian for asperities; between knots of the axisymmetric contact with this
+ * curve, dp/da = 1/√(P'² - s²). */
 static double pressure_rise(hs_curve curve, double low, double high, double coordinate) {
-    if (!curve.load) return sqrt(hs_max(high - coordinate, 0.0)) - sqrt(hs_max(low - coordinate, 0.0));
+    if (!curve.load)
+        return sqrt(hs_max(high - coordinate, 0.0)) - sqrt(hs_max(low - coordinate, 0.0));
     double rise = 0.0;
     int64_t i = hs_count_touching(curve.gap, curve.count, low);
     for (i -= i > 0; i < curve.count && curve.gap[i] < high; ++i) {
-        double lower = hs_max(low, curve.gap[i]), upper = i + 1 < curve.count ? hs_min(high, curve.gap[i + 1]) : high;
+        double lower = hs_max(low, curve.gap[i]),
+               upper = i + 1 < curve.count ? hs_min(high, curve.gap[i + 1]) : high;
         if (upper <= lower) continue;
-        double bend = hs_bend_at(curve, i), upper_stiffness = curve.weight[i] + bend * (upper - curve.gap[i]);
-        double lower_stiffness = hs_max(curve.weight[i] + bend * (lower - curve.gap[i]), coordinate);
+        double bend = hs_bend_at(curve, i),
+               upper_stiffness = curve.weight[i] + bend * (upper - curve.gap[i]);
+        double lower_stiffness =
+            hs_max(curve.weight[i] + bend * (lower - curve.gap[i]), coordinate);
         if (upper_stiffness <= coordinate) continue;
         double root = sqrt((upper_stiffness - coordinate) * (upper_stiffness + coordinate));
         /* where the stiffness is constant the logarithm is rounding */
         rise += upper_stiffness - lower_stiffness > 1e-9 * upper_stiffness
-                    ? log((upper_stiffness + root) / (lower_stiffness + sqrt((lower_stiffness - coordinate) * (lower_stiffness + coordinate)))) / bend
+                    ? log((upper_stiffness + root) /
+                          (lower_stiffness +
+                           sqrt((lower_stiffness - coordinate) * (lower_stiffness + coordinate)))) /
+                          bend
                     : (upper - lower) / root;
     }
     return rise;
@@ -133,9 +154,12 @@ static double pressure_rise(hs_curve curve, double low, double high, double coor
 /* |τ|/(μ p) at a coordinate. */
 static double traction_ratio(const hs_group *group, int64_t depth, double coordinate) {
     const hs_vertex *stack = group->stack;
-    double traction = 0.0, pressure = pressure_rise(group->curve, stack[0].label, stack[depth - 1].label, coordinate);
-    for (int64_t j = depth - 1; j > 0 && radial_coordinate(group->curve, stack[j].label) > coordinate; --j)
-        traction += stack[j].slope * pressure_rise(group->curve, stack[j - 1].label, stack[j].label, coordinate);
+    double traction = 0.0, pressure = pressure_rise(group->curve, stack[0].label,
+                                                    stack[depth - 1].label, coordinate);
+    for (int64_t j = depth - 1;
+         j > 0 && radial_coordinate(group->curve, stack[j].label) > coordinate; --j)
+        traction += stack[j].slope *
+                    pressure_rise(group->curve, stack[j - 1].label, stack[j].label, coordinate);
     return pressure > 0.0 ? fabs(traction) / (group->friction * pressure) : 0.0;
 }
 
@@ -145,16 +169,19 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     if (depth < 2 || group->friction == 0.0) return 0.0;
     double largest = 0.0;
     /* at the edge of a punch, where the contact area does not grow, all pressures are singular */
-    if (radial_coordinate(group->curve, stack[depth - 1].label) > radial_coordinate(group->curve, stack[depth - 2].label))
+    if (radial_coordinate(group->curve, stack[depth - 1].label) >
+        radial_coordinate(group->curve, stack[depth - 2].label))
         largest = fabs(stack[depth - 1].slope) / group->friction;
     double steepest = 0.0;
     for (int64_t j = depth - 1; j > 0; --j) {
-        /* tractions are sums over the segments farther out, so that their largest slope bounds the ratio */
+        /* tractions are sums over the segments farther out, so that their largest slope bounds the
+         * ratio */
         steepest = hs_max(steepest, fabs(stack[j].slope));
         if (steepest <= group->friction * hs_max(largest, 1.0)) continue;
         /* below a vertex tractions change with the square root of the distance */
         double high = radial_coordinate(group->curve, stack[j].label), best = 0.0, at_best = 0.0;
-        double width = sqrt(hs_max(high - radial_coordinate(group->curve, stack[j - 1].label), 0.0));
+        double width =
+            sqrt(hs_max(high - radial_coordinate(group->curve, stack[j - 1].label), 0.0));
         if (width == 0.0) continue;
         for (int i = 1; i <= SAMPLES; ++i) {
             double x = width * i / SAMPLES, ratio = traction_ratio(group, depth, high - x * x);
@@ -166,7 +193,8 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         double low_x = width * hs_max(at_best - 1.0, 0.01) / SAMPLES;
         double high_x = width * hs_min(at_best + 1.0, SAMPLES) / SAMPLES;
         for (int iteration = 0; iteration < 12; ++iteration) {
-            double third = (high_x - low_x) / 3.0, x_lower = low_x + third, x_upper = high_x - third;
+            double third = (high_x - low_x) / 3.0, x_lower = low_x + third,
+                   x_upper = high_x - third;
             double lower_ratio = traction_ratio(group, depth, high - x_lower * x_lower);
             double upper_ratio = traction_ratio(group, depth, high - x_upper * x_upper);
             best = hs_max(best, hs_max(lower_ratio, upper_ratio));
@@ -180,8 +208,8 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     return largest;
 }
 
-HS_WIDE static void circles(const double *restrict gap, const double *restrict weight, int count, double approach,
-                            double *restrict area) {
+HS_WIDE static void circles(const double *restrict gap, const double *restrict weight, int count,
+                            double approach, double *restrict area) {
     for (int i = 0; i < count; ++i) area[i] = weight[i] * weight[i] * (approach - gap[i]);
 }
 
@@ -190,20 +218,24 @@ static double real_area(const hs_contact *contact, int64_t touching, double appr
     double area[HS_BLOCK], lane[HS_LANES] = {0};
     int64_t size;
     for (int64_t start = 0; start < touching; start += size) {
-        /* the terms are linear in the gap, so that one proxy per cluster is exact at any distance */
+        /* the terms are linear in the gap, so that one proxy per cluster is exact at any distance
+         */
         const hs_cluster *cluster = NULL;
         size = hs_size_of_block(touching - start);
-        if (contact->sorted_clusters) cluster = hs_cluster_at(contact->sorted_clusters, start, touching, HUGE_VAL, &size);
+        if (contact->sorted_clusters)
+            cluster = hs_cluster_at(contact->sorted_clusters, start, touching, HUGE_VAL, &size);
         if (cluster)
             area[0] = cluster->circles * (approach - cluster->circles_gap);
         else
-            circles(contact->sorted_gap + start, contact->sorted_weight + start, (int)size, approach, area);
+            circles(contact->sorted_gap + start, contact->sorted_weight + start, (int)size,
+                    approach, area);
         hs_add(lane, area, cluster ? 1 : (int)size);
     }
     return hs_lanes_sum(lane);
 }
 
-/* Record the share of the normal load on asperities that have yielded, and the energy of yielding. */
+/* Record the share of the normal load on asperities that have yielded, and the energy of yielding.
+ */
 static void record_yielded(const hs_line *memory, hs_totals *totals) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
@@ -212,14 +244,17 @@ static void record_yielded(const hs_line *memory, hs_totals *totals) {
         for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
             if (contact->gap[i] >= memory->approach) break;
             if (evolved->yielding_load[contact->order[i]] > 0.0)
-                on_yielded += hs_load_of_asperity(contact->gap[i], contact->weight[i], memory->approach).load;
+                on_yielded +=
+                    hs_load_of_asperity(contact->gap[i], contact->weight[i], memory->approach).load;
         }
     totals->yielding_energy = evolved->yielded_energy;
-    if (memory->normal_load > 0.0) totals->yielded_share = hs_min(on_yielded / memory->normal_load, 1.0);
+    if (memory->normal_load > 0.0)
+        totals->yielded_share = hs_min(on_yielded / memory->normal_load, 1.0);
 }
 
 /* Fill the totals of a row; if there are columns, also the sliding zones of all groups. */
-static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_totals *totals, int saturated) {
+static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_totals *totals,
+                          int saturated) {
     const hs_contact *contact = memory->contact;
     const hs_units *units = &contact->units;
     double limit = 0.0, ratio = 1.0, stiffness = 0.0;
@@ -227,7 +262,8 @@ static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_total
     for (; index < contact->groups && memory->depth[index] > 0; ++index) {
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         int64_t depth = memory->depth[index];
-        hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index], memory->steep[index]);
+        hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index],
+                                 memory->steep[index]);
         if (recorder->zones) recorder->zones[index] = zone;
         add_stiffness(memory, index, 0.0, zone.boundary, &stiffness);
         if (memory->steep[index]) {
@@ -244,7 +280,8 @@ static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_total
     totals->approach = memory->approach * units->length;
     totals->displacement = memory->displacement * units->displacement;
     totals->contact_count = (double)touching;
-    totals->real_contact_area = contact->load ? 0.0 : real_area(contact, touching, memory->approach) * units->area;
+    totals->real_contact_area =
+        contact->load ? 0.0 : real_area(contact, touching, memory->approach) * units->area;
     totals->tangential_stiffness = stiffness * units->stiffness;
     totals->dissipated_energy = memory->dissipated * units->energy;
     totals->friction_limit = limit * units->load;
@@ -261,10 +298,11 @@ static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_total
     if (hs_evolves(memory) > 1) record_yielded(memory, totals);
 }
 
-/* Add the contributions of vertices `from` to `to` of a group to the tangential loads of asperities: the jump of slope times the
- * normal load at the label. */
-HS_WIDE static void add_inner_forces(const hs_vertex *stack, int64_t from, int64_t to, const double *restrict gap,
-                                     const double *restrict weight, int64_t count, int ascending, double *restrict force) {
+/* Add the contributions of vertices `from` to `to` of a group to the tangential loads of
+ * asperities: the jump of slope times the normal load at the label. */
+HS_WIDE static void add_inner_forces(const hs_vertex *stack, int64_t from, int64_t to,
+                                     const double *restrict gap, const double *restrict weight,
+                                     int64_t count, int ascending, double *restrict force) {
     for (int64_t j = from; j <= to; ++j) {
         double label = stack[j].label, jump = stack[j].slope - stack[j + 1].slope;
         int64_t touching = ascending ? hs_count_touching(gap, count, label) : count;
@@ -275,15 +313,18 @@ HS_WIDE static void add_inner_forces(const hs_vertex *stack, int64_t from, int64
     }
 }
 
-/* Sum the contributions of all inner vertices of a single group, in the order of columns. The sum of deep vertices, unchanged
- * between rows, is cached, so that the cost of a row is that of the changes. Summed in the order of vertices, for equal bits. */
-static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, int64_t depth, const double **inner) {
+/* Sum the contributions of all inner vertices of a single group, in the order of columns. The sum
+ * of deep vertices, unchanged between rows, is cached, so that the cost of a row is that of the
+ * changes. Summed in the order of vertices, for equal bits. */
+static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, int64_t depth,
+                               const double **inner) {
     const hs_vertex *previous = recorder->stack;
     const hs_columns *columns = &recorder->columns;
     const int64_t count = recorder->rows->columns;
     const size_t size = (size_t)count * sizeof(double);
     int64_t unchanged = 0;
-    while (unchanged < recorder->depth && unchanged < depth && previous[unchanged].label == stack[unchanged].label &&
+    while (unchanged < recorder->depth && unchanged < depth &&
+           previous[unchanged].label == stack[unchanged].label &&
            previous[unchanged].slope == stack[unchanged].slope)
         ++unchanged;
     /* the contribution of a vertex depends on the slope of the segment above it, too */
@@ -292,12 +333,14 @@ static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, in
         recorder->summed = 0;
         memset(recorder->inner_sum, 0, size);
     }
-    add_inner_forces(stack, recorder->summed + 1, summed, columns->gap, columns->weight, count, 0, recorder->inner_sum);
+    add_inner_forces(stack, recorder->summed + 1, summed, columns->gap, columns->weight, count, 0,
+                     recorder->inner_sum);
     recorder->summed = summed;
     *inner = recorder->inner_sum;
     if (summed < depth - 2) {
         memcpy(recorder->inner, recorder->inner_sum, size);
-        add_inner_forces(stack, summed + 1, depth - 2, columns->gap, columns->weight, count, 0, recorder->inner);
+        add_inner_forces(stack, summed + 1, depth - 2, columns->gap, columns->weight, count, 0,
+                         recorder->inner);
         *inner = recorder->inner;
     }
     hs_vertex *grown = (hs_vertex *)realloc(recorder->stack, (size_t)depth * sizeof *grown);
@@ -309,28 +352,34 @@ static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, in
 }
 
 /* Compute normal loads, dimensionless and in N, and contact radii of asperities in any order. */
-HS_WIDE static void project_normal(const double *restrict gap, const double *restrict weight, int64_t count,
-                                   double approach, const hs_units *units, double *restrict load,
-                                   double *restrict normal, double *restrict radius) {
+HS_WIDE static void project_normal(const double *restrict gap, const double *restrict weight,
+                                   int64_t count, double approach, const hs_units *units,
+                                   double *restrict load, double *restrict normal,
+                                   double *restrict radius) {
     const double load_unit = units->load, radius_unit = units->radius;
     for (int64_t i = 0; i < count; ++i) {
-        double penetration = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0, x = sqrt(penetration);
+        double penetration = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0,
+               x = sqrt(penetration);
         load[i] = x * penetration * weight[i];
         normal[i] = load[i] * load_unit;
         radius[i] = weight[i] * x * radius_unit;
     }
 }
 
-/* Compute tangential loads, stick radii and slip states of asperities in any order; `zone` holds their zones as arrays. `force`
- * holds the contributions of inner vertices, dimensionless, and returns the tangential load in N, clipped to the friction limit. */
-HS_WIDE static void project_tangential(const double *restrict gap, const double *restrict weight, const double *restrict load,
-                                       int64_t count, double approach, double (*restrict zone)[HS_BLOCK],
-                                       const hs_units *units, double *restrict force, double *restrict stick,
+/* Compute tangential loads, stick radii and slip states of asperities in any order; `zone` holds
+ * their zones as arrays. `force` holds the contributions of inner vertices, dimensionless, and
+ * returns the tangential load in N, clipped to the friction limit. */
+HS_WIDE static void project_tangential(const double *restrict gap, const double *restrict weight,
+                                       const double *restrict load, int64_t count, double approach,
+                                       double (*restrict zone)[HS_BLOCK], const hs_units *units,
+                                       double *restrict force, double *restrict stick,
                                        int8_t *restrict state) {
     const double load_unit = units->load, radius_unit = units->radius;
     for (int64_t i = 0; i < count; ++i) {
-        double boundary = zone[0][i], outermost = zone[1][i], friction = zone[2][i], slope = zone[3][i];
-        double inner = boundary - gap[i] > 0.0 ? boundary - gap[i] : 0.0, limit = friction * fabs(load[i]);
+        double boundary = zone[0][i], outermost = zone[1][i], friction = zone[2][i],
+               slope = zone[3][i];
+        double inner = boundary - gap[i] > 0.0 ? boundary - gap[i] : 0.0,
+               limit = friction * fabs(load[i]);
         double tangential = force[i] + slope * load[i];
         tangential = tangential > -limit ? tangential : -limit;
         tangential = tangential < limit ? tangential : limit;
@@ -341,8 +390,9 @@ HS_WIDE static void project_tangential(const double *restrict gap, const double 
     }
 }
 
-/* Fill the columns of a curve with knots: the loads of the springs with labels from each knot to the following one. Radii represent
- * labels: their squares are proportional to the approach beyond the knot. */
+/* Fill the columns of a curve with knots: the loads of the springs with labels from each knot to
+ * the following one. Radii represent labels: their squares are proportional to the approach beyond
+ * the knot. */
 static void record_knots(const hs_recorder *recorder, const hs_line *memory, int64_t row) {
     const hs_rows *rows = recorder->rows;
     hs_curve curve = hs_all_of(memory->contact);
@@ -354,19 +404,26 @@ static void record_knots(const hs_recorder *recorder, const hs_line *memory, int
         int64_t i = recorder->columns.position[c], at = row * columns + c, j = 1;
         double label = curve.gap[i], force[2], load[2];
         for (int side = 0; side < 2; ++side) {
-            double upper_label = side == 0 ? label : i + 1 < curve.count ? curve.gap[i + 1] : HUGE_VAL;
+            double upper_label = side == 0             ? label
+                                 : i + 1 < curve.count ? curve.gap[i + 1]
+                                                       : HUGE_VAL;
             while (j < depth - 1 && stack[j].label < upper_label) ++j;
             int covers_segment = upper_label >= stack[j].label;
-            load[side] = covers_segment ? stack[j].normal : side == 0 ? curve.load[i] : curve.load[i + 1];
-            force[side] = stack[j].tangential - (covers_segment ? 0.0 : stack[j].slope * (stack[j].normal - load[side]));
+            load[side] = covers_segment ? stack[j].normal
+                         : side == 0    ? curve.load[i]
+                                        : curve.load[i + 1];
+            force[side] = stack[j].tangential -
+                          (covers_segment ? 0.0 : stack[j].slope * (stack[j].normal - load[side]));
         }
         int touches = label < memory->approach;
         double normal = touches ? hs_max(load[1] - load[0], 0.0) : 0.0;
         double limit = memory->steep[0] ? HUGE_VAL : memory->friction[0] * normal;
         rows->normal_load[at] = normal * units->load;
-        rows->tangential_load[at] = touches ? hs_clamp(force[1] - force[0], limit) * units->load : 0.0;
+        rows->tangential_load[at] =
+            touches ? hs_clamp(force[1] - force[0], limit) * units->load : 0.0;
         rows->contact_radius[at] = touches ? sqrt(memory->approach - label) * units->radius : 0.0;
-        rows->stick_radius[at] = touches ? sqrt(hs_max(boundary - label, 0.0)) * units->radius : 0.0;
+        rows->stick_radius[at] =
+            touches ? sqrt(hs_max(boundary - label, 0.0)) * units->radius : 0.0;
         rows->slip_state[at] = hs_slip_state_of(touches, outermost > label, boundary > label);
     }
 }
@@ -379,9 +436,10 @@ static void record_energies(const hs_recorder *recorder, const hs_line *memory, 
         target[at + c] = memory->dissipated_each[recorder->columns.position[c]] * unit;
 }
 
-/* Fill loads, radii and slip states of the columns, in blocks that fit the cache; `inner` holds the contributions of inner vertices
- * to tangential loads, by column or by position. */
-static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at, const double *inner, int by_column) {
+/* Fill loads, radii and slip states of the columns, in blocks that fit the cache; `inner` holds the
+ * contributions of inner vertices to tangential loads, by column or by position. */
+static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at,
+                           const double *inner, int by_column) {
     const hs_rows *rows = recorder->rows;
     const hs_contact *contact = memory->contact;
     const hs_columns *columns = &recorder->columns;
@@ -403,8 +461,8 @@ static void record_columns(const hs_recorder *recorder, const hs_line *memory, i
             zone[2][i] = group_zone->friction;
             zone[3][i] = group_zone->slope;
         }
-        project_normal(gap, weight, count, memory->approach, &contact->units, load, rows->normal_load + at + start,
-                       rows->contact_radius + at + start);
+        project_normal(gap, weight, count, memory->approach, &contact->units, load,
+                       rows->normal_load + at + start, rows->contact_radius + at + start);
         project_tangential(gap, weight, load, count, memory->approach, zone, &contact->units, force,
                            rows->stick_radius + at + start, rows->slip_state + at + start);
     }
@@ -418,12 +476,14 @@ static int record_asperities(hs_recorder *recorder, const hs_line *memory, int64
         record_knots(recorder, memory, row);
         return status;
     }
-    if (single && memory->depth[0] > 0) status = single_inner_forces(recorder, memory->vertices, memory->depth[0], &inner);
-    for (int64_t index = 0; !single && index < contact->groups && memory->depth[index] > 0; ++index) {
+    if (single && memory->depth[0] > 0)
+        status = single_inner_forces(recorder, memory->vertices, memory->depth[0], &inner);
+    for (int64_t index = 0; !single && index < contact->groups && memory->depth[index] > 0;
+         ++index) {
         hs_group group = hs_group_of(memory, index);
         memset(recorder->inner + group.start, 0, (size_t)group.curve.count * sizeof(double));
-        add_inner_forces(group.stack, 1, memory->depth[index] - 2, group.curve.gap, group.curve.weight, group.curve.count, 1,
-                         recorder->inner + group.start);
+        add_inner_forces(group.stack, 1, memory->depth[index] - 2, group.curve.gap,
+                         group.curve.weight, group.curve.count, 1, recorder->inner + group.start);
     }
     record_columns(recorder, memory, row * recorder->rows->columns, inner, single);
     return status;
@@ -452,7 +512,8 @@ int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *
     memset(recorder, 0, sizeof *recorder);
     recorder->rows = rows;
     if (!rows || rows->columns == 0) return HS_OK;
-    size_t count = (size_t)contact->count, columns = (size_t)rows->columns, capacity = count > columns ? count : columns;
+    size_t count = (size_t)contact->count, columns = (size_t)rows->columns,
+           capacity = count > columns ? count : columns;
     recorder->all = columns == count;
     for (int64_t c = 0; c < rows->columns; ++c) {
         if (rows->asperity[c] < 0 || rows->asperity[c] >= contact->count) return HS_FOREIGN;
@@ -488,16 +549,19 @@ int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int sat
     if (columns && locate_columns(recorder, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     record_totals(recorder, memory, rows->totals + row, saturated);
     if (columns == 0) return HS_OK;
-    if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK)
+        return HS_OUT_OF_MEMORY;
     record_energies(recorder, memory, at);
     for (int64_t c = 0; c < columns && rows->friction; ++c)
         rows->friction[at + c] = memory->friction[recorder->columns.group[c]];
     if (!evolved) return HS_OK;
-    double *target[] = {rows->slid_distance, rows->worn_volume, rows->summit_height, rows->summit_radius};
+    double *target[] = {rows->slid_distance, rows->worn_volume, rows->summit_height,
+                        rows->summit_radius};
     const double *source[] = {evolved->slid_distance, evolved->worn_volume, evolved->summit_height,
                               evolved->summit_radius};
     for (int k = 0; k < 4; ++k)
-        for (int64_t c = 0; c < columns && target[k]; ++c) target[k][at + c] = source[k][rows->asperity[c]];
+        for (int64_t c = 0; c < columns && target[k]; ++c)
+            target[k][at + c] = source[k][rows->asperity[c]];
     for (int64_t c = 0; c < columns && rows->yielded_depth && evolved->virgin_height; ++c) {
         int64_t i = rows->asperity[c];
         rows->yielded_depth[at + c] = evolved->virgin_height[i] - evolved->summit_height[i];
@@ -532,7 +596,8 @@ static double weighted_sum(const double *gains, int64_t rows, const double *weig
     return hs_lanes_sum(lane);
 }
 
-/* Radii of the circles with the areas of patches, which are linear in the approach between the rows of the table. */
+/* Radii of the circles with the areas of patches, which are linear in the approach between the rows
+ * of the table. */
 static void equal_radii(const hs_patches *patches, double approach, double *target) {
     int64_t above = hs_count_touching(patches->approach, patches->rows + 1, approach);
     if (above < 1) above = 1;
@@ -544,8 +609,9 @@ static void equal_radii(const hs_patches *patches, double approach, double *targ
         target[i] = sqrt(((1.0 - fraction) * low[i] + fraction * high[i]) / 3.141592653589793);
 }
 
-int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count, const double *approach,
-                      const double *stick, double friction, const hs_rows *rows) {
+int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count,
+                      const double *approach, const double *stick, double friction,
+                      const hs_rows *rows) {
     double *weights = (double *)malloc(2 * (size_t)patches->rows * sizeof *weights);
     if (!weights) return HS_OUT_OF_MEMORY;
     for (int64_t r = 0; r < count; ++r) {

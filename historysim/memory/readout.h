@@ -11,8 +11,9 @@ static inline int8_t hs_slip_state_of(int touches, int slides, int sticks_inside
     return (int8_t)(touches ? slip : HS_SEPARATED);
 }
 
-/* Sliding zone of a group: inner boundary of the slip annulus (label; the edge if that sticks), label of the outermost spring that
- * slides (-infinity if none does), and friction coefficient and slope at the edge. */
+/* Sliding zone of a group: inner boundary of the slip annulus (label; the edge if that sticks),
+ * label of the outermost spring that slides (-infinity if none does), and friction coefficient and
+ * slope at the edge. */
 typedef struct hs_zone {
     double boundary, outermost;
     double friction, slope;
@@ -25,11 +26,14 @@ typedef struct hs_recorder {
     int all;             /* true if the columns are all asperities, in the caller's order */
     hs_columns columns;  /* gaps, weights, positions, groups in the contact of this row */
     double *chosen;      /* memory of `columns` for a selection of asperities */
-    double *inner;       /* contributions of inner vertices to tangential loads: by column for a single group, else by position */
-    double *inner_sum;        /* contributions of the `summed` deepest vertices of a single group, unchanged between rows */
-    hs_vertex *stack;    /* (depth) of the previous row */
+    double *inner; /* contributions of inner vertices to tangential loads: by column for a single
+                      group, else by position */
+    double *inner_sum; /* contributions of the `summed` deepest vertices of a single group,
+                          unchanged between rows */
+    hs_vertex *stack;  /* (depth) of the previous row */
     int64_t depth, summed;
-    hs_zone *zones;      /* (group) of this row, allocated for as many as asperities; NULL if there are no columns */
+    hs_zone *zones; /* (group) of this row, allocated for as many as asperities; NULL if there are
+                       no columns */
 } hs_recorder;
 /* Allocate the buffers for rows, which may be NULL; returns a status. */
 int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);

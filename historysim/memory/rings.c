@@ -1,20 +1,24 @@
-/* Rings: deflections of one class of rings at the end of a step, from the trial deflections v*, at which all rings stick.
+/* Rings: deflections of one class of rings at the end of a step, from the trial deflections v*, at
+ * which all rings stick.
  *
- * They minimise ½ Σ M |v - v*|² subject to |Q| ≤ g on every ring, with v = F Q: a strictly convex problem. It is solved for the
- * tractions Q of an active set of outer rings by projected Gauss–Seidel sweeps and Newton's method on the angles of slipping
- * rings (README.md, two directions 1 and 2). */
+ * They minimise ½ Σ M |v - v*|² subject to |Q| ≤ g on every ring, with v = F Q: a strictly convex
+ * problem. It is solved for the tractions Q of an active set of outer rings by projected
+ * Gauss–Seidel sweeps and Newton's method on the angles of slipping rings (README.md, two
+ * directions 1 and 2). */
 
 #include "rings.h"
 #include "lanes.h"
 
-/* Largest change of a traction in a sweep, over its friction limit, at which the solution has converged; chosen. */
+/* Largest change of a traction in a sweep, over its friction limit, at which the solution has
+ * converged; chosen. */
 #define TRACTION_TOLERANCE 1e-7
 /* Largest number of iterations, each a sweep and a Newton step; chosen. */
 #define MAX_ITERATIONS 100
-/* Smallest stiffness of a ring over the slope of the normal load outside it; chosen. Where a normal curve is straight no spring
- * touches, and a ring would have no stiffness. */
+/* Smallest stiffness of a ring over the slope of the normal load outside it; chosen. Where a normal
+ * curve is straight no spring touches, and a ring would have no stiffness. */
 #define MIN_STIFFNESS_RATIO 1e-12
-/* Friction limit below which rings slide without traction; chosen, so that the square of a limit does not underflow. */
+/* Friction limit below which rings slide without traction; chosen, so that the square of a limit
+ * does not underflow. */
 #define MIN_LIMIT 1e-150
 /* Bound of the tangent of the angle by which a Newton step rotates a traction; chosen. */
 #define MAX_ROTATION 0.7
@@ -28,24 +32,28 @@ int hs_reserve_rings(hs_ring_class *ring_class, int32_t ring_count) {
     ring_count += 8;
     size_t n = (size_t)ring_count + 1, pairs = n * (size_t)ring_count;
     size_t numbers = 9 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
-    hs_ring_problem *problem = (hs_ring_problem *)malloc(sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
+    hs_ring_problem *problem = (hs_ring_problem *)malloc(
+        sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
     if (!problem) return HS_OUT_OF_MEMORY;
     free(ring_class->problem);
     ring_class->problem = problem;
     problem->capacity = ring_count;
     problem->ring_count = problem->active_count = problem->unknown_count = 0;
     double *storage = (double *)(problem + 1);
-    double **arrays[] = {&problem->label,          &problem->normal,        &problem->integral,
-                         &problem->moved_fraction, &problem->depth,         &problem->stiffness,
-                         &problem->limit,          &problem->load_gradient, &problem->displacement_gradient};
+    double **arrays[] = {
+        &problem->label,          &problem->normal,        &problem->integral,
+        &problem->moved_fraction, &problem->depth,         &problem->stiffness,
+        &problem->limit,          &problem->load_gradient, &problem->displacement_gradient};
     for (int k = 0; k < 9; ++k, storage += n) *arrays[k] = storage;
-    double **matrices[] = {&problem->traction_matrix, &problem->deflection_matrix, &problem->hessian};
+    double **matrices[] = {&problem->traction_matrix, &problem->deflection_matrix,
+                           &problem->hessian};
     for (int k = 0; k < 3; ++k, storage += pairs) *matrices[k] = storage;
     problem->cholesky_factor = storage;
     problem->newton_step = storage + 4 * pairs;
     storage = problem->newton_step + 2 * n;
-    hs_vector **vectors[] = {&problem->stage_slip, &problem->trial_at_rest, &problem->trial,      &problem->linear_term,
-                             &problem->traction,   &problem->slip,          &problem->deflection, &problem->slope};
+    hs_vector **vectors[] = {&problem->stage_slip,  &problem->trial_at_rest, &problem->trial,
+                             &problem->linear_term, &problem->traction,      &problem->slip,
+                             &problem->deflection,  &problem->slope};
     for (int k = 0; k < 8; ++k, storage += 2 * n) *vectors[k] = (hs_vector *)storage;
     problem->basis = (hs_vector *)storage;
     problem->basis_ring = (int32_t *)(storage + 4 * n);
@@ -53,7 +61,8 @@ int hs_reserve_rings(hs_ring_class *ring_class, int32_t ring_count) {
 }
 
 void hs_set_ring_limits(hs_ring_problem *problem, double friction) {
-    for (int32_t i = 0; i <= problem->ring_count; ++i) problem->limit[i] = friction * sqrt(problem->depth[i]);
+    for (int32_t i = 0; i <= problem->ring_count; ++i)
+        problem->limit[i] = friction * sqrt(problem->depth[i]);
 }
 
 void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double friction) {
@@ -65,7 +74,8 @@ void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double fric
     for (int32_t i = n; i >= 1; --i) {
         double inner_slope = outer_slope;
         outer_slope = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
-        problem->stiffness[i] = hs_max(outer_slope - inner_slope, MIN_STIFFNESS_RATIO * outer_slope);
+        problem->stiffness[i] =
+            hs_max(outer_slope - inner_slope, MIN_STIFFNESS_RATIO * outer_slope);
     }
     for (int32_t i = 1; i <= n; ++i) {
         double outer_root = sqrt(depth[i]);
@@ -84,7 +94,8 @@ hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
     for (int32_t j = 0; j < i; ++j) {
         double inner_root = sqrt(nodes[j + 1].label - nodes[i].label);
         double slope_factor = (outer_root - inner_root) / (nodes[j].label - nodes[j + 1].label);
-        sum = hs_add_scaled(hs_add_scaled(sum, slope_factor, nodes[j + 1].deflection), -slope_factor, nodes[j].deflection);
+        sum = hs_add_scaled(hs_add_scaled(sum, slope_factor, nodes[j + 1].deflection),
+                            -slope_factor, nodes[j].deflection);
         outer_root = inner_root;
     }
     return sum;
@@ -97,18 +108,23 @@ static hs_vector clip_to_norm(hs_vector vector, double max_norm) {
 }
 
 /* target += factor × source, element by element. */
-static inline void add_row(double *restrict target, double factor, const double *restrict source, int32_t count) {
+static inline void add_row(double *restrict target, double factor, const double *restrict source,
+                           int32_t count) {
     for (int32_t i = 0; i < count; ++i) target[i] += factor * source[i];
 }
 
 /* Product of a row and a column of vectors, summed in four lanes. */
-static inline hs_vector row_product(const double *restrict row, const hs_vector *restrict vectors, int32_t count) {
+static inline hs_vector row_product(const double *restrict row, const hs_vector *restrict vectors,
+                                    int32_t count) {
     hs_vector sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
     int32_t i = 0;
     for (; i + 4 <= count; i += 4)
-        for (int lane = 0; lane < 4; ++lane) sum[lane] = hs_add_scaled(sum[lane], row[i + lane], vectors[i + lane]);
-    for (int lane = 0; i < count; ++i, ++lane) sum[lane] = hs_add_scaled(sum[lane], row[i], vectors[i]);
-    return hs_add_scaled(hs_add_scaled(sum[0], 1.0, sum[1]), 1.0, hs_add_scaled(sum[2], 1.0, sum[3]));
+        for (int lane = 0; lane < 4; ++lane)
+            sum[lane] = hs_add_scaled(sum[lane], row[i + lane], vectors[i + lane]);
+    for (int lane = 0; i < count; ++i, ++lane)
+        sum[lane] = hs_add_scaled(sum[lane], row[i], vectors[i]);
+    return hs_add_scaled(hs_add_scaled(sum[0], 1.0, sum[1]), 1.0,
+                         hs_add_scaled(sum[2], 1.0, sum[3]));
 }
 
 /* Extend the active set to a number of rings, and the matrices with it. */
@@ -145,7 +161,8 @@ HS_WIDE static void extend_linear_term(hs_ring_problem *problem, int32_t active_
         const double stiffness = problem->stiffness[k];
         const hs_vector trial = problem->trial[k];
         linear_term[k].x = linear_term[k].y = 0.0;
-        for (int32_t i = 1; i <= k; ++i) linear_term[i] = hs_add_scaled(linear_term[i], stiffness * row[i], trial);
+        for (int32_t i = 1; i <= k; ++i)
+            linear_term[i] = hs_add_scaled(linear_term[i], stiffness * row[i], trial);
     }
     problem->solved_count = active_count;
 }
@@ -162,17 +179,20 @@ static inline void subtract_traction(hs_ring_problem *problem, int32_t i, hs_vec
 
 /* Compute the slip of all active rings: Fᵀ M v* - A Q. */
 HS_WIDE static void compute_slip(hs_ring_problem *problem) {
-    memcpy(problem->slip + 1, problem->linear_term + 1, (size_t)problem->active_count * sizeof *problem->slip);
-    for (int32_t i = 1; i <= problem->active_count; ++i) subtract_traction(problem, i, problem->traction[i]);
+    memcpy(problem->slip + 1, problem->linear_term + 1,
+           (size_t)problem->active_count * sizeof *problem->slip);
+    for (int32_t i = 1; i <= problem->active_count; ++i)
+        subtract_traction(problem, i, problem->traction[i]);
 }
 
-/* Projected Gauss–Seidel sweep: move each traction to its minimum while all others are constant. Returns the largest change,
- * over the friction limit. */
+/* Projected Gauss–Seidel sweep: move each traction to its minimum while all others are constant.
+ * Returns the largest change, over the friction limit. */
 HS_WIDE static double sweep_gauss_seidel(hs_ring_problem *problem) {
     double max_change = 0.0;
     for (int32_t i = 1; i <= problem->active_count; ++i) {
         hs_vector old_traction = problem->traction[i],
-                  unlimited = hs_add_scaled(old_traction, 1.0 / ELEMENT(hessian, i, i), problem->slip[i]);
+                  unlimited =
+                      hs_add_scaled(old_traction, 1.0 / ELEMENT(hessian, i, i), problem->slip[i]);
         hs_vector new_traction = clip_to_norm(unlimited, problem->limit[i]),
                   change = hs_add_scaled(new_traction, -1.0, old_traction);
         problem->traction[i] = new_traction;
@@ -182,15 +202,16 @@ HS_WIDE static double sweep_gauss_seidel(hs_ring_problem *problem) {
     return max_change;
 }
 
-/* Cholesky factor U of a matrix UᵀU with `count` rows, in place; the upper half is given. Returns 0 if the matrix is not positive
- * definite. */
+/* Cholesky factor U of a matrix UᵀU with `count` rows, in place; the upper half is given. Returns 0
+ * if the matrix is not positive definite. */
 HS_WIDE static int factorise_cholesky(double *factor, int64_t stride, int32_t count) {
     for (int32_t k = 0; k < count; ++k) {
         double *row = factor + k * stride;
         if (!(row[k] > 0.0)) return 0;
         double root = sqrt(row[k]);
         for (int32_t j = k; j < count; ++j) row[j] /= root;
-        for (int32_t i = k + 1; i < count; ++i) add_row(factor + i * stride + i, -row[i], row + i, count - i);
+        for (int32_t i = k + 1; i < count; ++i)
+            add_row(factor + i * stride + i, -row[i], row + i, count - i);
     }
     return 1;
 }
@@ -207,16 +228,20 @@ HS_WIDE static void solve_cholesky(const double *factor, int64_t stride, int32_t
     }
 }
 
-/* Factorise the matrix of a Newton step. A ring that slips has one unknown, along the tangent of its friction limit; a ring that
- * sticks has two. Returns the number of unknowns, 0 if the matrix is not positive definite. */
+/* Factorise the matrix of a Newton step. A ring that slips has one unknown, along the tangent of
+ * its friction limit; a ring that sticks has two. Returns the number of unknowns, 0 if the matrix
+ * is not positive definite. */
 HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
     const int64_t stride = 2 * problem->capacity;
     int32_t count = 0;
     for (int32_t i = 1; i <= problem->active_count; ++i) {
         hs_vector traction = problem->traction[i];
         double limit = problem->limit[i], norm = hs_norm(traction);
-        int is_slipping = hs_norm(hs_add_scaled(traction, 1.0 / ELEMENT(hessian, i, i), problem->slip[i])) > limit && norm > 0.0;
-        hs_vector axis_x = {1.0, 0.0}, axis_y = {0.0, 1.0}, tangent = {-traction.y / norm, traction.x / norm};
+        int is_slipping = hs_norm(hs_add_scaled(traction, 1.0 / ELEMENT(hessian, i, i),
+                                                problem->slip[i])) > limit &&
+                          norm > 0.0;
+        hs_vector axis_x = {1.0, 0.0}, axis_y = {0.0, 1.0},
+                  tangent = {-traction.y / norm, traction.x / norm};
         problem->basis_ring[count] = is_slipping ? -i : i;
         problem->basis[count++] = is_slipping ? tangent : axis_x;
         if (is_slipping) continue;
@@ -227,14 +252,16 @@ HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
         int32_t i = abs(problem->basis_ring[a]);
         for (int32_t b = a; b < count; ++b)
             problem->cholesky_factor[a * stride + b] =
-                ELEMENT(hessian, i, abs(problem->basis_ring[b])) * hs_dot(problem->basis[a], problem->basis[b]);
+                ELEMENT(hessian, i, abs(problem->basis_ring[b])) *
+                hs_dot(problem->basis[a], problem->basis[b]);
         if (problem->basis_ring[a] < 0) {
             double limit = problem->limit[i];
             problem->cholesky_factor[a * stride + a] +=
                 hs_max(hs_dot(problem->traction[i], problem->slip[i]), 0.0) / (limit * limit);
         }
     }
-    problem->unknown_count = factorise_cholesky(problem->cholesky_factor, stride, count) ? count : 0;
+    problem->unknown_count =
+        factorise_cholesky(problem->cholesky_factor, stride, count) ? count : 0;
     return problem->unknown_count;
 }
 
@@ -243,7 +270,8 @@ static void apply_newton_step(hs_ring_problem *problem) {
     int32_t count = factorise_newton_matrix(problem);
     if (count == 0) return;
     for (int32_t a = 0; a < count; ++a)
-        problem->newton_step[a] = hs_dot(problem->basis[a], problem->slip[abs(problem->basis_ring[a])]);
+        problem->newton_step[a] =
+            hs_dot(problem->basis[a], problem->slip[abs(problem->basis_ring[a])]);
     solve_cholesky(problem->cholesky_factor, 2 * problem->capacity, count, problem->newton_step);
     for (int32_t a = 0; a < count; ++a) {
         int32_t i = abs(problem->basis_ring[a]);
@@ -252,14 +280,16 @@ static void apply_newton_step(hs_ring_problem *problem) {
             problem->traction[i] = hs_add_scaled(problem->traction[i], step, problem->basis[a]);
             continue;
         }
-        hs_vector rotated = hs_add_scaled(problem->traction[i], hs_clamp(step, MAX_ROTATION * limit), problem->basis[a]);
+        hs_vector rotated = hs_add_scaled(problem->traction[i],
+                                          hs_clamp(step, MAX_ROTATION * limit), problem->basis[a]);
         double norm = hs_norm(rotated);
         problem->traction[i].x = rotated.x * (limit / norm);
         problem->traction[i].y = rotated.y * (limit / norm);
     }
 }
 
-/* Compute tractions from the deflections, from ring `outermost` inward. Returns the innermost ring beyond its limit, or 0. */
+/* Compute tractions from the deflections, from ring `outermost` inward. Returns the innermost ring
+ * beyond its limit, or 0. */
 HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem, int32_t outermost) {
     const double *depth = problem->depth;
     const hs_vector *deflection = problem->deflection;
@@ -281,11 +311,14 @@ HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem, int32_
 /* Compute deflections of the active rings from their tractions: v = F Q. */
 HS_WIDE static void compute_deflections(hs_ring_problem *problem) {
     for (int32_t k = 1; k <= problem->active_count; ++k)
-        problem->deflection[k] = row_product(&ELEMENT(deflection_matrix, k, 1), problem->traction + 1, k);
+        problem->deflection[k] =
+            row_product(&ELEMENT(deflection_matrix, k, 1), problem->traction + 1, k);
 }
 
 /* True if the limits of all rings are too small to hold a traction. */
-static int is_frictionless(const hs_ring_problem *problem) { return problem->limit[problem->ring_count] < MIN_LIMIT; }
+static int is_frictionless(const hs_ring_problem *problem) {
+    return problem->limit[problem->ring_count] < MIN_LIMIT;
+}
 
 /* Approximate time of an iteration [µs], cubic in the number of active rings; factor chosen. */
 static int64_t iteration_work(const hs_ring_problem *problem) {
@@ -299,7 +332,8 @@ void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *
     problem->unknown_count = problem->solved_count = 0;
     problem->trial[0] = zero;
     for (int32_t k = 1; k <= n; ++k)
-        problem->trial[k] = hs_add_scaled(problem->trial_at_rest[k], problem->moved_fraction[k], displacement);
+        problem->trial[k] =
+            hs_add_scaled(problem->trial_at_rest[k], problem->moved_fraction[k], displacement);
     memcpy(problem->deflection, problem->trial, (size_t)(n + 1) * sizeof *problem->deflection);
     if (is_frictionless(problem)) {
         memset(problem->deflection, 0, (size_t)(n + 1) * sizeof *problem->deflection);
@@ -309,7 +343,8 @@ void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *
     if (violated_ring == 0) return;
     for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
         if (watch && watch->status == HS_OK)
-            watch->status = hs_count_work(watch->drive, &watch->work_since_poll, iteration_work(problem));
+            watch->status =
+                hs_count_work(watch->drive, &watch->work_since_poll, iteration_work(problem));
         if (watch && watch->status != HS_OK) return;
         if (violated_ring) {
             /* the active set only grows, since its matrices are extended ring by ring */
@@ -331,7 +366,8 @@ void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *
 
 hs_vector hs_ring_load(const hs_ring_problem *problem) {
     hs_vector load = {0.0, 0.0};
-    for (int32_t k = 1; k <= problem->ring_count; ++k) load = hs_add_scaled(load, problem->stiffness[k], problem->deflection[k]);
+    for (int32_t k = 1; k <= problem->ring_count; ++k)
+        load = hs_add_scaled(load, problem->stiffness[k], problem->deflection[k]);
     return load;
 }
 
@@ -347,8 +383,8 @@ void hs_ring_stiffness(hs_ring_problem *problem, double stiffness[2][2]) {
     double *solution = problem->newton_step;
     for (int axis = 0; axis < 2; ++axis) {
         for (int32_t a = 0; a < count; ++a)
-            solution[a] =
-                problem->displacement_gradient[abs(problem->basis_ring[a])] * (axis ? problem->basis[a].y : problem->basis[a].x);
+            solution[a] = problem->displacement_gradient[abs(problem->basis_ring[a])] *
+                          (axis ? problem->basis[a].y : problem->basis[a].x);
         solve_cholesky(problem->cholesky_factor, 2 * problem->capacity, count, solution);
         for (int32_t a = 0; a < count; ++a) {
             double contribution = problem->load_gradient[abs(problem->basis_ring[a])] * solution[a];

@@ -1,12 +1,14 @@
-/* Rings: state and problem of a contact that moves in two tangential directions. Asperities of one class share a polyline of
- * tangential deflections v(a); Coulomb's law |Q| ≤ μ √(d - a) holds on its rings (README.md, two directions). */
+/* Rings: state and problem of a contact that moves in two tangential directions. Asperities of one
+ * class share a polyline of tangential deflections v(a); Coulomb's law |Q| ≤ μ √(d - a) holds on
+ * its rings (README.md, two directions). */
 #ifndef HISTORYSIM_RINGS_H
 #define HISTORYSIM_RINGS_H
 
 #include "drive.h"
 #include "normal.h"
 
-/* A node of the polyline v(a), the tangential deflection of the springs that first touched at approach `label`. */
+/* A node of the polyline v(a), the tangential deflection of the springs that first touched at
+ * approach `label`. */
 typedef struct hs_node {
     double label;
     double normal;   /* normal load P of the class at an approach of `label` */
@@ -14,14 +16,15 @@ typedef struct hs_node {
     hs_vector deflection;
 } hs_node;
 
-/* Node of the density of dissipation of a class on a step: deflection times slip, linear between labels. */
+/* Node of the density of dissipation of a class on a step: deflection times slip, linear between
+ * labels. */
 typedef struct hs_loss_node {
     double label;
     double product;
 } hs_loss_node;
 
-/* A class: asperities of one friction coefficient with similar gaps. Node 0 is the edge of contact, the innermost node the deepest
- * spring, which touched at the smallest gap. */
+/* A class: asperities of one friction coefficient with similar gaps. Node 0 is the edge of contact,
+ * the innermost node the deepest spring, which touched at the smallest gap. */
 typedef struct hs_ring_class {
     hs_curve curve;
     int64_t offset; /* position in the contact of the asperity with the smallest gap of the class */
@@ -32,28 +35,32 @@ typedef struct hs_ring_class {
     double loss;             /* energy dissipated in the latest step */
     int32_t loss_node_count; /* of that step */
     hs_loss_node *loss_nodes;
-    struct hs_ring_problem *problem; /* workspace, not shared with copies; NULL until it is needed */
+    struct hs_ring_problem
+        *problem; /* workspace, not shared with copies; NULL until it is needed */
 } hs_ring_class;
 
-/* Problem of one class on a step: minimise ½ Σ M |v - v*|² subject to |Q| ≤ g on every ring. Arrays have `capacity` rings, counted
- * from 1 at the edge, which is node 0. */
+/* Problem of one class on a step: minimise ½ Σ M |v - v*|² subject to |Q| ≤ g on every ring. Arrays
+ * have `capacity` rings, counted from 1 at the edge, which is node 0. */
 typedef struct hs_ring_problem {
     int32_t capacity;
     int32_t ring_count;
-    int32_t active_count;          /* rings from the edge inward that have rows in the matrices */
-    int32_t solved_count;          /* rings with unknown tractions: all active ones, or 0; v = v* inside them */
-    double *label;                 /* (node) */
-    double *normal;                /* (node) normal load P at the label */
-    double *integral;              /* (node) ∫P da up to the label */
-    double *moved_fraction;        /* (node) fraction of a displacement that deflects the spring: below 1 if it touches meanwhile */
-    double *depth;                 /* (node) r, below the edge */
-    double *traction_matrix;       /* (ring, interval) D: Q = D m, with the slopes m of v */
-    double *deflection_matrix;     /* (ring, ring) F: v = F Q */
-    double *stiffness;             /* (ring) M: the tangential load is Σ M v */
-    double *limit;                 /* (ring) g */
-    double *hessian;               /* (ring, ring) A = Fᵀ M F of the active rings */
-    double *load_gradient;         /* (ring) Fᵀ M 1, derivative of the tangential load with respect to Q */
-    double *displacement_gradient; /* (ring) Fᵀ M times `moved_fraction`, derivative of the linear term */
+    int32_t active_count; /* rings from the edge inward that have rows in the matrices */
+    int32_t
+        solved_count; /* rings with unknown tractions: all active ones, or 0; v = v* inside them */
+    double *label;    /* (node) */
+    double *normal;   /* (node) normal load P at the label */
+    double *integral; /* (node) ∫P da up to the label */
+    double *moved_fraction;  /* (node) fraction of a displacement that deflects the spring: below 1
+                                if it touches meanwhile */
+    double *depth;           /* (node) r, below the edge */
+    double *traction_matrix; /* (ring, interval) D: Q = D m, with the slopes m of v */
+    double *deflection_matrix; /* (ring, ring) F: v = F Q */
+    double *stiffness;         /* (ring) M: the tangential load is Σ M v */
+    double *limit;             /* (ring) g */
+    double *hessian;           /* (ring, ring) A = Fᵀ M F of the active rings */
+    double *load_gradient; /* (ring) Fᵀ M 1, derivative of the tangential load with respect to Q */
+    double *displacement_gradient; /* (ring) Fᵀ M times `moved_fraction`, derivative of the linear
+                                      term */
     double *cholesky_factor;       /* of the matrix of the Newton step */
     double *newton_step;
     hs_vector *stage_slip;    /* (node) slip v* - v in the first stage of a step */
@@ -61,15 +68,17 @@ typedef struct hs_ring_problem {
     hs_vector *trial;         /* (node) v* */
     hs_vector *linear_term;   /* (ring) Fᵀ M v* */
     hs_vector *traction;      /* (ring) Q */
-    hs_vector *slip;          /* (ring) y = Fᵀ M (v* - v), the negative gradient with respect to Q */
-    hs_vector *deflection;    /* (node) v */
-    hs_vector *slope;         /* (interval) m, of v towards the deeper node */
-    hs_vector *basis;         /* (unknown) direction of each unknown of the Newton step */
-    int32_t *basis_ring;      /* (unknown) its ring; negative if the ring slips */
-    int32_t unknown_count;    /* of the latest factorisation; 0 without one */
-    /* Normal loads at the start of a step, at its first stage and at its end; zero at constant approach. */
+    hs_vector *slip;       /* (ring) y = Fᵀ M (v* - v), the negative gradient with respect to Q */
+    hs_vector *deflection; /* (node) v */
+    hs_vector *slope;      /* (interval) m, of v towards the deeper node */
+    hs_vector *basis;      /* (unknown) direction of each unknown of the Newton step */
+    int32_t *basis_ring;   /* (unknown) its ring; negative if the ring slips */
+    int32_t unknown_count; /* of the latest factorisation; 0 without one */
+    /* Normal loads at the start of a step, at its first stage and at its end; zero at constant
+     * approach. */
     hs_normal edge[3];
-    hs_vector relieved_load[2]; /* load if all springs stuck, minus the load, at the first stage and at the end */
+    hs_vector relieved_load[2]; /* load if all springs stuck, minus the load, at the first stage and
+                                   at the end */
 } hs_ring_problem;
 
 /* a + factor b. */
@@ -94,23 +103,26 @@ typedef struct hs_watch {
 typedef struct hs_body {
     hs_contact *contact;            /* of the line, which outlives it */
     const double *friction;         /* (group) of the line */
-    const double *initial_friction; /* (group) at fraction 0 of a path on which friction changes; otherwise NULL */
+    const double *initial_friction; /* (group) at fraction 0 of a path on which friction changes;
+                                       otherwise NULL */
     double fraction;                /* path fraction of this state */
     int64_t rings_per_class;
     double tolerance;
     double approach, normal_load, dissipated, time;
     hs_vector displacement, tangential_load;
-    double curvature_energy; /* energy of the latest step that results from the curvature of its slip */
+    double curvature_energy; /* energy of the latest step that results from the curvature of its
+                                slip */
     double slid_load;        /* tangential load relieved by slip in the latest step */
     double uneven_load;      /* difference of that load from an extrapolation of the first stage */
-    double *asperity_loss;   /* (position) energy dissipated by each asperity; NULL in a trial step */
+    double *asperity_loss; /* (position) energy dissipated by each asperity; NULL in a trial step */
     int64_t class_count;
     hs_ring_class *classes;
-    /* (position) time at which each asperity first slid as a whole since the first turn [s]; NaN if it has not */
+    /* (position) time at which each asperity first slid as a whole since the first turn [s]; NaN if
+     * it has not */
     double *slide_time;
     int has_new_slide_times; /* true if the line does not have all of them */
     double *scratch;         /* (position) */
-    hs_watch *watch;         /* of the present path, shared with copies; NULL if it cannot be cancelled */
+    hs_watch *watch; /* of the present path, shared with copies; NULL if it cannot be cancelled */
 } hs_body;
 
 /* Reserve a problem of `ring_count` rings; returns a status. */
@@ -121,13 +133,16 @@ void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double fric
 void hs_set_ring_limits(hs_ring_problem *problem, double friction);
 /* Solve the problem at a displacement from the start of the step. `watch` may be NULL. */
 void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch);
-/* Tangential load Σ M v, and its derivatives with respect to the displacement: stiffness[i][j] = dT_i/dV_j. */
+/* Tangential load Σ M v, and its derivatives with respect to the displacement: stiffness[i][j] =
+ * dT_i/dV_j. */
 hs_vector hs_ring_load(const hs_ring_problem *problem);
 void hs_ring_stiffness(hs_ring_problem *problem, double stiffness[2][2]);
 /* Traction Q at node `i` of a polyline; zero at the edge, node 0. */
 hs_vector hs_ring_traction(const hs_node *nodes, int32_t i);
 
-static inline double hs_deepest_label(const hs_ring_class *ring_class) { return ring_class->curve.gap[0]; }
+static inline double hs_deepest_label(const hs_ring_class *ring_class) {
+    return ring_class->curve.gap[0];
+}
 /* Friction coefficient of a group at a path fraction. */
 static inline double hs_friction_at(const hs_body *body, int64_t group, double fraction) {
     if (!body->initial_friction) return body->friction[group];
@@ -136,14 +151,15 @@ static inline double hs_friction_at(const hs_body *body, int64_t group, double f
 
 /* ---- plane_path.c ---- */
 
-/* Target of the tangential channel: rigid V + compliance T = value, component by component. A load has rigid = 0, compliance = 1,
- * the displacement of a drive has rigid = 1. */
+/* Target of the tangential channel: rigid V + compliance T = value, component by component. A load
+ * has rigid = 0, compliance = 1, the displacement of a drive has rigid = 1. */
 typedef struct hs_tangential_target {
     hs_vector value, rigid, compliance;
 } hs_tangential_target;
 /* Targets of a path at one fraction of it. */
 typedef struct hs_plane_target {
-    int is_load_controlled; /* true if loads are linear in the path fraction, otherwise the approach is */
+    int is_load_controlled; /* true if loads are linear in the path fraction, otherwise the approach
+                               is */
     double fraction, approach, normal_load, time;
     hs_tangential_target tangential;
 } hs_plane_target;
@@ -153,11 +169,13 @@ typedef struct hs_plane_path {
     double approach[2], normal_load[2], time[2];
     hs_vector value[2], rigid, compliance; /* as in hs_tangential_target */
     /* Set by hs_begin_segments and hs_next_cut: */
-    double margin;          /* fraction of the friction limit by which a load beyond it is kept below it */
-    double lift_off;        /* path fraction at which the contact separates; infinite if it does not */
-    int remaining_segments; /* that may be cut at the friction limit; 0 of paths that do not meet it */
+    double margin;   /* fraction of the friction limit by which a load beyond it is kept below it */
+    double lift_off; /* path fraction at which the contact separates; infinite if it does not */
+    int remaining_segments; /* that may be cut at the friction limit; 0 of paths that do not meet it
+                             */
     int is_beyond;          /* true if the following segment is beyond the friction limit */
-    int holds_displacement; /* true if the displacement is constant on the present segment, which is beyond the limit */
+    int holds_displacement; /* true if the displacement is constant on the present segment, which is
+                               beyond the limit */
     hs_vector held_displacement;
 } hs_plane_path;
 /* Targets at a path fraction; loads beyond the friction limit are projected onto it. */
@@ -165,12 +183,14 @@ hs_plane_target hs_target_at(const hs_body *body, const hs_plane_path *path, dou
 /* Friction limit at an approach and a path fraction. */
 double hs_body_limit(const hs_body *body, double approach, double fraction);
 /* True if the request exceeds the friction limit; both loads are then returned. */
-int hs_exceeds_limit(const hs_body *body, const hs_plane_path *path, double *request, double *limit);
+int hs_exceeds_limit(const hs_body *body, const hs_plane_path *path, double *request,
+                     double *limit);
 /* Requested load minus the load of a body at a path fraction; 0 within the friction limit. */
 hs_vector hs_excess_at(const hs_body *body, const hs_plane_path *path, double fraction);
 /* Prepare the segments of a path that starts at the state of the body. */
 void hs_begin_segments(const hs_body *body, hs_plane_path *path);
-/* Path fraction at which the segment ends that starts at the state of the body; `is_straight`: true if its loads are straight. */
+/* Path fraction at which the segment ends that starts at the state of the body; `is_straight`: true
+ * if its loads are straight. */
 double hs_next_cut(const hs_body *body, hs_plane_path *path, int *is_straight);
 
 /* ---- classes.c ---- */
@@ -184,18 +204,22 @@ int hs_reserve_nodes(hs_ring_class *ring_class, int64_t node_count);
 hs_node hs_node_at(const hs_ring_class *ring_class, double label, hs_vector deflection);
 /* Elastic energy of the springs of a class. */
 double hs_class_elastic_energy(const hs_ring_class *ring_class);
-/* Label to which slip extends from the edge inward: -HUGE_VAL if all springs slip, HUGE_VAL if none does. */
+/* Label to which slip extends from the edge inward: -HUGE_VAL if all springs slip, HUGE_VAL if none
+ * does. */
 double hs_slip_front(const hs_body *body, const hs_ring_class *ring_class);
-/* Path fractions at which the state is read; they do not change the state at the end of the path. */
+/* Path fractions at which the state is read; they do not change the state at the end of the path.
+ */
 typedef struct hs_stops {
     double next_fraction; /* below `stop_fraction`; infinite if no more states are read */
     double stop_fraction; /* at which the path is abandoned */
     /* Read the state at `next_fraction` and advance it; returns a status. */
     int (*visit)(struct hs_stops *stops, hs_body *body);
 } hs_stops;
-/* Move a body along a path, in steps that are halved until they converge; returns a status. `stops` may be NULL. */
+/* Move a body along a path, in steps that are halved until they converge; returns a status. `stops`
+ * may be NULL. */
 int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops);
-/* Tangential stiffness dT/dV if the displacement continues in a direction; (0, 0): stiffness of sticking springs. */
+/* Tangential stiffness dT/dV if the displacement continues in a direction; (0, 0): stiffness of
+ * sticking springs. */
 int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]);
 
 #endif

@@ -1,7 +1,8 @@
 /* Serial: the binary format of a state, and the validation of bytes that are read.
  *
- * Layout: header, arrays of the contact, arrays of the memory along the line with the vertices in use, evolved summits, sliding
- * times; for motion in a plane its scalars and the classes with their nodes; last a checksum (`hs_digest`) of all bytes before. */
+ * Layout: header, arrays of the contact, arrays of the memory along the line with the vertices in
+ * use, evolved summits, sliding times; for motion in a plane its scalars and the classes with their
+ * nodes; last a checksum (`hs_digest`) of all bytes before. */
 
 #include "contact.h"
 #include "plane.h"
@@ -34,16 +35,21 @@ static const char *check_frame(const unsigned char *bytes, size_t size) {
     if (size < sizeof actual) return "the bytes are not a saved state";
     memcpy(&actual, bytes, sizeof actual);
     int is_old = memcmp(actual.magic, planar_magic, sizeof planar_magic) == 0;
-    if (!is_old && memcmp(actual.magic, current_frame.magic, sizeof actual.magic) != 0) return "the bytes are not a saved state";
-    if (actual.order != current_frame.order) return "the bytes were written on a machine of another byte order";
-    return is_old || actual.format != FORMAT ? "the state was saved in the format of another version; replay its events with this one"
-                                            : NULL;
+    if (!is_old && memcmp(actual.magic, current_frame.magic, sizeof actual.magic) != 0)
+        return "the bytes are not a saved state";
+    if (actual.order != current_frame.order)
+        return "the bytes were written on a machine of another byte order";
+    return is_old || actual.format != FORMAT ? "the state was saved in the format of another "
+                                               "version; replay its events with this one"
+                                             : NULL;
 }
 
 static const char *check_sum(const unsigned char *bytes, size_t size) {
     uint64_t sum;
     memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
-    return sum != hs_digest(0, bytes, size - sizeof sum) ? "the bytes are damaged: their checksum differs" : NULL;
+    return sum != hs_digest(0, bytes, size - sizeof sum)
+               ? "the bytes are damaged: their checksum differs"
+               : NULL;
 }
 
 static void put_sum(unsigned char *bytes, size_t size) {
@@ -64,8 +70,8 @@ typedef struct head {
     uint64_t identity;
     hs_units units;
     double datum;
-    double scalars[6];      /* of hs_line, from the approach on */
-    double totals[3]; /* of hs_evolved, from the distance slid together on */
+    double scalars[6]; /* of hs_line, from the approach on */
+    double totals[3];  /* of hs_evolved, from the distance slid together on */
     int64_t watched;
     int64_t classes, nodes; /* of rings */
 } head;
@@ -80,13 +86,15 @@ typedef struct class_head {
 
 static size_t state_bytes(const head *header) {
     size_t n = (size_t)header->count, g = (size_t)header->groups, watched = (size_t)header->watched;
-    size_t evolved = header->features & EVOLVES ? hs_evolved_arrays((header->features & YIELDS) != 0) * n : 0;
+    size_t evolved =
+        header->features & EVOLVES ? hs_evolved_arrays((header->features & YIELDS) != 0) * n : 0;
     size_t slides = header->features & SLIDES ? (watched ? watched : n) : 0;
     size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)header->vertices + evolved + slides;
     size_t plane = header->features & PLANE ? PLANE_BYTES : 0;
     plane += (size_t)header->classes * sizeof(class_head) + (size_t)header->nodes * NODE_BYTES;
     /* flags of one byte stand after the numbers */
-    return sizeof *header + 8 * numbers + g + (header->features & EVOLVES ? n : 0) + plane + sizeof(uint64_t);
+    return sizeof *header + 8 * numbers + g + (header->features & EVOLVES ? n : 0) + plane +
+           sizeof(uint64_t);
 }
 
 static head head_of_state(const hs_state *state) {
@@ -99,9 +107,11 @@ static head head_of_state(const hs_state *state) {
     header.count = contact->count;
     header.groups = contact->groups;
     header.watched = contact->query_count;
-    for (int64_t index = 0; index < contact->groups; ++index) header.vertices += memory->depth[index];
-    header.features = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
-                 (memory->slides ? SLIDES : 0) + (state->plane ? PLANE : 0) + (body ? TURNED : 0);
+    for (int64_t index = 0; index < contact->groups; ++index)
+        header.vertices += memory->depth[index];
+    header.features = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) +
+                      (hs_evolves(memory) > 1 ? YIELDS : 0) + (memory->slides ? SLIDES : 0) +
+                      (state->plane ? PLANE : 0) + (body ? TURNED : 0);
     header.classes = body ? body->class_count : 0;
     for (int64_t c = 0; c < header.classes; ++c) header.nodes += body->classes[c].node_count;
     header.normal_control = memory->normal_control;
@@ -110,7 +120,8 @@ static head head_of_state(const hs_state *state) {
     header.units = contact->units;
     header.datum = contact->datum;
     memcpy(header.scalars, &memory->approach, sizeof header.scalars);
-    if (memory->evolved) memcpy(header.totals, &memory->evolved->slid_together, sizeof header.totals);
+    if (memory->evolved)
+        memcpy(header.totals, &memory->evolved->slid_together, sizeof header.totals);
     return header;
 }
 
@@ -128,16 +139,20 @@ static unsigned char *transfer_arrays(const hs_line *memory, unsigned char *at, 
     at = transfer(at, memory->dissipated_each, 8 * n, writes);
     at = transfer(at, memory->depth, 8 * g, writes);
     for (size_t index = 0; index < g; ++index)
-        at = transfer(at, memory->vertices + index * (size_t)memory->capacity, (size_t)memory->depth[index] * sizeof(hs_vertex),
-                  writes);
-    if (evolved) at = transfer(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n, writes);
-    if (memory->slides) at = transfer(at, memory->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
+        at = transfer(at, memory->vertices + index * (size_t)memory->capacity,
+                      (size_t)memory->depth[index] * sizeof(hs_vertex), writes);
+    if (evolved)
+        at = transfer(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n,
+                      writes);
+    if (memory->slides)
+        at = transfer(at, memory->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
     at = transfer(at, memory->steep, g, writes);
     return evolved ? transfer(at, evolved->friction_overridden, n, writes) : at;
 }
 
 static unsigned char *transfer_node(unsigned char *at, const hs_node *node, int writes) {
-    return transfer(transfer(at, &node->label, sizeof node->label, writes), &node->deflection, sizeof node->deflection, writes);
+    return transfer(transfer(at, &node->label, sizeof node->label, writes), &node->deflection,
+                    sizeof node->deflection, writes);
 }
 
 /* Write the scalars, classes and nodes of the motion in a plane. */
@@ -145,9 +160,11 @@ static void write_plane(const hs_plane *plane, unsigned char *at) {
     at = transfer(at, plane, PLANE_BYTES, 1);
     for (int64_t c = 0; plane->body && c < plane->body->class_count; ++c) {
         const hs_ring_class *ring_class = plane->body->classes + c;
-        class_head header = {ring_class->group, ring_class->offset, ring_class->curve.count, ring_class->node_count};
+        class_head header = {ring_class->group, ring_class->offset, ring_class->curve.count,
+                             ring_class->node_count};
         at = transfer(at, &header, sizeof header, 1);
-        for (int32_t k = 0; k < ring_class->node_count; ++k) at = transfer_node(at, ring_class->nodes + k, 1);
+        for (int32_t k = 0; k < ring_class->node_count; ++k)
+            at = transfer_node(at, ring_class->nodes + k, 1);
     }
 }
 
@@ -169,7 +186,8 @@ int hs_state_write(const hs_state *state, void *bytes, size_t size) {
     return HS_OK;
 }
 
-/* Largest magnitude of a quantity in SI units, so that its powers are finite; the limit of input (basics/limits.py). */
+/* Largest magnitude of a quantity in SI units, so that its powers are finite; the limit of input
+ * (basics/limits.py). */
 #define LARGEST_SIZE 1e60
 
 /* True if numbers, in multiples of a unit, are within the limit of input. */
@@ -193,43 +211,60 @@ static int all_finite(const double *numbers, int64_t count) {
     return 1;
 }
 
-/* Relative difference of redundant numbers, by rounding or by the tolerance of a solved load; chosen. */
+/* Relative difference of redundant numbers, by rounding or by the tolerance of a solved load;
+ * chosen. */
 #define CLOSE 1e-6
-static int is_close(double value, double expected, double size) { return fabs(value - expected) <= CLOSE * size; }
+static int is_close(double value, double expected, double size) {
+    return fabs(value - expected) <= CLOSE * size;
+}
 
 /* Tolerance of a normal load at an approach, including the rounding of the approach. */
 static double blur_at(hs_curve curve, double approach, double load) {
     double off = 1e-12 * (fabs(approach) + fabs(curve.gap[0]));
-    return CLOSE * load + (hs_load_at(curve, approach + off).load - hs_load_at(curve, approach - off).load);
+    return CLOSE * load +
+           (hs_load_at(curve, approach + off).load - hs_load_at(curve, approach - off).load);
 }
 
-/* True if the vertices of a group form a polyline from its deepest spring to the edge, with consistent slopes and loads. */
+/* True if the vertices of a group form a polyline from its deepest spring to the edge, with
+ * consistent slopes and loads. */
 static int is_stack(const hs_line *memory, int64_t index) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
     int64_t depth = memory->depth[index];
     double touch = group.curve.gap[0], approach = memory->approach, v = memory->displacement;
     if (depth == 0 || approach <= touch) return depth == 0 && approach <= touch;
-    if (depth == 1 || !all_finite((const double *)stack, 6 * depth) || stack[depth - 1].label != approach) return 0;
+    if (depth == 1 || !all_finite((const double *)stack, 6 * depth) ||
+        stack[depth - 1].label != approach)
+        return 0;
     const hs_units *units = &memory->contact->units;
     for (int64_t j = 0; j < depth; ++j)
-        if (!are_usable(&stack[j].label, 1, units->length) || !are_usable(&stack[j].anchor, 1, units->displacement) ||
+        if (!are_usable(&stack[j].label, 1, units->length) ||
+            !are_usable(&stack[j].anchor, 1, units->displacement) ||
             !are_usable(&stack[j].made_at, 1, units->displacement))
             return 0;
-    double blur = blur_at(group.curve, approach, stack[depth - 1].normal), reach = group.friction * (approach - stack[0].label);
+    double blur = blur_at(group.curve, approach, stack[depth - 1].normal),
+           reach = group.friction * (approach - stack[0].label);
     for (int64_t j = 1; j < depth; ++j) {
-        if (stack[j].label < stack[j - 1].label || (!memory->steep[index] && fabs(stack[j].slope) > group.friction)) return 0;
-        reach = hs_max(reach, hs_max(fabs(stack[j].anchor), fabs(stack[j].slope) * (approach - stack[0].label)));
+        if (stack[j].label < stack[j - 1].label ||
+            (!memory->steep[index] && fabs(stack[j].slope) > group.friction))
+            return 0;
+        reach = hs_max(reach, hs_max(fabs(stack[j].anchor),
+                                     fabs(stack[j].slope) * (approach - stack[0].label)));
     }
-    /* heights that have become gaps again are rounded; wear that was foreseen too large is taken back */
-    double rounding = 1e-3 * CLOSE * (fabs(touch) + fabs(memory->contact->datum) / memory->contact->units.length);
-    if (stack[0].tangential != 0.0 || (stack[0].label > touch + rounding && hs_evolves(memory) != 1)) return 0;
+    /* heights that have become gaps again are rounded; wear that was foreseen too large is taken
+     * back */
+    double rounding =
+        1e-3 * CLOSE * (fabs(touch) + fabs(memory->contact->datum) / memory->contact->units.length);
+    if (stack[0].tangential != 0.0 ||
+        (stack[0].label > touch + rounding && hs_evolves(memory) != 1))
+        return 0;
     if (!is_close(stack[depth - 1].anchor, v, fabs(v) + reach)) return 0;
     for (int64_t j = 0; j < depth; ++j) {
         const hs_vertex *vertex = stack + j;
         if (fabs(vertex->normal - hs_load_at(group.curve, vertex->label).load) > blur) return 0;
         if (j == 0) continue;
-        double rise = vertex->slope * (vertex->label - vertex[-1].label), gain = vertex->slope * (vertex->normal - vertex[-1].normal);
+        double rise = vertex->slope * (vertex->label - vertex[-1].label),
+               gain = vertex->slope * (vertex->normal - vertex[-1].normal);
         /* tangential loads are as exact as the tolerance of the path that led to them */
         double slack = (group.friction + fabs(vertex->slope)) * stack[depth - 1].normal;
         if (!is_close(vertex->anchor - vertex[-1].anchor, rise, fabs(v) + reach) ||
@@ -239,32 +274,45 @@ static int is_stack(const hs_line *memory, int64_t index) {
     return 1;
 }
 
-/* True if units are consistent, weights of summits positive, and weights of knots not descending. */
+/* True if units are consistent, weights of summits positive, and weights of knots not descending.
+ */
 static int is_contact(const hs_contact *contact) {
     const hs_units *units = &contact->units;
     for (int k = 0; k < 7; ++k)
         if (!(isfinite((&units->load)[k]) && (&units->load)[k] > 0.0)) return 0;
-    if (units->radius != units->length || !is_close(units->area, 3.141592653589793 * units->length * units->length, units->area) ||
+    if (units->radius != units->length ||
+        !is_close(units->area, 3.141592653589793 * units->length * units->length, units->area) ||
         !is_close(units->stiffness * units->displacement, units->load, units->load) ||
-        !is_close(units->energy, units->load * units->displacement, units->energy) || units->area < DBL_MIN || units->energy < DBL_MIN)
+        !is_close(units->energy, units->load * units->displacement, units->energy) ||
+        units->area < DBL_MIN || units->energy < DBL_MIN)
         return 0;
     for (int64_t i = 0; i < contact->count; ++i)
-        if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0) : contact->weight[i] <= 0.0) return 0;
+        if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0)
+                          : contact->weight[i] <= 0.0)
+            return 0;
     for (int64_t i = 1; i < contact->query_count; ++i)
         if (contact->query_label[i] < contact->query_label[i - 1]) return 0;
-    return fabs(contact->datum) <= LARGEST_SIZE && are_usable(contact->gap, contact->count, units->length) &&
-           all_finite(contact->weight, contact->count) && all_finite(contact->query_label, contact->query_count);
+    return fabs(contact->datum) <= LARGEST_SIZE &&
+           are_usable(contact->gap, contact->count, units->length) &&
+           all_finite(contact->weight, contact->count) &&
+           all_finite(contact->query_label, contact->query_count);
 }
 
-/* True if the shape of an asperity fits the Hertz contact of its yielding load and radius, or if it has not yielded. */
+/* True if the shape of an asperity fits the Hertz contact of its yielding load and radius, or if it
+ * has not yielded. */
 static int is_yielded(const hs_evolved *evolved, int64_t i, const hs_units *units) {
-    double virgin = evolved->virgin_radius[i], radius = evolved->summit_radius[i], load = evolved->yielding_load[i];
-    double lowered = evolved->virgin_height[i] - evolved->summit_height[i], reached = evolved->yielded_to[i];
+    double virgin = evolved->virgin_radius[i], radius = evolved->summit_radius[i],
+           load = evolved->yielding_load[i];
+    double lowered = evolved->virgin_height[i] - evolved->summit_height[i],
+           reached = evolved->yielded_to[i];
     if (!(virgin > 0.0 && load >= 0.0 && evolved->yielding_energy[i] >= 0.0)) return 0;
     if (reached == 0.0) return load == 0.0 && lowered == 0.0 && radius == virgin;
-    double a = hs_cube_root(radius * load / units->load) * hs_cube_root(units->length * units->length);
-    return reached > 0.0 && load > 0.0 && radius >= (1.0 - CLOSE) * virgin && radius <= virgin / CLOSE &&
-           is_close(lowered + a * a / radius, reached, reached + fabs(evolved->virgin_height[i]) * 1e-3);
+    double a =
+        hs_cube_root(radius * load / units->load) * hs_cube_root(units->length * units->length);
+    return reached > 0.0 && load > 0.0 && radius >= (1.0 - CLOSE) * virgin &&
+           radius <= virgin / CLOSE &&
+           is_close(lowered + a * a / radius, reached,
+                    reached + fabs(evolved->virgin_height[i]) * 1e-3);
 }
 
 /* True if evolved summits fit the gaps and weights. */
@@ -273,15 +321,20 @@ static int is_evolved(const hs_line *memory) {
     const hs_evolved *evolved = memory->evolved;
     const hs_units *units = &contact->units;
     int yields = hs_evolves(memory) > 1;
-    if (!all_finite(evolved->summit_height, (int64_t)hs_evolved_arrays(yields) * contact->count) || contact->load) return 0;
+    if (!all_finite(evolved->summit_height, (int64_t)hs_evolved_arrays(yields) * contact->count) ||
+        contact->load)
+        return 0;
     for (int64_t k = 0; k < contact->count; ++k) {
         int64_t i = contact->order[k];
         double height = evolved->summit_height[i], radius = evolved->summit_radius[i];
-        double gap = contact->gap[k] * units->length, share = contact->weight[k] * contact->weight[k];
-        int is_summit = radius > 0.0 && is_close(radius / units->length, share, share) &&
-                        is_close(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap));
+        double gap = contact->gap[k] * units->length,
+               share = contact->weight[k] * contact->weight[k];
+        int is_summit =
+            radius > 0.0 && is_close(radius / units->length, share, share) &&
+            is_close(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap));
         if (!is_summit || evolved->slid_distance[i] < 0.0 || evolved->worn_volume[i] < 0.0 ||
-            evolved->shaped_volume[i] < 0.0 || evolved->friction_overridden[i] > 1 || (yields && !is_yielded(evolved, i, units)))
+            evolved->shaped_volume[i] < 0.0 || evolved->friction_overridden[i] > 1 ||
+            (yields && !is_yielded(evolved, i, units)))
             return 0;
     }
     return 1;
@@ -294,11 +347,15 @@ const char *hs_state_check(const hs_state *state) {
     const hs_units *units = &contact->units;
     /* an energy is the product of a load and a displacement, each within the limit */
     double energy = units->energy / LARGEST_SIZE;
-    if (!are_usable(&memory->approach, 1, units->length) || !are_usable(&memory->displacement, 1, units->displacement) ||
-        !are_usable(&memory->normal_load, 1, units->load) || !are_usable(&memory->tangential_load, 1, units->load) ||
-        !are_usable(&memory->excess, 1, units->load) || !are_usable(&memory->dissipated, 1, energy) ||
+    if (!are_usable(&memory->approach, 1, units->length) ||
+        !are_usable(&memory->displacement, 1, units->displacement) ||
+        !are_usable(&memory->normal_load, 1, units->load) ||
+        !are_usable(&memory->tangential_load, 1, units->load) ||
+        !are_usable(&memory->excess, 1, units->load) ||
+        !are_usable(&memory->dissipated, 1, energy) ||
         !are_usable(memory->dissipated_each, contact->count, energy))
-        return "a load, a displacement or an energy is not finite, or beyond the largest that is computed with";
+        return "a load, a displacement or an energy is not finite, or beyond the largest that is "
+               "computed with";
     if (!are_coefficients(memory->friction, contact->groups))
         return "a coefficient of friction is not between 0 and the largest that is computed with";
     if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
@@ -309,16 +366,23 @@ const char *hs_state_check(const hs_state *state) {
         return "the normal load is not that of the approach";
     for (int64_t index = 0; index < contact->groups; ++index)
         if (memory->steep[index] > 1 || !is_stack(memory, index))
-            return "the vertices of a group do not fit its friction, its loads, or where the contact is";
+            return "the vertices of a group do not fit its friction, its loads, or where the "
+                   "contact is";
     for (int64_t i = 0; memory->slides && i < hs_slide_count(contact); ++i)
         if (isinf(memory->slides->time[i])) return "a time is not finite";
-    return memory->evolved && !is_evolved(memory) ? "what an asperity has become does not fit its summit" : NULL;
+    return memory->evolved && !is_evolved(memory)
+               ? "what an asperity has become does not fit its summit"
+               : NULL;
 }
 
-/* Read a contact, in the order in which it was written; retains `like` if that is equal. NULL with an `error` if it is invalid. */
-static hs_contact *read_contact(const head *header, const unsigned char *at, hs_contact *like, const char **error) {
-    const size_t n = (size_t)header->count, g = (size_t)header->groups, watched = (size_t)header->watched;
-    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *group_start = order + n, *group = group_start + g + 1;
+/* Read a contact, in the order in which it was written; retains `like` if that is equal. NULL with
+ * an `error` if it is invalid. */
+static hs_contact *read_contact(const head *header, const unsigned char *at, hs_contact *like,
+                                const char **error) {
+    const size_t n = (size_t)header->count, g = (size_t)header->groups,
+                 watched = (size_t)header->watched;
+    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *group_start = order + n,
+            *group = group_start + g + 1;
     double *gap = (double *)(group + n), *weight = gap + n;
     *error = no_memory;
     if (!order) return NULL;
@@ -326,7 +390,8 @@ static hs_contact *read_contact(const head *header, const unsigned char *at, hs_
     for (size_t i = 0; i < n; ++i) group[i] = -1;
     int fits = group_start[0] == 0 && group_start[g] == header->count;
     for (size_t index = 0; index < g && fits; ++index) {
-        fits = group_start[index] < group_start[index + 1] && group_start[index + 1] <= header->count;
+        fits =
+            group_start[index] < group_start[index + 1] && group_start[index + 1] <= header->count;
         for (int64_t i = group_start[index]; fits && i < group_start[index + 1]; ++i) {
             int64_t asperity = order[i];
             fits = asperity >= 0 && asperity < header->count && group[asperity] < 0;
@@ -337,16 +402,19 @@ static hs_contact *read_contact(const head *header, const unsigned char *at, hs_
             fits = isfinite(gap[asperity]) && isfinite(weight[asperity]);
         }
     }
-    hs_contact *contact = fits ? hs_contact_of(header->count, header->groups, gap, weight, group, (header->features & KNOTS) != 0,
-                                               &header->units, header->datum)
-                               : NULL;
+    hs_contact *contact =
+        fits ? hs_contact_of(header->count, header->groups, gap, weight, group,
+                             (header->features & KNOTS) != 0, &header->units, header->datum)
+             : NULL;
     if (contact && watched) contact->query_label = (double *)malloc(8 * watched);
     if (contact && (contact->query_label || !watched)) {
         contact->query_count = header->watched;
         transfer((unsigned char *)at + 8 * (3 * n + g + 1), contact->query_label, 8 * watched, 0);
         /* an order that differs from the sorted one belongs to other gaps */
-        fits = memcmp(contact->gap, at, 8 * n) == 0 && memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
-               memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, group_start, 8 * (g + 1)) == 0;
+        fits = memcmp(contact->gap, at, 8 * n) == 0 &&
+               memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
+               memcmp(contact->order, order, 8 * n) == 0 &&
+               memcmp(contact->first, group_start, 8 * (g + 1)) == 0;
         *error = NULL;
     }
     if (!fits) *error = "groups do not fit";
@@ -373,23 +441,30 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *he
     if (error) return error;
     if (size < sizeof *header + sizeof(uint64_t)) return "the bytes are cut off, or too many";
     memcpy(header, bytes, sizeof *header);
-    int64_t max_count = (int64_t)(size / 8), kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED);
+    int64_t max_count = (int64_t)(size / 8),
+            kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED);
     int planar = (header->features & PLANE) != 0, turned = (header->features & TURNED) != 0;
-    int is_kind = kind == 0 || kind == EVOLVES || (kind == KNOTS && header->groups == 1) || kind == (EVOLVES | YIELDS);
-    if (header->count < 1 || header->count > max_count || header->groups < 1 || header->groups > header->count || header->watched < 0 ||
-        header->watched > (header->groups > 1 ? 0 : max_count) || header->vertices < 0 || header->vertices > max_count || !is_kind || turned > planar || (planar && (kind & EVOLVES)) ||
-        header->classes < 0 || header->classes > (turned ? max_count : 0) || header->nodes < 0 || header->nodes > (turned ? max_count : 0) ||
-        size != state_bytes(header))
+    int is_kind = kind == 0 || kind == EVOLVES || (kind == KNOTS && header->groups == 1) ||
+                  kind == (EVOLVES | YIELDS);
+    if (header->count < 1 || header->count > max_count || header->groups < 1 ||
+        header->groups > header->count || header->watched < 0 ||
+        header->watched > (header->groups > 1 ? 0 : max_count) || header->vertices < 0 ||
+        header->vertices > max_count || !is_kind || turned > planar ||
+        (planar && (kind & EVOLVES)) || header->classes < 0 ||
+        header->classes > (turned ? max_count : 0) || header->nodes < 0 ||
+        header->nodes > (turned ? max_count : 0) || size != state_bytes(header))
         return "the bytes are cut off, or too many";
     if (!is_control(header->normal_control) || !is_control(header->tangential_control))
         return "a channel is controlled in no known way";
     for (int k = 0; k < 3; ++k)
-        if (!isfinite(header->totals[k]) || (!(header->features & EVOLVES) && header->totals[k] != 0.0))
+        if (!isfinite(header->totals[k]) ||
+            (!(header->features & EVOLVES) && header->totals[k] != 0.0))
             return "a sum over all asperities is not what they have become";
     return check_sum(bytes, size);
 }
 
-/* Largest depth of the stacks in the bytes; -1 if depths are inconsistent with the number of vertices. */
+/* Largest depth of the stacks in the bytes; -1 if depths are inconsistent with the number of
+ * vertices. */
 static int64_t max_stack_depth(const head *header, const unsigned char *depths) {
     int64_t deepest = 0, remaining = header->vertices, depth;
     for (int64_t index = 0; index < header->groups; ++index, remaining -= depth) {
@@ -401,26 +476,33 @@ static int64_t max_stack_depth(const head *header, const unsigned char *depths) 
 }
 
 static int has_good_numbers(const hs_plane *plane, const hs_units *units) {
-    return plane->height_classes >= 1 && plane->height_classes <= HS_MOST_RINGS && plane->rings >= 1 &&
-           plane->rings <= HS_MOST_RINGS && plane->tolerance > 0.0 && plane->tolerance < 1.0 &&
-           are_usable(&plane->origin.x, 4, units->displacement) && are_usable(&plane->tangential_load.x, 4, units->load) &&
-           fabs(hs_norm(plane->direction) - 1.0) <= 1e-9 && is_control(plane->tangential_control[0]) &&
-           is_control(plane->tangential_control[1]);
+    return plane->height_classes >= 1 && plane->height_classes <= HS_MOST_RINGS &&
+           plane->rings >= 1 && plane->rings <= HS_MOST_RINGS && plane->tolerance > 0.0 &&
+           plane->tolerance < 1.0 && are_usable(&plane->origin.x, 4, units->displacement) &&
+           are_usable(&plane->tangential_load.x, 4, units->load) &&
+           fabs(hs_norm(plane->direction) - 1.0) <= 1e-9 &&
+           is_control(plane->tangential_control[0]) && is_control(plane->tangential_control[1]);
 }
 
-/* Read one class of asperities from position `start`; advances `at` and `start`. Returns an error, or NULL. */
-static const char *read_class(hs_state *state, unsigned char **at, int64_t *start, int64_t *remaining) {
+/* Read one class of asperities from position `start`; advances `at` and `start`. Returns an error,
+ * or NULL. */
+static const char *read_class(hs_state *state, unsigned char **at, int64_t *start,
+                              int64_t *remaining) {
     const hs_contact *contact = state->line.contact;
     class_head header;
     memcpy(&header, *at, sizeof header);
     *at += sizeof header;
-    int fits = header.group >= 0 && header.group < contact->groups && header.start == *start && header.count > 0 &&
-               header.count <= contact->count - header.start && header.nodes >= 0 && header.nodes <= *remaining && header.nodes != 1;
-    if (!fits || header.start < contact->first[header.group] || header.start + header.count > contact->first[header.group + 1])
+    int fits = header.group >= 0 && header.group < contact->groups && header.start == *start &&
+               header.count > 0 && header.count <= contact->count - header.start &&
+               header.nodes >= 0 && header.nodes <= *remaining && header.nodes != 1;
+    if (!fits || header.start < contact->first[header.group] ||
+        header.start + header.count > contact->first[header.group + 1])
         return "classes do not fit";
-    hs_ring_class *ring_class = hs_add_class(state, header.group, header.start, header.start + header.count);
+    hs_ring_class *ring_class =
+        hs_add_class(state, header.group, header.start, header.start + header.count);
     if (!ring_class || hs_reserve_nodes(ring_class, header.nodes) != HS_OK) return no_memory;
-    double deepest = ring_class->curve.gap[0], approach = state->line.approach, friction = state->line.friction[header.group];
+    double deepest = ring_class->curve.gap[0], approach = state->line.approach,
+           friction = state->line.friction[header.group];
     if ((header.nodes > 0) != (approach > deepest)) return "classes do not fit";
     for (int32_t k = 0; k < header.nodes; ++k) {
         hs_node *node = ring_class->nodes + k;
@@ -430,10 +512,12 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
         node->integral = normal.integral;
         ring_class->node_count = k + 1;
         int is_ordered = k == 0 ? node->label == approach : node->label < node[-1].label;
-        if (!is_ordered || !all_finite(&node->deflection.x, 2) || (k == header.nodes - 1 && node->label != deepest))
+        if (!is_ordered || !all_finite(&node->deflection.x, 2) ||
+            (k == header.nodes - 1 && node->label != deepest))
             return "nodes do not go from the edge to the deepest spring";
         double limit = 1.001 * friction * sqrt(approach - node->label);
-        if (k == 0 ? hs_norm(node->deflection) > 0.0 : hs_norm(hs_ring_traction(ring_class->nodes, k)) > limit)
+        if (k == 0 ? hs_norm(node->deflection) > 0.0
+                   : hs_norm(hs_ring_traction(ring_class->nodes, k)) > limit)
             return "a traction is beyond the friction limit";
     }
     *start += header.count;
@@ -447,7 +531,8 @@ static const char *read_plane(hs_state *state, const head *header, unsigned char
     hs_plane *plane = state->plane = (hs_plane *)calloc(1, sizeof *plane);
     if (!plane) return no_memory;
     at = transfer(at, plane, PLANE_BYTES, 0);
-    if (!has_good_numbers(plane, &state->line.contact->units)) return "a setting or a vector is out of its range";
+    if (!has_good_numbers(plane, &state->line.contact->units))
+        return "a setting or a vector is out of its range";
     if (!(header->features & TURNED)) return NULL;
     plane->body = hs_body_new(&state->line, plane->rings, plane->tolerance);
     if (!plane->body) return no_memory;
@@ -460,7 +545,8 @@ static const char *read_plane(hs_state *state, const head *header, unsigned char
     return start != state->line.contact->count || remaining != 0 ? "classes do not fit" : NULL;
 }
 
-int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state, const char **error) {
+int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state,
+                  const char **error) {
     unsigned char *at = (unsigned char *)bytes;
     head header;
     *error = check_bytes(at, size, &header);
@@ -472,7 +558,10 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     at += 8 * (3 * n + g + 1 + (size_t)header.watched);
     /* depths stand after friction and energies, and give the number of vertices */
     int64_t deepest = max_stack_depth(&header, at + 8 * (g + n));
-    int evolves = !(header.features & EVOLVES) ? 0 : header.features & YIELDS ? 2 : 1, slides = (header.features & SLIDES) != 0;
+    int evolves = !(header.features & EVOLVES) ? 0
+                  : header.features & YIELDS   ? 2
+                                               : 1,
+        slides = (header.features & SLIDES) != 0;
     hs_state *result = deepest < 0 ? NULL : (hs_state *)calloc(1, sizeof *result);
     *error = deepest < 0 ? "depths of stacks do not fit" : no_memory;
     if (result && hs_line_init(&result->line, contact, deepest + 4, evolves) != HS_OK) {
@@ -499,7 +588,8 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
         *error = "the state is of another contact";
         status = HS_FOREIGN;
     }
-    if (!*error && like && !has_asperities_of(line, &like->line)) *error = "the asperities are not those of the contact";
+    if (!*error && like && !has_asperities_of(line, &like->line))
+        *error = "the asperities are not those of the contact";
     if (!*error && header.features & PLANE) *error = read_plane(result, &header, at);
     if (*error) {
         hs_state_free(result);

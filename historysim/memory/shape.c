@@ -1,5 +1,6 @@
-/* Shape: summits that change on a path, from worn volumes or from the approach: worn ones lose their cap or are blunted; those that
- * yield are lowered and flattened, and their springs relabelled (README.md, theory 1). */
+/* Shape: summits that change on a path, from worn volumes or from the approach: worn ones lose
+ * their cap or are blunted; those that yield are lowered and flattened, and their springs
+ * relabelled (README.md, theory 1). */
 
 #include "shape.h"
 #include "contact.h"
@@ -21,11 +22,13 @@ static void exchange(void *numbers, int64_t first, int64_t second, int64_t end) 
     turn(run + first, run + end - 1);
 }
 
-/* Swap a group and the next one, with so many vertices: also those of a group that does not touch for a while. */
+/* Swap a group and the next one, with so many vertices: also those of a group that does not touch
+ * for a while. */
 static void exchange_groups(hs_line *memory, int64_t index, int64_t deepest) {
     const hs_contact *contact = memory->contact;
     int64_t *first = (int64_t *)contact->first + index, middle = first[0] + (first[2] - first[1]);
-    void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->dissipated_each};
+    void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order,
+                      memory->dissipated_each};
     for (size_t k = 0; k < 4; ++k) exchange(arrays[k], first[0], first[1], first[2]);
     first[1] = middle;
     exchange(memory->friction, index, index + 1, index + 2);
@@ -41,15 +44,17 @@ static void exchange_groups(hs_line *memory, int64_t index, int64_t deepest) {
     }
 }
 
-/* True if the group at `index` precedes the one before it: by smallest gap, then by number of its first asperity, as in a
- * contact that is made anew. */
+/* True if the group at `index` precedes the one before it: by smallest gap, then by number of its
+ * first asperity, as in a contact that is made anew. */
 static int is_before_previous(const hs_contact *contact, int64_t index) {
     int64_t previous = contact->first[index - 1], own = contact->first[index];
-    if (contact->gap[previous] != contact->gap[own]) return contact->gap[own] < contact->gap[previous];
+    if (contact->gap[previous] != contact->gap[own])
+        return contact->gap[own] < contact->gap[previous];
     return contact->order[own] < contact->order[previous];
 }
 
-/* Sort groups whose smallest gaps have changed by insertion; what is nearly in order takes little. */
+/* Sort groups whose smallest gaps have changed by insertion; what is nearly in order takes little.
+ */
 static void put_in_order(hs_line *memory, const int64_t *depth) {
     const hs_contact *contact = memory->contact;
     const int64_t *order = contact->order, *first = contact->first;
@@ -60,7 +65,8 @@ static void put_in_order(hs_line *memory, const int64_t *depth) {
         }
 }
 
-void hs_set_shape(hs_line *memory, const double *height, const double *radius, const int64_t *depth) {
+void hs_set_shape(hs_line *memory, const double *height, const double *radius,
+                  const int64_t *depth) {
     const hs_contact *contact = memory->contact;
     const int64_t *order = contact->order, *first = contact->first;
     double *gap = (double *)contact->gap, *weight = (double *)contact->weight;
@@ -70,7 +76,8 @@ void hs_set_shape(hs_line *memory, const double *height, const double *radius, c
         weight[i] = sqrt(radius[order[i]] * per_length);
     }
     for (int64_t index = 0; index < contact->groups; ++index)
-        memory->depth[index] = gap[first[index]] < memory->approach ? depth[order[first[index]]] : 0;
+        memory->depth[index] =
+            gap[first[index]] < memory->approach ? depth[order[first[index]]] : 0;
     put_in_order(memory, depth);
     if (contact->groups > 1) {
         memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
@@ -103,10 +110,12 @@ void hs_store_gaps(walk *w, const hs_contact *contact) {
 
 void hs_store_depths(walk *w, const hs_line *memory) {
     const hs_contact *contact = memory->contact;
-    for (int64_t g = 0; g < contact->groups; ++g) w->depth[contact->order[contact->first[g]]] = memory->depth[g];
+    for (int64_t g = 0; g < contact->groups; ++g)
+        w->depth[contact->order[contact->first[g]]] = memory->depth[g];
 }
 
-double hs_wear_to(walk *w, hs_line *memory, const double *height, const double *radius, double stored) {
+double hs_wear_to(walk *w, hs_line *memory, const double *height, const double *radius,
+                  double stored) {
     hs_set_shape(memory, height, radius, w->depth);
     hs_refresh_loads(memory);
     return stored - hs_elastic_energy(memory, NULL);
@@ -136,20 +145,24 @@ int hs_predict_wear(walk *w, const hs_line *memory, const chord_end *end) {
             w->shape.mean_load[i] = 0.0;
             if (slid > 0.0)
                 w->shape.mean_load[i] = hs_mean_load(
-                    w->shape.first[i], w->shape.last[i], modulus * sqrt(0.5 * (evolved->summit_radius[i] + w->shape.end_radius[i])));
+                    w->shape.first[i], w->shape.last[i],
+                    modulus * sqrt(0.5 * (evolved->summit_radius[i] + w->shape.end_radius[i])));
             w->shape.energy[i] = w->friction[g] * w->shape.mean_load[i] * slid;
         }
-    int status = hs_lost_volumes(wear, contact->count, w->shape.mean_load, w->slid, w->shape.energy, w->shape.lost);
+    int status = hs_lost_volumes(wear, contact->count, w->shape.mean_load, w->slid, w->shape.energy,
+                                 w->shape.lost);
     for (int64_t i = 0; i < contact->count; ++i) {
-        double height = evolved->summit_height[i], radius = evolved->summit_radius[i], guess = w->shape.end_radius[i];
+        double height = evolved->summit_height[i], radius = evolved->summit_radius[i],
+               guess = w->shape.end_radius[i];
         w->shape.end_height[i] = height;
         w->shape.end_radius[i] = radius;
         w->shape.taken[i] = 0.0;
         if (w->shape.begun[i] + w->slid[i] > 0.0 && w->shape.first[i] + w->shape.last[i] > 0.0) {
             double waiting = hs_max(evolved->waiting_volume[i], -w->shape.lost[i]);
-            w->shape.taken[i] = hs_worn_summit(wear, radius * w->shape.first[i], guess * w->shape.last[i], 0.5 * (radius + guess),
-                                         evolved->shaped_volume[i], waiting, w->shape.lost[i], w->shape.end_height + i,
-                                         w->shape.end_radius + i);
+            w->shape.taken[i] =
+                hs_worn_summit(wear, radius * w->shape.first[i], guess * w->shape.last[i],
+                               0.5 * (radius + guess), evolved->shaped_volume[i], waiting,
+                               w->shape.lost[i], w->shape.end_height + i, w->shape.end_radius + i);
         }
         w->shape.mid_height[i] = 0.5 * (height + w->shape.end_height[i]);
         w->shape.mid_radius[i] = 0.5 * (radius + w->shape.end_radius[i]);
@@ -166,9 +179,9 @@ int hs_yielding_end(const walk *w, const hs_line *memory, double share, double *
     return hs_yielding_approach(memory, w->evolution, *load, d);
 }
 
-/* Have summits become what they are at the end of a chord to approach d, each group of those that yield being alike. One
- * that first touches on the chord does so under its virgin summit: its way under the new one is told to begin where it
- * touches at the same share. */
+/* Have summits become what they are at the end of a chord to approach d, each group of those that
+ * yield being alike. One that first touches on the chord does so under its virgin summit: its way
+ * under the new one is told to begin where it touches at the same share. */
 int hs_apply_yielding(walk *w, hs_line *memory, double d) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
@@ -182,7 +195,8 @@ int hs_apply_yielding(walk *w, hs_line *memory, double d) {
     if (status != HS_OK) return status;
     hs_store_depths(w, memory);
     for (int64_t i = 0; i < contact->count; ++i)
-        w->yield.steeper[i] = w->yield.changed[i] ? evolved->summit_radius[i] / w->yield.steeper[i] : 1.0;
+        w->yield.steeper[i] =
+            w->yield.changed[i] ? evolved->summit_radius[i] / w->yield.steeper[i] : 1.0;
     for (int64_t g = 0; g < contact->groups; ++g) {
         int64_t first = contact->first[g], leader = contact->order[first];
         if (!w->yield.changed[leader]) continue;

@@ -1,10 +1,12 @@
-/* State: lifetime and regrouping of a traction memory, its clock and its sliding times (memory.c; <memory.h> is a system header). */
+/* State: lifetime and regrouping of a traction memory, its clock and its sliding times (memory.c;
+ * <memory.h> is a system header). */
 #ifndef HISTORYSIM_STATE_H
 #define HISTORYSIM_STATE_H
 
 #include "group.h"
 
-/* Kind of evolution: 0 none, 1 without yielding, 2 with yielding; and the number of arrays of `hs_evolved` it needs. */
+/* Kind of evolution: 0 none, 1 without yielding, 2 with yielding; and the number of arrays of
+ * `hs_evolved` it needs. */
 static inline int hs_evolves(const hs_line *memory) {
     return !memory->evolved ? 0 : memory->evolved->virgin_height ? 2 : 1;
 }
@@ -46,16 +48,18 @@ void hs_refresh_loads(hs_line *memory);
 void hs_touch_unstrained(hs_line *memory, int64_t index);
 /* Split groups whose asperities differ in a pair of keys, given by asperity. */
 int hs_split_groups(hs_line *memory, const double *primary_key, const double *secondary_key);
-/* Replace gaps and weights at the present approach and displacement, in the caller's numbering; loads follow. Springs that remain
- * in contact keep their anchors, except on `fresh` asperities, which lose their history. */
+/* Replace gaps and weights at the present approach and displacement, in the caller's numbering;
+ * loads follow. Springs that remain in contact keep their anchors, except on `fresh` asperities,
+ * which lose their history. */
 int hs_reshape(hs_line *memory, const double *gap, const double *weight, const uint8_t *fresh);
 /* True if no spring is strained. */
 int hs_unstrained(const hs_line *memory);
 /* True if all springs of all groups slide in the same direction. */
 int hs_slides_alike(const hs_line *memory);
-/* Join groups of equal coefficient of which all springs slide, or all are unstrained. Sets gaps and weights, in the caller's
- * numbering, at an approach. */
-int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach, int unstrained);
+/* Join groups of equal coefficient of which all springs slide, or all are unstrained. Sets gaps and
+ * weights, in the caller's numbering, at an approach. */
+int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach,
+                   int unstrained);
 /* Number of asperities in contact. */
 int64_t hs_line_contact_count(const hs_line *memory);
 /* Largest number of vertices of a group. */
@@ -64,7 +68,8 @@ int hs_has_steep(const hs_line *memory);
 /* Tangential load of all groups, dimensionless. */
 double hs_total_force(const hs_line *memory);
 
-/* Sliding times [s] by asperity, in the caller's numbering, NaN if it has not slid; shared by copies of a memory. */
+/* Sliding times [s] by asperity, in the caller's numbering, NaN if it has not slid; shared by
+ * copies of a memory. */
 struct hs_slides {
     int64_t references;
     double time[1];
@@ -77,7 +82,9 @@ void hs_slides_release(struct hs_slides *slides);
 /* Make the sliding times of a memory unshared, by a copy if necessary; NULL if out of memory. */
 struct hs_slides *hs_slides_unshare(hs_line *memory);
 /* Number of sliding times. */
-static inline int64_t hs_slide_count(const hs_contact *contact) { return contact->query_count ? contact->query_count : contact->count; }
+static inline int64_t hs_slide_count(const hs_contact *contact) {
+    return contact->query_count ? contact->query_count : contact->count;
+}
 /* Set sliding times; NULL only allocates them. */
 int hs_slides_assign(hs_line *memory, const double *time);
 
@@ -86,7 +93,8 @@ static inline int hs_has_slid(const hs_line *memory, int64_t asperity) {
 }
 /* Advance the clock to a time [s], on a path that is straight in approach and displacement. */
 static inline void hs_tick(hs_line *memory, double time) {
-    memory->clock = HS_MADE(hs_clock){memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
+    memory->clock = HS_MADE(hs_clock){
+        memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
 }
 /* Set the clock [s] at the start of a path; NaN switches timing off. */
 static inline void hs_set_clock(hs_line *memory, double time) {
