@@ -7,6 +7,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from historysim.results.plots import canvas, figure_output
 from historysim.results.report import page
+from historysim.scenario.kinds import registries
 
 # the first example of a property may wait for a library to load or for code to be compiled
 settings.register_profile("thorough", deadline=None, max_examples=500)
@@ -19,6 +20,17 @@ settings.load_profile("unhurried")
 def alone(monkeypatch):
     """The clock of the tests is a thread that holds no lock of a library: a copy of the process is enough."""
     monkeypatch.setattr("threading.active_count", lambda: 1)
+
+
+@pytest.fixture(autouse=True)
+def forgotten_classes():
+    """Remove classes that a test registers, as those of an example on a page, when the test ends."""
+    before = {group: registry.own() for group, registry in registries().items()}
+    yield
+    for group, registry in registries().items():
+        for name, kind in registry.own().items():
+            if name not in before[group] and not kind.__module__.startswith("historysim."):
+                registry.forget(name)
 
 
 @pytest.fixture(autouse=True)

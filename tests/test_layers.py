@@ -36,7 +36,7 @@ FREE = ("", "__main__")
 READERS = ("results.analysis", "results.plots.swept")
 ENGINE = {"memory", "asperities", "recording", "replaying", "log", "scenario"}
 SCHEMA = "recording.variables"  # names, dimensions and types of the variables of a Dataset
-LONGEST_CORRIDOR = 200
+LONGEST_CORRIDOR = 240
 HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "pint", "tqdm", "h5py", "nptdms"}
 
 

@@ -442,9 +442,10 @@ class TangentialDisplacement(TangentialEvent):
 
     A stage that is driven in x under a dead weight in y:
 
-    >>> [hs.TangentialLoad(1.0, (None, 5e-3)), hs.TangentialDisplacement(2.0, (10e-9, None))]
-    [TangentialLoad(time=1.0, value=(None, 0.005)), TangentialDisplacement(time=2.0, value=(1e-08,
-    None))]
+    >>> hs.TangentialDisplacement(1.0, (10e-9, None))
+    TangentialDisplacement(time=1.0, value=(1e-08, None))
+    >>> hs.TangentialLoad(1.0, (None, 5e-3))
+    TangentialLoad(time=1.0, value=(None, 0.005))
     """
 
     value: LengthOrPair = attrs.field(converter=_metres, validator=_check_one_or_two)
