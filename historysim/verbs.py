@@ -38,12 +38,11 @@ if TYPE_CHECKING:
     from historysim.log.event_log import EventLog
     from historysim.measured.sliding import Sliding
     from historysim.results.plots.canvas import FigureOrAxes, Place, Size
-    from historysim.results.tables import WrittenTable
     from historysim.scenario.scenario import Scenario
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.registration import Registration
 
-    Content = Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable
+    Content = Scenario | EventLog | xr.Dataset | Sliding | Surface
 
 HISTORIES: "Mapping[str, Callable[[Path], xr.Dataset]]" = {
     "result": open_history,
@@ -76,7 +75,7 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     ----------
     path : path
         A scenario, a log, a result (netCDF or zarr), friction loops, friction over time or
-        distance, a sweep, a table of a query, a reduced model (JSON), or a height map.
+        distance, a sweep, a table of a query (netCDF), a reduced model (JSON), or a height map.
     form : str, optional
         Form removed from a height map, as by `Surface.detrended`; by default a plane.
     chunks : mapping or "auto", optional
@@ -89,7 +88,7 @@ def open(  # noqa: A001 - as users of xarray and of files call it
 
     Returns
     -------
-    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable, ReducedModel or Surface
+    Scenario, EventLog, xarray.Dataset, Sliding, ReducedModel or Surface
         A result is read lazily; results and logs are closed by ``close()`` or at the end of a
         ``with`` block.
 
@@ -156,10 +155,6 @@ def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kind
     """Read a file whose content fits into memory: loops, friction over time, a sweep, a table, or a registered kind."""
     if kind not in CALLED:
         return FILES[kind].read(path)
-    if not is_netcdf(path):
-        from historysim.results.tables import WrittenTable
-
-        return WrittenTable.read(path)
     if kind == "sliding":
         from historysim.measured.sliding import Sliding
 
@@ -224,6 +219,8 @@ def _no_map(path: Path, *, is_described: bool) -> str:
             record = (
                 f"{path}: is a record with the columns {seen}, not a height map; expected {command}"
             )
+            if path.suffix.lower() == ".csv":
+                record += "; a table of historysim is read as netCDF (-o NAME.nc)"
             return (
                 f"{record}, or of the points of a profile height_unit and lateral_unit"
                 if points

@@ -91,11 +91,6 @@ def file_type(path: Path) -> str:
         return "log"
     if is_netcdf(path):
         return _kind_of_netcdf(path)
-    if path.suffix.lower() == ".csv":
-        from historysim.results.tables import is_table
-
-        if is_table(path):
-            return "table"
     return next((name for name, kind in FILES.items() if kind.is_one(path)), "height map")
 
 

@@ -1,15 +1,13 @@
-"""Tables of queries, loops, sliding and sweeps: written as CSV and netCDF, read back, and summarised."""
+"""Tables of queries, loops, sliding and sweeps: written as CSV and netCDF, and summarised."""
 
 import csv
 import itertools
 import math
-import re
 from collections.abc import Hashable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
-import attrs
 import netCDF4
 import numpy as np
 import xarray as xr
@@ -35,8 +33,6 @@ FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
 CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
 # beginnings of strings that a spreadsheet reads as a formula (OWASP, "CSV Injection")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-# a name, the member of a second dimension, a unit
-HEADING = re.compile(r"(?P<name>[a-z]\w*(?: [\w.+-]+)?)(?: \[(?P<unit>[^\]]+)\])?")
 MOST_VARIABLES_LISTED = 40
 
 
@@ -145,70 +141,14 @@ def _plain(value: Any) -> Any:
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
-def is_table(path: Path) -> bool:
-    """Return whether a file is a table (CSV) as `write_csv` writes it, by its first line."""
-    with path.open("rb") as stream:
-        line = stream.readline(1 << 20)
-    if not line.endswith(LINE_END.encode()):
-        return False
-    cells = next(csv.reader([line.decode("utf-8", "replace")]), [])
-    return bool(cells) and all(HEADING.fullmatch(cell) for cell in cells)
-
-
-@attrs.frozen(eq=False)
-class WrittenTable:
-    """A table of a file."""
-
-    name: str  #: of the file
-    #: along ``row``, each with its unit in SI, or of strings
-    columns: xr.Dataset = attrs.field(repr=False)
-
-    @classmethod
-    def read(cls, path: Path) -> Self:
-        """Read a table from a CSV file; InputError for a row of another length than the header."""
-        with path.open(encoding="utf-8", newline="") as stream:
-            heading, *rows = csv.reader(stream)
-        for number, row in enumerate(rows, start=2):
-            if len(row) != len(heading):
-                raise InputError(
-                    f"{path}: line {number}: {count_text(len(row), 'value', 'values')}; expected {len(heading)}, as in "
-                    "the header: write the table again"
-                )
-        columns = {}
-        for column, cell in enumerate(heading):
-            match = HEADING.fullmatch(cell)
-            name, unit = (match["name"], match["unit"]) if match else (cell, None)
-            columns[name] = (
-                "row",
-                _values([row[column] for row in rows]),
-                {"units": unit} if unit else {},
-            )
-        return cls(path.name, xr.Dataset(columns))
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset, name: str) -> Self:
-        """Return a Dataset as the table that `write_csv` would write of it."""
-        (along, *_) = (dim for variable in dataset.data_vars.values() for dim in variable.dims)
-        columns = {
-            label: ("row", values, attributes)
-            for label, values, attributes in _columns(dataset, along)
-        }
-        return cls(name, xr.Dataset(columns))
-
-    def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): the number of rows, and the range of each column."""
-        return [
-            ("table", self.name),
-            ("rows", f"{self.columns.sizes.get('row', 0):,}"),
-            *_ranges(self.columns),
-        ]
-
-
-def _values(cells: list[str]) -> np.ndarray:
-    try:
-        return np.array([float(cell) if cell else np.nan for cell in cells])
-    except ValueError:
-        return np.array(cells, dtype=object)
+def flat_columns(table: xr.Dataset) -> xr.Dataset:
+    """Return the columns that `write_csv` writes of a table, as variables along ``row`` with their units."""
+    dimensions = [dim for variable in table.data_vars.values() for dim in variable.dims]
+    columns = {
+        label: ("row", values, attributes)
+        for label, values, attributes in _columns(table, dimensions[0])
+    }
+    return xr.Dataset(columns, attrs={"title": table.attrs.get("title", "Table")})
 
 
 def write_netcdf(

@@ -235,16 +235,10 @@ def test_the_command_prints_and_writes_the_report(log):
         ]
         assert max(map(len, table)) <= 120
         assert all(description.label in "\n".join(table) for description in QUANTITIES.values())
-    # regimes are words in CSV, which is read again
+    # regimes are words in CSV
     assert called("-o", str(log / "report.csv")).exit_code == 0
     rows = list(csv.DictReader((log / "report.csv").read_text(encoding="utf-8").splitlines()))
     assert [row["regime"] for row in rows] == ["gross_slip"] * 3
-    for command in (
-        ["show", str(log / "report.csv")],
-        ["plot", str(log / "report.csv"), "-o", str(log / "a.png")],
-    ):
-        done = CliRunner().invoke(main, command)
-        assert done.exit_code == 0, done.output
     refused = called("--levels", str(log / "levels.csv"))
     assert refused.exit_code != 0
     assert "does not apply to --fretting; expected -o FILE" in refused.output

@@ -30,7 +30,7 @@ from historysim.results.plots.style import (
     line_style,
     thin_samples,
 )
-from historysim.results.tables import WrittenTable
+from historysim.results.tables import flat_columns
 
 MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # drawn dots of a comparison, and samples of sliding
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
@@ -304,16 +304,15 @@ MOST_PANELS, MOST_LINES = 4, 6
 class TablePicture(Titled):
     """The columns of a table over its first numeric column; columns of one unit share a panel."""
 
-    kind, of, own_figure = "table", (WrittenTable,), True
+    kind, of, own_figure, headed = "table", (), True, True
 
-    def default_size(self, data: WrittenTable | xr.Dataset) -> Size:
+    def default_size(self, data: xr.Dataset) -> Size:
         """Return a row for each unit."""
-        return TWO_COLUMNS, 30.0 + 45.0 * min(len(_by_unit(_table(data))[2]), MOST_PANELS)
+        return TWO_COLUMNS, 30.0 + 45.0 * min(len(_columns_by_unit(data)[2]), MOST_PANELS)
 
-    def sheet(self, data: WrittenTable | xr.Dataset) -> Sheet:
+    def sheet(self, data: xr.Dataset) -> Sheet:
         """Return up to 4 charts of up to 6 lines."""
-        written = _table(data)
-        abscissa, numbers, by_unit = _by_unit(written)
+        abscissa, numbers, by_unit = _columns_by_unit(data)
         charts: dict[str, Chart] = {}
         omitted: list[str] = []
         for letter, (unit, names) in zip(
@@ -342,23 +341,16 @@ class TablePicture(Titled):
             if letter in "ABCD":
                 charts[letter] = Chart(items=lines, name=" and ".join(words[:2]), **options)
         notice = f"there is no room for {join_words(omitted)}" if omitted else ""
-        title = "" if self.title else written.name
-        return Sheet(charts, wide=";".join(charts), notices=(notice,), subtitle=title)
+        return Sheet(charts, wide=";".join(charts), notices=(notice,))
 
 
-def _table(data: WrittenTable | xr.Dataset) -> WrittenTable:
-    title = str(data.attrs.get("title", "this Dataset")) if isinstance(data, xr.Dataset) else ""
-    return WrittenTable.from_dataset(data, title) if isinstance(data, xr.Dataset) else data
-
-
-def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[str]]]:
+def _columns_by_unit(table: xr.Dataset) -> tuple[str, dict[str, Any], dict[str, list[str]]]:
     """Return the first column of numbers, all of them, and the names of the others by their units."""
-    numbers = {
-        str(name): values for name, values in table.columns.items() if values.dtype.kind in "fiu"
-    }
-    if len(numbers) < 2 or not table.columns.sizes["row"]:
+    columns = flat_columns(table)
+    numbers = {str(name): values for name, values in columns.items() if values.dtype.kind in "fiu"}
+    if len(numbers) < 2 or not columns.sizes["row"]:
         raise InputError(
-            f"{table.name}: needs at least two columns of numbers to draw; `show` lists its columns"
+            f"{columns.title}: needs at least two columns of numbers to draw; `show` lists its columns"
         )
     abscissa, *ordinates = numbers
     by_unit: dict[str, list[str]] = {}

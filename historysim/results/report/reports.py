@@ -45,10 +45,11 @@ from historysim.results.report.page import (
 from historysim.results.tables import (
     SWEEP,
     TABLE,
-    WrittenTable,
+    flat_columns,
     loop_summary,
     sweep_rows,
     sweep_summary,
+    table_summary,
     with_unit,
 )
 
@@ -289,23 +290,23 @@ def _first_rows(
     return first_rows, paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} {noun}", "note")
 
 
-@render_page.register(WrittenTable)
-def table_page(written: WrittenTable) -> str:
-    """Render a table that was written to a file as one self-contained HTML page."""
-    columns = written.columns
+def table_page(table_data: xr.Dataset) -> str:
+    """Render a table of a query or a fretting report as one self-contained HTML page."""
+    columns = flat_columns(table_data)
     rows = [
         [_cell(value) for value in row]
         for row in zip(*(column.values for column in columns.values()), strict=True)
     ]
     heading = [with_unit(name, column.attrs) for name, column in columns.items()]
     try:
-        shown_picture = picture(TablePicture().figure(written), "Its columns over the first one.")
+        figure = TablePicture().figure(table_data)
+        shown_picture = picture(figure, "Its columns over the first one.")
     except InputError as error:
         shown_picture = paragraph(str(error), "note")
     return page(
-        written.name,
+        columns.title,
         [
-            Section("Summary", (table(written.summary()),)),
+            Section("Summary", (table(table_summary(table_data)),)),
             Section("Picture", (shown_picture,)),
             Section("Rows", _first_rows(rows, heading, "rows.")),
         ],
@@ -426,7 +427,7 @@ def dataset_page(dataset: xr.Dataset, figures: Sequence[str] = ()) -> str:
     if content in {LOOPS, CONTENT_OF_TABLE}:
         return loops_page(dataset)
     if content in {TABLE, TIME_SERIES, CONTENT_OF_FRETTING}:
-        return table_page(WrittenTable.from_dataset(dataset, _title(dataset, "Table")))
+        return table_page(dataset)
     if "total_normal_load" in dataset:
         return history_page(standard_layout(dataset), figures)
     raise InputError(f"this Dataset has no report; {EXPECTED}")
