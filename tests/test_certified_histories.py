@@ -15,7 +15,7 @@ import pytest
 import score
 
 ROOT = Path(__file__).parents[1]
-FOLDER = ROOT / "tests" / "benchmarks" / "histories"
+FOLDER = ROOT / "data" / "certified"
 # digest of the hash file of each published version; a changed number is a new version, with a new
 # line here
 VERSIONS = {"histories-1.0": "9ca88c6a9f39fbe28ca62773fa5ea1e6dc5a2415693f94e31ba083dc5ec417e1"}

@@ -1,6 +1,6 @@
 """Scores of other programs' laws on the certified histories, and times of all in one run, on the page ``compared.md``.
 
-    PYTHONPATH=tests/support:tests/benchmarks/histories python tests/benchmarks/compared.py [--page]
+    PYTHONPATH=tests/support:data/certified python tests/benchmarks/compared.py [--page]
     [--times]
 
 ``--page`` writes the table and the picture of scores into the page, with ``--times`` also the
@@ -30,7 +30,6 @@ import historysim as hs
 from historysim.interaction.half_space import HalfSpace
 from historysim.recording.provenance import made_with
 
-HISTORIES = Path(__file__).with_name("histories")
 PAGE, PICTURE = Path(__file__).with_name("compared.md"), Path(__file__).with_name("compared.png")
 # time steps of LAMMPS for each recorded one: it integrates the velocity of the wiggle to first
 # order
@@ -66,7 +65,7 @@ def score_laws():
             name: (largest_load_error(each), each.get("E")) for name, each in errors.items()
         }
     for label, program in ELSEWHERE.items():
-        with (HISTORIES / "elsewhere.csv").open(encoding="utf-8", newline="") as file:
+        with (score.FOLDER / "elsewhere.csv").open(encoding="utf-8", newline="") as file:
             rows = {
                 row["case"]: float(row["error"])
                 for row in csv.DictReader(file)

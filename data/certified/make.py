@@ -17,7 +17,7 @@ import numpy as np
 from references import Annuli, Profile
 
 FOLDER = Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parents[1] / "support"))
+sys.path.insert(0, str(FOLDER.parents[1] / "tests" / "support"))
 
 from planar_half_space import PlanarHalfSpace  # noqa: E402 - of the folder added above
 from springs import Contact, SpringRow  # noqa: E402
