@@ -282,7 +282,7 @@ COMMANDS = {
     "report {nc} -o {out}.html": 0,
     "loops {nc}": "supports one tangential direction",
     "table {nc} cycle-drift -o {out}.csv": "cycle_drift supports one tangential direction",
-    "plot {nc} --picture loop -o {out}.png": "the picture loop supports one tangential direction",
+    "plot {nc} --picture loop -o {out}.png": "the picture loops supports one tangential direction",
     "plot {nc} --picture slip-annulus --with steps=2,-1 -o {out}.png": 0,
     "fmu {toml} -o {out}.fmu": 0,
     "fmu {toml} --directions 1 -o {out}.fmu": "the events move in two tangential directions",

@@ -87,7 +87,6 @@ class Queries:
         reversal_points = _typed(recompute.reversal_points)
         run_drift = _typed(history_drift.run_drift)
         slides_first = _typed(slips.slides_first)
-        sliding_displacements = _typed(recompute.sliding_displacements)
         slip_onset = _typed(slips.slip_onset)
         slip_shares = _typed(slips.slip_shares)
         slope_load = _typed(per_asperity.slope_load)

@@ -14,14 +14,12 @@ import xarray as xr
 
 from historysim.asperities.asperity import Asperity
 from historysim.asperities.asperity_set import AsperitySet, require_asperities
-from historysim.asperities.body import Body
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.patches import Patches
 from historysim.asperities.readout import Readout
 from historysim.asperities.state import State
 from historysim.basics.arguments import DIRECTION, Floats, scalar
 from historysim.basics.units import seconds
-from historysim.contact import hertz
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -30,14 +28,9 @@ from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import Goals, blank_rows, straight_paths
 from historysim.replaying import Replay
 from historysim.results.analysis.recorded import (
-    check_all_recorded,
     check_recorded,
     describe,
-    displacement_ratio,
     find_column,
-    present_friction,
-    shape_in_step,
-    sliding_reach,
 )
 from historysim.results.queries import query
 from historysim.results.source import ReplaySource, query_source
@@ -474,73 +467,6 @@ def _theory(ensemble: AsperitySet, approach: Floats) -> tuple[str, dict[str, Flo
     return "Greenwood and Williamson", {
         key: getattr(greenwood_williamson, key)(separation) for key in CURVES
     }
-
-
-@query(per_step=True, table="rank,displacement", earlier="sliding_order")
-def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
-    """Return the tangential displacements at which the first, the second, … of all asperities in contact slides.
-
-    Along ``rank``, from 1: ``displacement`` θ μ_i δ_i [m] in ascending order, for one-way loading
-    from the virgin state at the normal load and friction of the step, and the label ``asperity``.
-    The last one is the preliminary displacement. ``greenwood_williamson`` [m] is the result for
-    Gaussian heights with the mean and deviation of all summits, the mean radius and the mean
-    friction, under the same load: of n in contact, (k - 1/2)/n slide at the k-th. It is left out of
-    fewer than 20 summits, or where these are not known (a history without its file or replay). The
-    attribute ``equal_asperities`` [m] is that of n equal ones of the mean radius, which share the
-    load (Winogrodzka, section 6.2.1).
-
-    The step is a position, where negative ones count from the end, or the name of a state.
-    InputError: a step that the history does not have, a history without some or all of the
-    asperities that touch, or of patches.
-    """
-    at = resolve_step(step, history)
-    check_recorded(history, "summit_radius")
-    check_all_recorded(history.isel(step=[at]))
-    reach = sliding_reach(history, at)
-    touching = np.flatnonzero(
-        shape_in_step(history, "summit_height", at) > float(history["separation"].values[at])
-    )
-    order = touching[np.argsort(reach[touching], kind="stable")]
-    text = "tangential displacement at which it slides"
-    data: dict[str, Any] = {
-        "displacement": describe("rank", reach[order], text, "m"),
-        "asperity": describe("rank", history["asperity"].values[order], "label of the asperity"),
-    }
-    attributes: dict[str, Any] = {"title": history.attrs.get("title", "")}
-    load, count = float(history["total_normal_load"].values[at]), touching.size
-    if count:
-        friction = np.broadcast_to(present_friction(history).at(at), reach.shape)[touching]
-        mean = displacement_ratio(history) * float(friction.mean())
-        radius = float(shape_in_step(history, "summit_radius", at)[touching].mean())
-        modulus = float(history.attrs["contact_modulus"])
-        attributes["equal_asperities"] = mean * float(
-            hertz.approach(load / count, summit_radius=radius, contact_modulus=modulus)
-        )
-        share = (np.arange(count) + 0.5) / count
-        approaches = query_source(
-            history,
-            lambda origin: _gaussian_approaches(
-                require_asperities(origin.job.ensemble), load, share
-            ),
-        )
-        if approaches is not None:
-            text = f"{text}, Greenwood and Williamson"
-            data["greenwood_williamson"] = describe("rank", mean * approaches, text, "m")
-    rank = describe("rank", np.arange(1, count + 1), "how many asperities slide there")
-    return xr.Dataset(data, {"rank": rank}, attributes)
-
-
-def _gaussian_approaches(ensemble: Body, load: float, share: Floats) -> Floats | None:
-    """Return the approaches up to which shares of the contacts of a Gaussian surface have come [m]."""
-    from scipy import stats
-
-    theory = _greenwood_williamson(require_asperities(ensemble))
-    if theory is None:
-        return None
-    separation = float(theory.separation_at(load))
-    lowest_height = (separation - theory.mean_height) / theory.height_deviation
-    higher = stats.norm.isf((1 - share) * stats.norm.sf(lowest_height))
-    return np.asarray(theory.mean_height + theory.height_deviation * higher - separation)
 
 
 def _greenwood_williamson(ensemble: AsperitySet) -> GreenwoodWilliamson | None:

@@ -7,7 +7,14 @@ from cattrs import Converter
 
 from historysim.errors import InputError, field_error
 from historysim.recording import surface_group
-from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, Picture
+from historysim.results.plots.pictures import (
+    HISTORY,
+    PICTURES,
+    SCENARIO,
+    SWEEP,
+    Picture,
+    removal_text,
+)
 from historysim.results.plots.swept import WORDS
 from historysim.scenario.schema import kind_from_toml, structure_array, table
 from historysim.scenario.sections import Pictures
@@ -50,6 +57,8 @@ def _picture_from_toml(converter: Converter, value: object) -> Picture:
     if "kind" not in table(value):
         names = [name for name, kind in PICTURES.items() if IN_SCENARIOS & {*kind.of}]
         raise field_error(f"missing; expected one of {', '.join(names)}", "kind")
+    if removed := removal_text(table(value)["kind"]):
+        raise field_error(removed, "kind")
     picture: Picture = kind_from_toml(converter, value, PICTURES)
     if not IN_SCENARIOS & {*picture.of}:
         raise field_error(

@@ -339,7 +339,7 @@ def test_queries_and_pictures_answer_as_on_a_result(scenario, tmp_path):
     for name, given in {
         "slip_onset": (), "slip_shares": (), "stick_ratio": (), "mean_pressure": (), "dissipated_power": (),
         "energy_per_cycle": (), "critical_asperity": (), "load_curve": (), "time_series": (),
-        "profiles": (label, ["turned"]), "reversal_points": (label, 40), "sliding_displacements": (30,),
+        "profiles": (label, ["turned"]), "reversal_points": (label, 40),
     }.items():  # fmt: skip
         found = getattr(history.contact, name)(*given)
         xr.testing.assert_equal(found.compute(), getattr(expected.contact, name)(*given).compute())
@@ -347,8 +347,8 @@ def test_queries_and_pictures_answer_as_on_a_result(scenario, tmp_path):
         history.contact.asperity(label, time=1.234).stick_radius
         == expected.contact.asperity(label, time=1.234).stick_radius
     )
-    for picture in ("slip-map", "traction"):
-        hs.plot(history, picture=picture)
+    hs.plot(history, panels=["states"])
+    hs.plot(history, picture="traction")
     expected.close()
 
 
@@ -367,7 +367,7 @@ def test_a_query_reads_what_it_needs_only(log, monkeypatch):
     history.contact.preliminary_displacement()
     assert read == []
     monkeypatch.setattr("historysim.results.plots.histories.MOST_ROWS", 3)
-    hs.plot(history, picture="slip-map")
+    hs.plot(history, panels=["states"])
     assert {columns for _, columns in read} == {3}
     read.clear()
     history.contact.profiles(3, [5])

@@ -32,7 +32,7 @@ def test_every_query_is_a_method_and_a_function_with_one_docstring():
 
 
 def test_earlier_names_are_the_same_queries_and_are_not_listed():
-    assert {*earlier_names()} == {"first_slips", "sliding_order", "preliminary_displacements"}
+    assert {*earlier_names()} == {"first_slips", "preliminary_displacements"}
     for earlier, name in earlier_names().items():
         assert getattr(Queries, earlier) is getattr(Queries, name)
         assert getattr(hs.analysis, earlier) is getattr(hs.analysis, name)

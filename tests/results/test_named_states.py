@@ -39,9 +39,6 @@ QUERIES = {
     "reversal_points": lambda contact, step: contact.reversal_points(1, step).displacement.values,
     "profiles": lambda contact, step: contact.profiles(1, step).traction.values,
     "profiles of several": lambda contact, step: contact.profiles(1, [step, 0]).traction.values,
-    "sliding_displacements": lambda contact, step: (
-        contact.sliding_displacements(step).displacement.values
-    ),
     "drift": lambda contact, step: contact.drift(0, step),
     "branch_drift": lambda contact, step: contact.branch_drift(step, 0),
     "run_drift": lambda contact, step: contact.run_drift(HISTORY, step),

@@ -85,7 +85,7 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
     ("name", "options", "title"),
     [
         ("r.nc", {"step": "peak"}, "Asperity distribution"),
-        ("s.toml", {"picture": "distribution"}, "Asperity distribution"),
+        ("s.toml", {"picture": "contact-map"}, "Asperity distribution"),
         ("s.toml", {"adhesion": True}, "Adhesion map"),
         (
             "map.txt",

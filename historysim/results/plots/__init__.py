@@ -11,11 +11,12 @@ def __getattr__(name: str) -> Any:
         return __dir__()
     if name.startswith("__"):
         raise AttributeError(name)
-    from historysim.results.plots.pictures import PICTURES, as_function
+    from historysim.results.plots.pictures import PICTURES, as_function, removal_text
 
     kinds = {kind.replace("-", "_"): kind for kind in PICTURES}
     if name not in kinds:
-        raise AttributeError(f"there is no picture {name!r}; {nearest(name, dir())}")
+        removed = removal_text(name.replace("_", "-"))
+        raise AttributeError(removed or f"there is no picture {name!r}; {nearest(name, dir())}")
     return as_function(PICTURES[kinds[name]])
 
 

@@ -14,18 +14,15 @@ from historysim.interaction.areas import area_laws
 from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.analysis.separation_load import pull_off
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS
-from historysim.results.plots.chart import Chart, Curve, Item, Shape, Sheet
+from historysim.results.plots.chart import Chart, Curve, Item, Sheet
 from historysim.results.plots.pictures import (
-    HISTORY,
     PICTURES,
     SCENARIO,
     Panel,
     Picture,
     Titled,
-    as_history_list,
 )
 from historysim.results.plots.style import (
-    FAINT,
     INK,
     LINES,
     MARK,
@@ -34,8 +31,7 @@ from historysim.results.plots.style import (
     line_style,
     select_steps,
 )
-from historysim.results.plots.surfaces import step_number
-from historysim.results.recompute import load_curve, sliding_displacements
+from historysim.results.recompute import load_curve
 from historysim.surfaces.heights import Surface
 
 CURVES = {
@@ -105,70 +101,6 @@ class PullOffPicture(Panel):
             y="normal load from outside $N$ (N)",
             zero="y",
         )
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class SlidingOrderPicture(Panel):
-    """Tangential displacement at which a fraction of the asperities in contact slides, and theory.
-
-    Several histories, such as of several surfaces, are drawn as their median and the range of 10 to
-    90 % of them, and the mean of the theory.
-
-    Attributes
-    ----------
-    step
-        Number of a step, or ``"peak"`` (greatest normal load).
-    """
-
-    step: int | str = "peak"
-
-    kind, of, accepts_several = "sliding-order", (HISTORY,), True
-
-    def sheet(self, data: Any) -> Chart:
-        """Return a step for each asperity, Greenwood and Williamson's curve, and the line of equal asperities."""
-        orders = [
-            sliding_displacements(history, step_number(self.step, history))
-            for history in as_history_list(data)
-        ]
-        if not all(order.sizes["rank"] for order in orders):
-            raise InputError(
-                "nothing touches at that step; expected one at which asperities are in contact"
-            )
-        percent, items, (colour, _, marker) = 100 * FRACTIONS, list[Item](), LINES[0]
-        if len(orders) == 1:
-            count = orders[0].sizes["rank"]
-            look: dict[str, Any] = {"marker": marker, "ms": 2.5} if count <= MOST_MARKED else {}
-            look |= {"drawstyle": "steps-post", "color": colour}
-            order = 100 * np.arange(1, count + 1) / count
-            items.append(
-                Curve(order, orders[0]["displacement"].values, f"{count} asperities", look)
-            )
-        else:
-            curves = [_at_fractions(order["displacement"].values) for order in orders]
-            low, middle, high = np.quantile(curves, (0.1, 0.5, 0.9), axis=0)
-            band = {"color": colour, "alpha": 0.2, "lw": 0, "label": "10 to 90 % of them"}
-            items.append(Shape("fill_between", (percent, low, high), band))
-            items.append(Curve(percent, middle, f"median of {len(orders)} surfaces", BLUE))
-        if all("greenwood_williamson" in order for order in orders):
-            theory = np.mean(
-                [_at_fractions(order["greenwood_williamson"].values) for order in orders], axis=0
-            )
-            items.append(Curve(percent, theory, "Greenwood and Williamson", THEORY))
-        equal = float(np.mean([order.attrs["equal_asperities"] for order in orders]))
-        dots = {"color": FAINT, "linestyle": ":", "label": "equal asperities", "zorder": 0}
-        return Chart(
-            items=[*items, Shape("axhline", (equal,), dots)],
-            x="asperities in contact that slide (%)",
-            y="tangential displacement (m)",
-            axes={"xlim": (0, 100), "ylim": (0, None)},
-        )
-
-
-def _at_fractions(displacement: Any) -> Any:
-    """Return the displacements at which fractions of the asperities slide, interpolated linearly."""
-    count = len(displacement)
-    return np.interp(FRACTIONS, (np.arange(count) + 0.5) / count, displacement)
 
 
 @PICTURES.register

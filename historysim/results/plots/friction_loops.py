@@ -15,16 +15,28 @@ from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
-from historysim.results.analysis.recorded import SLOPE, is_complete
+from historysim.results.analysis.recorded import SLOPE, check_recorded, is_complete
+from historysim.results.analysis.slips import slip_note, slipping_area
 from historysim.results.plots.canvas import COLUMN, Size
 from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet, span
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, as_history_list
-from historysim.results.plots.style import FAINT, INK, LINES, LOOP_AXES, MOST_LINES, line_style
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    LINES,
+    LOOP_AXES,
+    MOST_LINES,
+    line_style,
+    select_steps,
+    thin_history,
+)
 from historysim.results.plots.swept import cell_label, select_cells
 from historysim.results.source import refine
 from historysim.results.steps import named_states, resolve_step, state_label
 
 LOOP = ("total_tangential_load", "tangential_displacement")  # variables of a loop
+# quantities shown by colour
+COLOURS = {"time": "time (s)", "slip": "slipping fraction of the contact area"}
 END = "end of pre-sliding"  # the group of the marks of δ
 MARK: dict[str, Any] = {
     "marker": "o",
@@ -62,6 +74,9 @@ class LoopsPicture(Panel):
         Each constant normal load in a separate colour.
     loads
         Both loads along the named states, next to the loop.
+    colour
+        Of one history: its loop in the colour of the slipping fraction of the contact area,
+        ``"slip"``, or of ``"time"``.
 
     Examples
     --------
@@ -78,8 +93,12 @@ class LoopsPicture(Panel):
     drive: bool = False
     by_load: bool = False
     loads: bool = False
+    colour: str = ""
 
     kind, of, accepts_several, headed = "loops", (HISTORY, SWEEP), True, True
+    order, report_options = 3, {"colour": "slip"}
+    caption_lines = ("preliminary displacement", "first to slide")
+    caption = "The friction loop, coloured by the fraction of the contact area that slips."
 
     @property
     def extra_width(self) -> float:
@@ -92,9 +111,11 @@ class LoopsPicture(Panel):
 
     def sheet(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Sheet:
         """Return the loops and their marks."""
+        if self.colour:
+            return self._coloured(data)
         loops = self._cells(data)
         smooth = [attrs.evolve(loop, rows=refine(loop.rows)) for loop in loops]
-        items: list[Item] = []
+        items = _band_of_pasts(loops[0].rows) if len(loops) == 1 else []
         for number, load in enumerate(self.first_loading):
             dashes = {
                 "color": FAINT,
@@ -126,6 +147,32 @@ class LoopsPicture(Panel):
         if self.loads:
             charts |= _load_charts(loops[0].rows)
         return Sheet(charts, wide="LLLNN;LLLTT" if self.loads else "")
+
+    def _coloured(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Sheet:
+        """Return the loop of one history in the colour of its slipping area or of time."""
+        if self.colour not in COLOURS:
+            raise InputError(f"colour is {self.colour!r}; expected 'slip' or 'time'")
+        history, *others = as_history_list(data)
+        if others or history.attrs.get("content") == SWEEP:
+            raise InputError("colour: applies to the loop of one history; expected one result")
+        check_recorded(history, LOOP[1])
+        thin, slips = thin_history(history), self.colour == "slip"
+        hue = slipping_area(history)[select_steps(history)] if slips else thin["time"].values
+        line = Curve(
+            thin[LOOP[1]].values,
+            thin[LOOP[0]].values,
+            look={"clim": (0, 1) if slips else None},
+            hue=hue,
+            # the slipping fraction jumps at a reversal
+            colours=2_000,
+        )
+        chart = Chart(
+            items=[*_band_of_pasts(thin), line],
+            hue=COLOURS[self.colour],
+            margins=(0.06, 0.06),
+            **LOOP_AXES,
+        )
+        return Sheet({"L": chart}, notices=(slip_note(history),))
 
     def _cells(self, subject: "xr.Dataset | Sequence[xr.Dataset]") -> "list[Cell]":
         """Return histories, or the cells of a sweep, as lines."""
@@ -189,6 +236,30 @@ class LoopsPicture(Panel):
         return [
             rows[name].values for name in (LOOP[1], *(["drive_displacement"] if self.drive else []))
         ]
+
+
+def _band_of_pasts(thin: xr.Dataset) -> list[Item]:
+    """Return the band between the bounds of an unknown past, of loads or of displacements; empty if it is known."""
+    displacement, load = (thin[name].values for name in reversed(LOOP))
+    look: dict[str, Any] = {
+        "color": FAINT,
+        "alpha": 0.3,
+        "linewidth": 0,
+        "label": "bounds of all pasts",
+        "zorder": 1,
+    }
+    items: list[Item] = []
+    for name, along, method in (
+        ("total_tangential_load", displacement, "fill_between"),
+        ("tangential_displacement", load, "fill_betweenx"),
+    ):
+        if f"{name}_lower" not in thin:
+            continue
+        lower, upper = thin[f"{name}_lower"].values, thin[f"{name}_upper"].values
+        if (lower < upper).any():
+            items.append(Shape(method, (along, lower, upper), look))
+            look = {**look, "label": None}
+    return items
 
 
 def _by_load(loop: "Cell") -> "list[Cell]":

@@ -10,20 +10,18 @@ from historysim.basics.arguments import DIRECTION, Floats
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded
-from historysim.results.analysis.slips import slip_note, slipping_area
+from historysim.results.analysis.slips import slip_note
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Size
-from historysim.results.plots.chart import Chart, Curve, Item, Map, Shape, Sheet, state_keys
+from historysim.results.plots.chart import Chart, Curve, Item, Map, Sheet, state_keys
 from historysim.results.plots.first_loading import check_worn, wear_chart
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import (
     DASHED,
     DISPLACEMENT,
-    FAINT,
     INK,
     LOOP_AXES,
     STATE_COLOURS,
     line_colours,
-    select_steps,
     thin_history,
 )
 
@@ -116,6 +114,7 @@ def _panel(name: str, history: xr.Dataset) -> dict[str, Chart]:
     """Return the charts of a panel by their letters."""
     if name == "states":
         check_recorded(history, "slip_state")
+        check_any(history)
         return {"S": _slip_map(history)}
     if name == "wear":
         check_worn(history)
@@ -222,7 +221,7 @@ class HodographPicture(Picture):
         True,
         True,
     )
-    in_one_direction = "loop"
+    in_one_direction = "loops"
     caption = "The path in the plane, and the tangential load along it; the colour is time."
 
     def sheet(self, data: xr.Dataset) -> Sheet:
@@ -242,91 +241,8 @@ class HodographPicture(Picture):
         return Sheet({"P": _path(thin, path, name="the path", height=44.0), "T": load})
 
 
-# quantities shown by colour
-COLOURS = {"time": "time (s)", "slip": "slipping fraction of the contact area"}
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class LoopPicture(Picture):
-    """The friction loop, coloured by the fraction of the contact area that slips.
-
-    A history with an unknown past has a band between its bounds.
-
-    Attributes
-    ----------
-    colour
-        ``"slip"``, or ``"time"``.
-    """
-
-    colour: str = "slip"
-
-    kind, size, own_figure, order = "loop", (COLUMN, 75.0), True, 3
-    caption_lines = ("preliminary displacement", "first to slide")
-    caption = "The friction loop, coloured by the fraction of the contact area that slips."
-
-    def sheet(self, data: xr.Dataset) -> Sheet:
-        """Return the tangential load over the tangential displacement."""
-        if self.colour not in COLOURS:
-            raise InputError(f"colour is {self.colour!r}; expected 'slip' or 'time'")
-        check_recorded(data, "tangential_displacement")
-        thin, slips = thin_history(data), self.colour == "slip"
-        hue = slipping_area(data)[select_steps(data)] if slips else thin["time"].values
-        # the slipping fraction jumps at a reversal
-        line = Curve(*_loop(thin), look={"clim": (0, 1) if slips else None}, hue=hue, colours=2_000)
-        chart = Chart(
-            items=[*_band_of_pasts(thin), line],
-            hue=COLOURS[self.colour],
-            margins=(0.06, 0.06),
-            **LOOP_AXES,
-        )
-        return Sheet({"L": chart}, notices=(slip_note(data),))
-
-
-def _band_of_pasts(thin: xr.Dataset) -> list[Item]:
-    """Return the band between the bounds of an unknown past, of loads or of displacements; empty if it is known."""
-    displacement, load = _loop(thin)
-    look: dict[str, Any] = {
-        "color": FAINT,
-        "alpha": 0.3,
-        "linewidth": 0,
-        "label": "bounds of all pasts",
-        "zorder": 1,
-    }
-    items: list[Item] = []
-    for name, along, method in (
-        ("total_tangential_load", displacement, "fill_between"),
-        ("tangential_displacement", load, "fill_betweenx"),
-    ):
-        if f"{name}_lower" not in thin:
-            continue
-        lower, upper = thin[f"{name}_lower"].values, thin[f"{name}_upper"].values
-        if (lower < upper).any():
-            items.append(Shape(method, (along, lower, upper), look))
-            look = {**look, "label": None}
-    return items
-
-
-def _loop(thin: xr.Dataset) -> tuple[Floats, Floats]:
-    return thin["tangential_displacement"].values, thin["total_tangential_load"].values
-
-
 MOST_COLUMNS, MOST_ROWS = 2_000, 1_000  # steps and asperities that a map of slip states shows
 MOST_LABELLED = 12  # asperities up to which each has its label
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class SlipMapPicture(Picture):
-    """The slip state of each asperity at each step, the highest asperity on top."""
-
-    kind, size, own_figure, planar, headed = "slip-map", (TWO_COLUMNS, 75.0), True, True, True
-
-    def sheet(self, data: xr.Dataset) -> Chart:
-        """Return the map; of a large history with a stride in steps and asperities."""
-        check_recorded(data, "slip_state")
-        check_any(data)
-        return _slip_map(data)
 
 
 def _slip_map(history: xr.Dataset) -> Chart:
@@ -408,7 +324,7 @@ class StiffnessPicture(Picture):
         upper = Chart(
             items=[load],
             y="tangential load\n$T$ (N)",
-            hue=COLOURS["time"],
+            hue="time (s)",
             zero="xy",
             height=28.0,
             **options,

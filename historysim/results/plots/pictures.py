@@ -31,6 +31,14 @@ PICTURES: Registry[type["Picture"]] = Registry(
 )
 register = PICTURES.register
 
+# Names of earlier pictures, and the pictures that replace them.
+REPLACED = {
+    "distribution": "contact-map, or surface of a scenario, of which it is a panel",
+    "loop": "loops with colour = slip",
+    "sliding-order": "the query slip-onset",
+    "slip-fronts": "traction with fronts = true",
+    "slip-map": "history with panels = states",
+}
 PLACES = ("size", "figure", "ax")  # arguments of the drawing target
 # subjects of the pictures of ``[picture]``
 HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"
@@ -56,6 +64,7 @@ class Picture(QuantityFields):
     #: the variable of a history that the report requires for it
     needs: ClassVar[str] = "slip_state"
     order: ClassVar[int] = 100  #: its position in the report
+    report_options: ClassVar[Mapping[str, Any]] = {}  #: its options in the report
     #: Whether it accepts several histories: `sheet` then receives a sequence.
     accepts_several: ClassVar[bool] = False
     #: whether it fills a figure, and cannot be combined with others
@@ -110,6 +119,11 @@ class Picture(QuantityFields):
     def label(self) -> str:
         """Name of the picture in a figure with several pictures."""
         return str(getattr(self, "title", "") or self.kind)
+
+    @classmethod
+    def is_listed(cls) -> bool:
+        """Return whether it can be selected by name, and is not just the picture of a type."""
+        return any(isinstance(subject, str) for subject in cls.of)
 
     @classmethod
     def report_caption(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - for subclasses
@@ -202,6 +216,9 @@ def draw(
     **options: Any,
 ) -> FigureOrAxes:
     """Return a picture by its name, of a history or several, of a sweep or a scenario; options are its fields."""
+    if name == "loop":
+        # a name of the public contract
+        name, options = "loops", {"colour": "slip", **options}
     single = not isinstance(subject, list | tuple)
     available = {
         key: kind
@@ -209,10 +226,19 @@ def draw(
         if of in kind.of and (single or kind.accepts_several)
     }
     if name not in available:
+        several = "" if single else "of several results "
         raise InputError(
-            f"picture is {name!r}; {'' if single else 'of several results '}expected one of {', '.join(available)}"
+            removal_text(name)
+            or f"picture is {name!r}; {several}expected one of {', '.join(available)}"
         )
     return made(available[name], options, available).figure(subject, target)
+
+
+def removal_text(name: object) -> str:
+    """Return the error for the name of an earlier picture; empty for other names."""
+    if str(name) not in REPLACED:
+        return ""
+    return f"the picture {name!r} was removed; expected {REPLACED[str(name)]}"
 
 
 def made(

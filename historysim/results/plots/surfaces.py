@@ -19,7 +19,7 @@ from historysim.results.analysis.recorded import shape_in_step
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Size
 from historysim.results.plots.chart import Chart, Curve, Item, Map, Note, Shape, Sheet
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture, Titled
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Titled
 from historysim.results.plots.style import (
     DASHED,
     DIVERGING,
@@ -74,28 +74,6 @@ class SurfacePicture(Titled):
                 summits = data.summits(3 if 1 in data.shape else 9)
             data = surface_group.dataset(summits, data)
         return surface_sheet(data, read_contact(data))
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class DistributionPicture(Picture):
-    """Radii of summits over their heights, coloured by their slip state.
-
-    Attributes
-    ----------
-    step
-        Number of a step, ``"partial"`` (slipping fraction of the area nearest to half) or
-        ``"peak"`` (greatest normal load).
-    """
-
-    step: int | str = "partial"
-
-    kind, size, own_figure = "distribution", (COLUMN, 85.0), True
-
-    def sheet(self, data: xr.Dataset) -> Sheet:
-        """Return the summits, and the rigid flat."""
-        contact = read_contact(load_surface(data), data, step_number(self.step, data))
-        return Sheet({"D": _distribution(contact)}, subtitle=contact.caption)
 
 
 @attrs.frozen(eq=False)

@@ -25,7 +25,6 @@ from historysim.results.steps import named_states, resolve_step, state_label
 
 ACROSS = {"radius": "radius", "diameter": "distance from the centre"}
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
-LINES, MOST_LINES, MOST_TICKS = 24, 200, 8
 POINTS = 401
 # Dashes of the limits of one friction coefficient, and of the next.
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
@@ -77,12 +76,12 @@ class TractionPicture(Panel):
     kind, size, accepts_several, headed = "traction", (COLUMN, 85.0), True, True
     caption = "The traction over the radius of the asperity that carries most, step by step from a reversal"
     # a patch has no radius to draw over
-    order, needs = 5, "stick_radius"
+    order, needs, report_options = 5, "stick_radius", {"fronts": True}
 
     @classmethod
     def report_caption(cls, history: xr.Dataset) -> str:
         """Return the caption with the asperity and its load."""
-        asperity, _ = _chosen(history, None, None, STATES_IN_ONE)
+        asperity, _ = _chosen(history, None, None)
         load = float(history["normal_load"].sel(asperity=asperity).max())
         return f"{cls.caption}: asperity {asperity}, up to {quantity_text(load, 'N', 3)}."
 
@@ -123,7 +122,7 @@ class TractionPicture(Panel):
         )
 
     def _states(self, history: xr.Dataset, *, single: bool) -> "list[_State]":
-        asperity, steps = _chosen(history, self.asperity, self.steps, STATES_IN_ONE)
+        asperity, steps = _chosen(history, self.asperity, self.steps)
         profiles = recompute.profiles(history, asperity, steps, POINTS)
         start = None if self.change_from is None else resolve_step(self.change_from, history)
         base = (
@@ -284,70 +283,8 @@ def _mirror(values: Floats, *, odd: bool = False) -> Floats:
     return np.concatenate([-negative_side if odd else negative_side, values])
 
 
-# Height of the friction limit over the distance of two lines, and the greatest approach of a line
-# to the one below.
-HIGHEST, CLOSEST = 1.6, 0.9
-ZONES = (
-    ("slips", "contact_radius", STATE_COLOURS[2], 0.8),
-    ("sticks", "stick_radius", STATE_COLOURS[1], 1.6),
-)
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class SlipFrontsPicture(Picture):
-    """The traction across an asperity step by step, with its slip fronts.
-
-    Attributes
-    ----------
-    asperity
-        Its label; by default the one that carries most.
-    steps
-        Up to 200 states, by number or name; by default 24 of the swing.
-    """
-
-    asperity: int | None = None
-    steps: tuple[int | str, ...] | None = None
-
-    kind, size, own_figure = "slip-fronts", (COLUMN, 110.0), True
-    caption = "The same step by step: what sticks is drawn thick, and its edge is the slip front."
-    order, needs = 6, "stick_radius"
-
-    def sheet(self, data: xr.Dataset) -> Sheet:
-        """Return each line above the one before; the stick zone is thick and ends at the slip front."""
-        asperity, chosen = _chosen(data, self.asperity, self.steps, LINES)
-        if len(chosen) > MOST_LINES:
-            raise InputError(f"{len(chosen)} steps given; at most {MOST_LINES} fit in one figure")
-        profiles = recompute.profiles(data, asperity, chosen, POINTS)
-        across = _mirror(profiles["radius"].values, odd=True)
-        largest = float(profiles["friction_limit"].values.max(initial=0.0)) or 1.0
-        # no line crosses the one before, although a traction may reverse from step to step
-        step_up = np.diff(profiles["traction"].values, axis=0).min(initial=0.0) / largest
-        height, items = min(HIGHEST, CLOSEST / -step_up) if step_up else HIGHEST, []
-        for row in range(len(chosen)):
-            line = row + _mirror(profiles["traction"].values[row] / largest * height)
-            for name, radius, colour, width in ZONES:
-                inside = np.abs(across) <= float(profiles[radius].values[row])
-                if profiles[radius].values[row] > 0:
-                    look = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
-                    items.append(Curve(across[inside], line[inside], name, look))
-        ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
-        labels = [
-            f"{profiles['step'].values[row]},  {profiles['time'].values[row]:.4g} s"
-            for row in ticks
-        ]
-        title, axes = (
-            f"Slip fronts of asperity {asperity}",
-            {"yticks": ticks, "yticklabels": labels},
-        )
-        chart = Chart(items=items, title=title, x="$r$ (m)", y="step, time", axes=axes)
-        return Sheet(
-            {"A": chart}, note=f"{quantity_text(largest / height, 'Pa', 3)} from line to line"
-        )
-
-
 def _chosen(
-    history: xr.Dataset, asperity: int | None, steps: Sequence[int | str] | None, count: int
+    history: xr.Dataset, asperity: int | None, steps: Sequence[int | str] | None
 ) -> tuple[int, list[int]]:
     """Return the asperity and the steps to draw, by default of the one that carries most."""
     check_recorded(history, "slip_state", "normal_load", "contact_radius")
@@ -359,14 +296,14 @@ def _chosen(
         heaviest = int(history["normal_load"].isel(step=middle).values.argmax())
         asperity = int(history["asperity"].values[heaviest])
     column = find_column(asperity, history)
-    if steps is None and 0 < len(named_states(history)) <= MOST_IN_ONE and count == STATES_IN_ONE:
+    if steps is None and 0 < len(named_states(history)) <= MOST_IN_ONE:
         steps = list(named_states(history))
     if steps is not None:
         return asperity, [resolve_step(step, history) for step in steps]
-    return asperity, _swing_steps(history, column, middle, count)
+    return asperity, _swing_steps(history, column, middle)
 
 
-def _swing_steps(history: xr.Dataset, column: int, middle: int, count: int) -> list[int]:
+def _swing_steps(history: xr.Dataset, column: int, middle: int) -> list[int]:
     """Return steps of the swing around a step, up to where an asperity slides."""
     ranges = list(_swings(history["tangential_displacement"].values))
     start, stop = next(
@@ -379,7 +316,8 @@ def _swing_steps(history: xr.Dataset, column: int, middle: int, count: int) -> l
     slides = np.flatnonzero(states[begun:] == GROSS_SLIP)
     stop_step = start + begun + int(slides[0]) if slides.size else stop
     return [
-        int(step) for step in np.unique(np.linspace(start, max(stop_step, start), count).round())
+        int(step)
+        for step in np.unique(np.linspace(start, max(stop_step, start), STATES_IN_ONE).round())
     ]
 
 

@@ -137,7 +137,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
         try:
             blocks.append(
                 picture(
-                    draw(history, name),
+                    draw(history, name, **kind.report_options),
                     add_values(kind.report_caption(history), lines, kind.caption_lines),
                 )
             )

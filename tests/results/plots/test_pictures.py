@@ -9,8 +9,8 @@ from pictured import ball, friction_changes
 import historysim as hs
 from historysim.errors import InputError
 from historysim.results import analysis, recompute
-from historysim.results.plots.pictures import PICTURES
-from historysim.results.plots.style import STATE_COLOURS
+from historysim.results.plots.pictures import PICTURES, REPLACED
+from historysim.scenario.kinds import kinds
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 ENSEMBLE = hs.Ensemble(
@@ -59,7 +59,7 @@ def test_every_picture_of_a_single_step_is_drawn_and_changes_nothing(history, pl
 
 
 def test_the_colour_of_the_loop_is_the_slipping_area(history):
-    figure = hs.plot(history, picture="loop")
+    figure = hs.plot(history, picture="loops", colour="slip")
     (line,) = figure.axes[0].collections
     slipping = analysis.slip_shares(history)["slipping_area"].values
     # each piece has the share of the step that it leads to
@@ -68,7 +68,9 @@ def test_the_colour_of_the_loop_is_the_slipping_area(history):
     ends = np.array([segment[-1] for segment in line.get_segments()])
     assert ends[:, 0] == pytest.approx(history.tangential_displacement.values[1:])
     with pytest.raises(InputError, match="expected 'slip' or 'time'"):
-        hs.plots.loop(history, colour="stick")
+        hs.plots.loops(history, colour="stick")
+    with pytest.raises(InputError, match="the loop of one history"):
+        hs.plots.loops([history] * 2, colour="slip")
 
 
 def test_tractions_equal_the_profiles_of_the_asperity_at_each_step(history):
@@ -101,30 +103,40 @@ def test_by_default_a_swing_is_drawn_until_the_asperity_slides(history):
     assert (states[steps[0] + 1 : steps[-1]] != hs.SlipState.GROSS_SLIP).all()
 
 
-def test_slip_fronts_end_where_the_stick_zone_does(history):
-    steps = list(range(13, 25))
-    axes = hs.plots.slip_fronts(history, asperity=0, steps=steps).axes[0]
-    sticks = [line for line in axes.get_lines() if line.get_color() == STATE_COLOURS[1]]
-    radii = history.stick_radius.sel(asperity=0).values[steps]
-    # points of the line are a step of the radius apart
-    spacing = 1.01 * history.contact_radius.values.max() / 400
-    found = [line.get_xdata()[-1] for line in sticks]
-    assert found == pytest.approx(radii[radii > 0].tolist(), abs=spacing)
+def test_a_removed_picture_names_its_replacement(history, tmp_path):
+    for name in REPLACED.keys() - {"loop"}:
+        with pytest.raises(InputError, match=f"'{name}' was removed; expected"):
+            hs.plot(history, picture=name)
+        with pytest.raises(AttributeError, match="was removed; expected"):
+            getattr(hs.plots, name.replace("-", "_"))
+    (tmp_path / "s.toml").write_text('[picture]\nkind = "slip-map"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="kind: the picture 'slip-map' was removed"):
+        hs.load(tmp_path / "s.toml")
+
+
+def test_pictures_of_one_type_are_not_listed():
+    listed = dict(kinds())["plots"].split(", ")
+    assert {"history", "loops", "traction", "surface", "curve"} <= {*listed}
+    assert not {"comparison", "table", "measured-loops", "asperity"} & {*listed}
 
 
 def test_pictures_of_asperities_need_recorded_asperities(history):
     totals = history.drop_dims("asperity")
-    for picture in ("loop", "slip-map", "traction"):
+    for picture, options in (
+        ("loops", {"colour": "slip"}),
+        ("history", {"panels": ["states"]}),
+        ("traction", {}),
+    ):
         with pytest.raises(InputError, match="expected one recorded with asperities"):
-            hs.plot(totals, picture=picture)
+            hs.plot(totals, picture=picture, **options)
     hs.plot(totals, picture="stiffness")
 
 
 def test_asperity_pictures_of_separated_bodies_are_refused():
     apart = hs.replay(ENSEMBLE, [hs.NormalDisplacement(0.0, -1e-9)])
-    for picture in ("slip-map", "traction", "slip-fronts"):
+    for options in ({"panels": ["states"]}, {"picture": "traction"}):
         with pytest.raises(InputError, match="no asperity ever touches"):
-            hs.plot(apart, picture=picture)
+            hs.plot(apart, **options)
     for picture in ("history", "contact-map"):
         hs.plot(apart, picture=picture).draw_without_rendering()
 
@@ -138,12 +150,11 @@ def test_pictures_without_patch_data_are_refused():
         patches = hs.replay(
             hs.Ensemble.from_normal_curves(PAIR, approach, load, area=areas, friction=0.2), moves
         )
-        for picture in ("traction", "slip-fronts"):
-            with pytest.raises(
-                InputError, match="is of patches of an interacting contact, which have no"
-            ):
-                hs.plot(patches, picture=picture)
-        hs.plot(patches, picture="slip-map").draw_without_rendering()
+        with pytest.raises(
+            InputError, match="is of patches of an interacting contact, which have no"
+        ):
+            hs.plot(patches, picture="traction")
+        hs.plot(patches, panels=["states"]).draw_without_rendering()
 
 
 def test_a_path_in_the_plane_fits_its_size(planar):
@@ -210,9 +221,9 @@ def test_pictures_of_several_panels_need_a_figure(history):
         hs.plot(history, picture="stiffness", ax=ax)
     assert hs.plots.history(history, panels=["loop"], ax=ax) is ax
     with pytest.raises(InputError, match="expected one of them"):
-        hs.plots.loop(history, ax=ax, size=(90, 70))
+        hs.plots.loops(history, ax=ax, size=(90, 70))
     with pytest.raises(InputError, match="ax is a Figure"):
-        hs.plots.loop(history, ax=ax.figure)
+        hs.plots.loops(history, ax=ax.figure)
     plt.close("all")
 
 
