@@ -399,9 +399,8 @@ def plot(
         Draw into these axes: pictures with one panel.
     **options
         Options of the picture: ``step`` of "contact-map" (which it selects), ``steps`` of "loops"
-        and "traction", ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on
-        the adhesion map. Of the path of a height map ``form``, ``pixel_size``, …, as for
-        `read_surface`.
+        and "traction", ``panels`` of "history". Of the path of a height map ``form``,
+        ``pixel_size``, …, as for `read_surface`.
 
     Returns
     -------

@@ -61,6 +61,17 @@ def _show_as_note(show_warning: Callable[..., None]) -> Callable[..., None]:
     return show
 
 
+# Options of earlier versions, and the options that replace them where a command has these.
+REPLACED_OPTIONS = {
+    "--across": "--with across=diameter",
+    "--adhesion": "--picture adhesion-map",
+    "--asperity": "--with asperity=LABEL",
+    "--labels": "--with labels=A,B",
+    "--panels": "--with panels=loop,energy",
+    "--picture": "-o NAME.png",
+    "--plot": "-o NAME.png",
+    "--steps": "--with steps=A,B",
+}
 CLOSE_OPTION = 0.75  # similarity of an option to an unknown one from which it is suggested
 
 
@@ -68,6 +79,11 @@ def _with_fix(error: click.UsageError) -> click.UsageError:
     """Add a suggestion to an error of the command line, if there is one."""
     parameters = error.ctx.command.params if error.ctx else []
     options = {name for parameter in parameters for name in parameter.opts}
+    replacement = REPLACED_OPTIONS.get(getattr(error, "option_name", ""), "")
+    if replacement.partition(" ")[0] in options:
+        return click.UsageError(
+            f"No such option: {error.option_name}. Expected {replacement}.", error.ctx
+        )
     if isinstance(error, click.NoSuchOption) and not difflib.get_close_matches(
         error.option_name, error.possibilities or (), cutoff=CLOSE_OPTION
     ):

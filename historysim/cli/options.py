@@ -114,6 +114,17 @@ def output_option(help: str, **options: Any) -> "Decorator":  # noqa: A002 - cli
     return path_option("-o", "--output", help=help, **options)
 
 
+def outputs_option(help: str) -> "Decorator":  # noqa: A002 - click's word
+    """Return the option ``-o`` for a file and pictures of it, passed as ``outputs``."""
+    return path_option(
+        "-o",
+        "--output",
+        "outputs",
+        multiple=True,
+        help=f"{help} A picture if it ends with .png, .pdf or .svg; may be given several times.",
+    )
+
+
 def quantity_option(name: str, unit: str, help: str, **options: Any) -> "Decorator":  # noqa: A002 - click's word
     """Return an option for a number in SI, or a number with a unit."""
 

@@ -12,7 +12,7 @@ from historysim.basics.files import replacing
 from historysim.basics.targets import Output, OutputFormat, csv_table, netcdf
 from historysim.basics.wording import columns, printable
 from historysim.cli.options import has_flag
-from historysim.errors import HistorySimError
+from historysim.errors import HistorySimError, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +51,16 @@ def check_outputs(
     requested = [Output(path, tuple(forms)) for path, *forms in outputs if path is not None]
     targets.check_outputs(requested, reads, force=has_flag("force"))
     return [output.path for output in requested]
+
+
+def split_outputs(outputs: Sequence[Path], default: Path) -> tuple[Path, list[Path]]:
+    """Return the one output that is not a picture, or else a default, and the pictures."""
+    pictures = [path for path in outputs if path.suffix.lower() in targets.PICTURE.endings]
+    others = [path for path in outputs if path not in pictures]
+    if len(others) > 1:
+        endings = ", ".join(targets.PICTURE.endings)
+        raise InputError(f"-o {others[1]}: is a second result; expected pictures of it ({endings})")
+    return (others[0] if others else default), pictures
 
 
 def write_answer(

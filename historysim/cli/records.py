@@ -19,6 +19,7 @@ from historysim.cli.output import (
     notice,
     save,
     save_table,
+    split_outputs,
     write_answer,
     write_outputs,
 )
@@ -138,14 +139,10 @@ def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: An
     "with_fretting",
     help="Report slip amplitude, energy friction, regime and compliances instead, also over runs.",
 )
-@options.output_option("Also write all loops to this file (.nc, .csv), or draw them there.")
+@options.outputs_option("Also write all loops to this file (.nc, .csv).")
 @options.path_option(
     "--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there."
 )
-@options.flag(
-    "--plot", "with_picture", help="Also draw the loops: FILE's name with _loops.png, here."
-)
-@options.path_option("--picture", help="Also draw the loops to this file (PNG, PDF, SVG).")
 @options.common("size")
 @options.flag("--model", "with_model", help="Also draw the loops of the scenario's model, dashed.")
 @options.common("json", "force", "set")
@@ -156,10 +153,8 @@ def loops(
     amplitude_share: float | None,
     plateau: tuple[float, float] | None,
     with_fretting: bool,
-    output: Path | None,
+    outputs: tuple[Path, ...],
     levels: Path | None,
-    with_picture: bool,
-    picture: Path | None,
     size: "Size",
     with_model: bool,
     values: dict[str, Any],
@@ -170,10 +165,7 @@ def loops(
     FILE is a result, or a scenario with a measured record. With several normal loads a table has a
     row for each.
     """
-    pictures = [
-        path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path
-    ]
-    options.check_size(size, [*pictures, output, levels])
+    options.check_size(size, [*outputs, levels])
     import attrs
 
     from historysim.measured.branches import DEFAULT
@@ -187,20 +179,18 @@ def loops(
         DEFAULT, **{name: share for name, share in shares.items() if share is not None}
     )
     record = _record(file, values)
+    tables_of_loops = TABLES_OF_FRETTING if with_fretting else TABLES_OF_LOOPS
     files = check_outputs(
         options.list_inputs(record),
-        (output, *(TABLES_OF_FRETTING if with_fretting else TABLES_OF_LOOPS), PICTURE),
+        *((path, *tables_of_loops, PICTURE) for path in outputs),
         (levels, *TABLES_OF_LEVELS, PICTURE),
-        *((path, PICTURE) for path in pictures),
     )
 
     def find(source: "Scenario | Path") -> "Loops":
         return find_loops(source, dead_band=dead_band, definitions=definitions, **skipped)
 
     if with_fretting:
-        _report_fretting(
-            record, find, output, size, {levels, *pictures, "--model" if with_model else None}
-        )
+        _report_fretting(record, find, outputs, size, {levels, "--model" if with_model else None})
         return
     if _write_each(record, find, loop_rows, files):
         return
@@ -218,28 +208,25 @@ def loops(
             save_table(
                 table, path, lambda _: by_level.figure(table, {"size": size}), measured=measured
             )
-        elif path == output:
-            all_loops = evaluation.to_dataset()
+        else:
             save_table(
-                all_loops,
+                evaluation.to_dataset(),
                 path,
                 lambda _: loops_picture.figure(evaluation, {"size": size}),
                 measured=measured,
             )
-        else:
-            save(loops_picture.figure(evaluation, {"size": size}), path)
 
     tables, below = _loop_tables(evaluation)
-    outputs = [(path, functools.partial(write, path)) for path in files]
+    writers = [(path, functools.partial(write, path)) for path in files]
     write_answer(
-        evaluation.summary(), tables, data=evaluation.to_dataset, below=below, outputs=outputs
+        evaluation.summary(), tables, data=evaluation.to_dataset, below=below, outputs=writers
     )
 
 
 def _report_fretting(
     record: "Scenario | Path",
     find: "Callable[[Scenario | Path], Loops]",
-    output: Path | None,
+    outputs: "Sequence[Path]",
     size: "Size",
     unsupported: "set[Path | str | None]",
 ) -> None:
@@ -255,14 +242,13 @@ def _report_fretting(
     fretting_picture, measured = FrettingPicture(title=_title(record)), not isinstance(record, Path)
 
     def write(report: "Fretting") -> "Outputs":
-        if output is None:
-            return []
-
         def picture(data: "xr.Dataset") -> Any:
             return fretting_picture.figure(data, {"size": size})
 
+        table = report.to_dataset()
         return [
-            (output, lambda: save_table(report.to_dataset(), output, picture, measured=measured))
+            (path, functools.partial(save_table, table, path, picture, measured=measured))
+            for path in outputs
         ]
 
     if _write_each(
@@ -406,20 +392,17 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
 
 @click.command()
 @options.common("scenario")
-@options.output_option("The fitted scenario. [default: SCENARIO's name with _fitted.toml]")
-@options.path_option(
-    "--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]"
+@options.outputs_option(
+    "The fitted scenario (.toml), and its picture. [default: SCENARIO's name with _fitted.toml and .png]"
 )
 @options.common("size", "quiet", "json", "force", "set")
-def fit(
-    scenario: Path, output: Path | None, picture: Path | None, size: "Size", values: dict[str, Any]
-) -> None:
+def fit(scenario: Path, outputs: tuple[Path, ...], size: "Size", values: dict[str, Any]) -> None:
     """Fit parameters of SCENARIO to its measured record.
 
     [fit] names the parameters. Writes the fitted scenario and a picture.
     """
-    output = output or Path(f"{scenario.stem}_fitted.toml")
-    names = output, picture or output.with_suffix(".png")
+    output, pictures = split_outputs(outputs, Path(f"{scenario.stem}_fitted.toml"))
+    names = [output, *(pictures or [output.with_suffix(".png")])]
     from historysim.results.plots.record_pictures import ComparisonPicture
     from historysim.scenario.fit import fit as fit_scenario
     from historysim.scenario.record_search import fit_rows
@@ -427,18 +410,20 @@ def fit(
 
     loaded = load(scenario, values)
 
-    def check(output: Path, picture: Path) -> list[Path]:
-        return check_outputs(loaded.files, (output, FITTED), (picture, PICTURE))
+    def check(output: Path, *pictures: Path) -> list[Path]:
+        drawn = ((picture, PICTURE) for picture in pictures)
+        return check_outputs(loaded.files, (output, FITTED), *drawn)
 
-    def list_outputs(fitted: "Fit", output: Path, picture: Path) -> "Outputs":
-        def draw() -> None:
+    def list_outputs(fitted: "Fit", output: Path, *pictures: Path) -> "Outputs":
+        def draw(picture: Path) -> None:
             save(
                 ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}),
                 picture,
             )
 
         # the scenario, which is small and holds the result, comes first
-        return [(output, lambda: fitted.write(output)), (picture, draw)]
+        drawings = [(picture, functools.partial(draw, picture)) for picture in pictures]
+        return [(output, lambda: fitted.write(output)), *drawings]
 
     def write_each(runs: "Runs[Fit]") -> "Outputs":
         results = [

@@ -8,7 +8,14 @@ import click
 
 from historysim.basics.targets import PICTURE, Output, OutputFormat, csv_table, netcdf
 from historysim.cli import options
-from historysim.cli.output import check_outputs, notice, save, write_answer, write_outputs
+from historysim.cli.output import (
+    check_outputs,
+    notice,
+    save,
+    split_outputs,
+    write_answer,
+    write_outputs,
+)
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,11 +30,10 @@ if TYPE_CHECKING:
 
 @click.command()
 @options.common("scenario")
-@options.output_option(
+@options.outputs_option(
     "The result (netCDF, or a zarr store: .zarr). [default: SCENARIO's name with .nc, here]"
 )
 @options.flag("--plot", "with_picture", help="Also draw the result, next to it, with .png.")
-@options.path_option("--picture", help="Also draw the result to this file (PNG, PDF, SVG).")
 @options.common("quiet")
 @options.from_function(
     "scenario.run:run", "resume", "snapshot_every", "record", "cluster", "compression", "threads"
@@ -36,9 +42,8 @@ if TYPE_CHECKING:
 def run(
     scenario: Path,
     values: dict[str, Any],
-    output: Path | None,
+    outputs: tuple[Path, ...],
     with_picture: bool,
-    picture: Path | None,
     **choices: Any,
 ) -> None:
     """Replay SCENARIO (TOML) and write the history (netCDF).
@@ -47,12 +52,9 @@ def run(
 
     The log, NAME.history, is written next to the result.
     """
-    output = output or Path(f"{scenario.stem}.nc")
-    pictures = [
-        path
-        for path in (output.with_suffix(".png") if with_picture else None, picture)
-        if path is not None
-    ]
+    output, pictures = split_outputs(outputs, Path(f"{scenario.stem}.nc"))
+    if with_picture:
+        pictures.insert(0, output.with_suffix(".png"))
     from historysim.log.result import RunOptions
     from historysim.scenario.run import open_source, run_each, write
 
@@ -86,14 +88,14 @@ def run(
         drawn = [picture for _, pictures in results for picture in pictures]
         write_answer(files=[path for path, _ in results], below=problems, outputs=drawn)
         return
-    _, outputs = replay(source, output, pictures)
+    _, drawings = replay(source, output, pictures)
     if not quiet:
         from historysim.results.analysis.history_summary import summary_lines
 
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
         with open_file_history(output, exclusive=True) as view:
             write_answer([*summary_lines(view), *files])
-    write_outputs(outputs)
+    write_outputs(drawings)
 
 
 def _draw_result(source: Any, history: "xr.Dataset") -> Any:
@@ -238,19 +240,11 @@ def fmu(
 @options.from_function(
     "exchange.reduced.reducing:reduce", "elements", "normal_load", elements={"short": ["-e"]}
 )
-@options.path_option(
-    "-o",
-    "--output",
-    "outputs",
-    multiple=True,
-    help="The model: .json or .nc; may be given several times.",
-)
-@options.path_option("--picture", help="Draw model and contact to this file (PNG, PDF, SVG).")
+@options.outputs_option("The model: .json or .nc.")
 @options.common("size", "json", "force", "set")
 def reduce(
     scenario: Path,
     outputs: tuple[Path, ...],
-    picture: Path | None,
     size: tuple[float, float] | None,
     values: dict[str, Any],
     **choices: Any,
@@ -266,16 +260,15 @@ def reduce(
     from historysim.exchange.reduced.reduced_model import MODEL_FORMATS, ReducedPicture
     from historysim.exchange.reduced.reducing import reduce as reduce_contact
 
-    options.check_size(size, [picture])
-    written = [(path, *MODEL_FORMATS) for path in outputs]
-    check_outputs(source.files, *written, (picture, PICTURE))
+    options.check_size(size, outputs)
+    check_outputs(source.files, *((path, *MODEL_FORMATS, PICTURE) for path in outputs))
     model = reduce_contact(source, notify=notice, **choices)
-    force = options.has_flag("force")
-    to_write: list[Any] = [
-        (path, functools.partial(model.write, path, force=force)) for path in outputs
-    ]
-    if picture is not None:
-        to_write.append(
-            (picture, lambda: save(ReducedPicture().figure(model, {"size": size}), picture))
-        )
+
+    def write(path: Path) -> None:
+        if path.suffix.lower() in PICTURE.endings:
+            save(ReducedPicture().figure(model, {"size": size}), path)
+        else:
+            model.write(path, force=options.has_flag("force"))
+
+    to_write = [(path, functools.partial(write, path)) for path in outputs]
     write_answer(model.summary(), data=model.dataset, outputs=to_write)

@@ -36,23 +36,8 @@ class PictureOption(click.Option):
         return super().get_help_record(ctx)
 
 
-# Options of pictures with an option of the command; all can be given by --with as well.
-PICTURE_OPTIONS = {
-    "steps": "States by number or name, as K,L,120 (loops, traction).",
-    "across": "Abscissa of a traction: radius or diameter.",
-    "labels": "Labels of the lines, separated by commas (loops, traction).",
-    "step": "Draw the contact map of a result at this step: a number, partial or peak.",
-    "asperity": "Label of the asperity (traction).",
-    "panels": "Panels of the picture history: some of loop,loads,states,energy.",
-}
 # Arguments of `hs.plot` that select content and target; they are not options of a picture.
 NO_OPTIONS = {"what", "name", "picture", "place", "size", "figure", "ax"}
-
-
-def _picture_options(command: Any) -> Any:
-    for name, text in reversed(PICTURE_OPTIONS.items()):
-        command = click.option(f"--{name}", help=text)(command)
-    return command
 
 
 def _height_map_options(command: Any) -> Any:
@@ -103,20 +88,21 @@ def show(
 @several_files
 @options.output_option("The picture (PNG, PDF, SVG). [default: FILE's name with .png]")
 @click.option("--picture", cls=PictureOption)
-@options.with_option("OPTION=VALUE", "An option of the picture.")
-@_picture_options
-@options.flag("--adhesion", help="Draw the adhesion map of a scenario with its asperities.")
+@click.option("--step", help="Draw a result at this step: a number, a name, partial or peak.")
+@options.with_option(
+    "OPTION=VALUE", "An option of the picture, as steps=A,B; may be given several times."
+)
 @options.common("size", "force", "set")
 @_height_map_options
 def plot(
     files: tuple[Path, ...],
     output: Path | None,
     picture: str | None,
+    step: str | None,
     choices: dict[str, Any],
-    adhesion: bool,
     size: tuple[float, float] | None,
     values: dict[str, Any],
-    **further: Any,
+    **height_map: Any,
 ) -> None:
     """Draw FILE, or several results in one picture.
 
@@ -133,12 +119,8 @@ def plot(
             f"--with: {min(wrong)} is not an option of a picture; see `historysim kinds plots`"
         )
     choices = {name.replace("-", "_"): value for name, value in choices.items()}
-    choices = (
-        {name: further.pop(name) for name in PICTURE_OPTIONS}
-        | choices
-        | {"adhesion": adhesion or None}
-    )
-    choices = {name: value for name, value in choices.items() if value is not None}
+    if step is not None:
+        choices.setdefault("step", step)
     from historysim.results.result_files import file_type
 
     kind = file_type(file)
@@ -147,7 +129,7 @@ def plot(
         folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
         surface = "step" in choices or kind in {"scenario", "height map"}
         map_name = "before-after" if len(files) > 1 else "surface"
-        name = picture or ("adhesion" if "adhesion" in choices else map_name if surface else "")
+        name = picture or (map_name if surface else "")
         output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
         raise InputError(
@@ -158,7 +140,7 @@ def plot(
     from historysim.verbs import plot as draw
 
     content = source if len(files) == 1 else list(files)
-    save(draw(content, picture=picture, size=size, **choices, **_reading(further)), output)
+    save(draw(content, picture=picture, size=size, **choices, **_reading(height_map)), output)
     click.echo(output)
 
 

@@ -93,13 +93,12 @@ def _draw_scenario(
     picture: str | None = None,
     target: "Place | None" = None,
     name: str = "",  # noqa: ARG001 - a scenario knows its own path
-    adhesion: bool = False,
     **options: Any,  # noqa: ANN401 - fields of pictures
 ) -> "FigureOrAxes":
-    """Draw the ``[picture]`` of a scenario, by default its surface and summits; with `adhesion` the adhesion map."""
-    if picture is None and not adhesion and not options and (pictures := drawable(scenario)):
+    """Draw the ``[picture]`` of a scenario, by default its surface and summits."""
+    if picture is None and not options and (pictures := drawable(scenario)):
         return draw_scenario_figure(scenario, pictures, target)
-    kind = picture or ("adhesion-map" if adhesion else "surface")
+    kind = picture or "surface"
     if kind in PICTURES and HISTORY in PICTURES[kind].of and SCENARIO not in PICTURES[kind].of:
         if scenario.sections.sweep is not None:
             raise InputError(

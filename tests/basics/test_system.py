@@ -66,7 +66,7 @@ def test_no_other_module_asks_for_what_only_some_systems_have():
 def test_the_commands_work_where_nothing_of_posix_is_there(tmp_path):
     (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
     for arguments in (
-        ["run", "s.toml", "-o", "r.nc", "--picture", "r.png"],
+        ["run", "s.toml", "-o", "r.nc", "-o", "r.png"],
         ["run", "s.toml", "-o", "r.nc", "--resume"],
         ["run", "r.history", "-o", "r.nc", "--compression", "zlib"],
         ["verify", "r.nc"],

@@ -92,7 +92,7 @@ def test_run_writes_the_result_here_and_prints_a_summary(folder):
 
 def test_run_draws_next_to_its_output_and_can_be_quiet(folder):
     (folder / "results").mkdir()
-    done = call("run", "ball.toml", "-o", "results/out.nc", "--plot", "--picture", "other.pdf")
+    done = call("run", "ball.toml", "-o", "results/out.nc", "--plot", "-o", "other.pdf")
     assert done.exit_code == 0
     assert files(folder / "results") == ["out.history", "out.nc", "out.png"]
     assert (folder / "results/out.png").read_bytes().startswith(b"\x89PNG")
@@ -237,16 +237,36 @@ def test_a_height_map_is_shown_and_drawn(folder):
 
 
 def test_how_adhesive_a_scenario_is(folder):
-    check_refusal(call("plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
+    check_refusal(
+        call("plot", "ball.toml", "--picture", "adhesion-map"), 2, "ball.toml: has no [adhesion]"
+    )
     text = SCENARIO.replace("[loading]", '[adhesion]\nequilibrium_separation = "0.2 nm"\n[loading]')
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert (
         "adhesion regimes     1 JKR, where the asperities are pressed most\n"
         in call("show", "ball.toml").output
     )
-    assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
-    assert call("run", "ball.toml", "-q").exit_code == 0
-    assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
+    assert (
+        call("plot", "ball.toml", "--picture", "adhesion-map").output == "ball_adhesion-map.png\n"
+    )
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("command", "option", "replacement"),
+    [
+        *(
+            ("plot", f"--{name}", f"--with {name}=")
+            for name in ("steps", "across", "labels", "panels")
+        ),
+        ("plot", "--adhesion", "--picture adhesion-map"),
+        *((name, "--picture", "-o NAME.png") for name in ("run", "loops", "fit", "reduce")),
+        ("loops", "--plot", "-o NAME.png"),
+    ],
+)
+def test_a_removed_option_names_its_replacement(command, option, replacement):
+    said = f"No such option: {option}. Expected {replacement}"
+    check_refusal(call(command, "ball.toml", option, "x"), 2, said)
 
 
 def test_loops_are_written_drawn_and_read_again(folder):
@@ -256,11 +276,12 @@ def test_loops_are_written_drawn_and_read_again(folder):
     text = SCENARIO.replace('{ after = 1, tangential_load = "8 mN" }', swings)
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert call("run", "ball.toml", "-q").exit_code == 0
-    done = call("loops", "ball.nc", "-o", "l.nc", "--levels", "n.nc", "--plot")
-    assert done.output.splitlines()[-3:] == ["l.nc", "n.nc", "ball_loops.png"]
-    assert call("loops", "ball.nc", "-o", "l.csv", "--picture", "p.svg").output.splitlines()[
-        -2:
-    ] == ["l.csv", "p.svg"]
+    done = call("loops", "ball.nc", "-o", "l.nc", "--levels", "n.nc", "-o", "p.png")
+    assert done.output.splitlines()[-3:] == ["l.nc", "p.png", "n.nc"]
+    assert call("loops", "ball.nc", "-o", "l.csv", "-o", "p.svg").output.splitlines()[-2:] == [
+        "l.csv",
+        "p.svg",
+    ]
     header, *rows = (folder / "l.csv").read_text(encoding="utf-8").splitlines()
     column = header.split(",").index("friction_force forward [N]")
     with xr.open_dataset(folder / "l.nc") as written:

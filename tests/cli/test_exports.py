@@ -26,7 +26,7 @@ def said(folder, *words, code=0):
 def test_reduce_tells_its_bound_and_writes_all_files(tmp_path):
     files = ["model.json", "model.nc"]
     options = [word for name in files for word in ("-o", name)]
-    told = said(tmp_path, "reduce", SCENARIO, "--elements", 8, *options, "--picture", "model.png")
+    told = said(tmp_path, "reduce", SCENARIO, "--elements", 8, *options, "-o", "model.png")
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*files, "model.png"])
     assert "for every history at that normal load" in told
     model = json.loads((tmp_path / "model.json").read_text(encoding="utf-8"))

@@ -86,7 +86,7 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
     [
         ("r.nc", {"step": "peak"}, "Asperity distribution"),
         ("s.toml", {"picture": "contact-map"}, "Asperity distribution"),
-        ("s.toml", {"adhesion": True}, "Adhesion map"),
+        ("s.toml", {"picture": "adhesion-map"}, "Adhesion map"),
         (
             "map.txt",
             {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"},
@@ -108,7 +108,7 @@ def test_files_are_drawn_by_their_type(files, name, options, title):
         ),
         (
             "s.toml",
-            {"adhesion": True, "asperity": 1},
+            {"picture": "adhesion-map", "asperity": 1},
             "asperity does not apply to the picture adhesion-map",
         ),
         ("r.history", {}, "r.history has no picture"),

@@ -38,7 +38,7 @@ output = "preliminary_displacement"
 # Arguments of each command that writes a file, and a suffix that it knows.
 COMMANDS = {
     "run": (["run", "s.toml", "-o", "TARGET"], ".nc"),
-    "run --picture": (["run", "s.toml", "-o", "new.nc", "--picture", "TARGET"], ".png"),
+    "run with picture": (["run", "s.toml", "-o", "new.nc", "-o", "TARGET"], ".png"),
     "sweep": (["sweep", "s.toml", "-o", "TARGET", "--workers", "1"], ".nc"),
     "sweep to CSV": (["sweep", "s.toml", "-o", "TARGET", "--workers", "1"], ".csv"),
     "design": (["design", "s.toml", "-o", "TARGET", "--workers", "1"], ".csv"),
@@ -50,10 +50,10 @@ COMMANDS = {
     "table to netCDF": (["table", "r.nc", "time-series", "-o", "TARGET"], ".nc"),
     "loops": (["loops", "s.toml", "-o", "TARGET"], ".csv"),
     "loops --levels": (["loops", "s.toml", "--levels", "TARGET"], ".nc"),
-    "loops --picture": (["loops", "s.toml", "--picture", "TARGET"], ".svg"),
+    "loops as picture": (["loops", "s.toml", "-o", "TARGET"], ".svg"),
     "compare": (["compare", "s.toml", "-o", "TARGET"], ".png"),
     "fit": (["fit", "s.toml", "-o", "TARGET"], ".toml"),
-    "fit --picture": (["fit", "s.toml", "-o", "new.toml", "--picture", "TARGET"], ".pdf"),
+    "fit with picture": (["fit", "s.toml", "-o", "new.toml", "-o", "TARGET"], ".pdf"),
     "sliding": (["sliding", "one_way.toml", "-o", "TARGET"], ".csv"),
     "creep": (["creep", "h.toml", "-o", "TARGET"], ".png"),
     "plot": (["plot", "r.nc", "-o", "TARGET"], ".pdf"),
@@ -61,8 +61,8 @@ COMMANDS = {
     "gallery": (["gallery", ".", "-o", "TARGET", "--workers", "1"], ".html"),
     "fmu": (["fmu", "s.toml", "-o", "TARGET"], ".fmu"),
     "reduce": (["reduce", "s.toml", "--elements", "4", "-o", "TARGET"], ".json"),
-    "reduce --picture": (
-        ["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"],
+    "reduce with picture": (
+        ["reduce", "s.toml", "--elements", "4", "-o", "new.json", "-o", "TARGET"],
         ".png",
     ),
 }

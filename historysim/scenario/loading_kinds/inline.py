@@ -42,7 +42,7 @@ class Waypoint:
     #: time since the previous waypoint
     after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     asperities: tuple[int, ...] | None = None  #: asperities whose friction changes; by default all
-    name: str | None = None  #: label of the state, for pictures and ``--steps``
+    name: str | None = None  #: label of the state, for pictures and ``--step``
     changes: Changes = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
