@@ -21,9 +21,10 @@ from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
 from historysim.memory.paths import drop_slide_times
-from historysim.recording import provenance, unknown_past
+from historysim.recording import provenance
 from historysim.recording import recorder as recorders
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly
+from historysim.recording.unknown_past import add_bounds, check_past, make_bounds
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class Replay:
     threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
     #: False once `events` has the waypoints
     hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)
-    past: str = attrs.field(default="untouched", kw_only=True, validator=unknown_past.check_past)
+    past: str = attrs.field(default="untouched", kw_only=True, validator=check_past)
 
     def __attrs_post_init__(self) -> None:
         """Resolve ``hold`` once, so that a copy of the replay neither warns nor adds waypoints again."""
@@ -124,22 +125,19 @@ class Replay:
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
         history.encoding[provenance.MADE_BY] = self
-        return (
-            history if self.past == "untouched" else unknown_past.add_bounds(self, history, until)
-        )
+        return add_bounds(self, history, until)
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which appears when it is complete."""
         from historysim.recording.netcdf import FileRecorder
 
-        unknown_past.check_written(self.past)
-        options: dict[str, Any] = {"attributes": self.attributes()}
+        options: dict[str, Any] = {"attributes": self.attributes(), "bounds": make_bounds(self)}
         with (
             replacing(path_to_write(path, ".nc")) as file,
             self.recorder(FileRecorder, path=file, **options) as target,
         ):
             self.walk(target, progress=progress)
-            target.finish()
+            target.finish(progress=progress)
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "State":
         """Return the state at a time [s]: unloaded before the first event, held after the last."""
@@ -181,7 +179,7 @@ class Replay:
                     if timed
                     else attrs.evolve(segment, paths=drop_slide_times(segment.paths))
                 )
-                state = self._advance_over(
+                state = self.advance_over(
                     path, state, rows=rows, asperities=columns, threads=self.threads
                 )
                 target.record(segment.row_time)
@@ -191,7 +189,7 @@ class Replay:
         target.conclude(state)
         return state
 
-    def _advance_over(self, segment: schedule.Segment, state: "State", **recorded: Any) -> "State":
+    def advance_over(self, segment: schedule.Segment, state: "State", **recorded: Any) -> "State":
         """Advance a state over a segment; errors name the event."""
         ensemble, event = self.ensemble, segment.event[0]
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}

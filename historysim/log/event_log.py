@@ -27,6 +27,7 @@ from historysim.log.result import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, straight_paths
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
+from historysim.recording.unknown_past import past_lines
 from historysim.replaying import Replay
 
 if TYPE_CHECKING:
@@ -142,6 +143,7 @@ class EventLog:
             ("asperities", f"{len(self.ensemble):,}"),
             ("events", f"{len(self):,}{over_text(self._file.sound().events)}"),
             ("substeps", str(settings["substeps"])),
+            *past_lines(self._file.head.past),
             ("made with", f"historysim {settings['historysim_version']}, {settings['made_with']}"),
             ("digest", self.digest),
         ]

@@ -30,22 +30,24 @@ from historysim.errors import InputError, MissingPackageError
 from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
+from historysim.recording.unknown_past import PASTS, UNTOUCHED
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield,
-# or slopes. A spring in parallel, a line contact and attraction, which earlier versions do not
-# support, have separate formats.
-PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL, OF_LINES, OF_ATTRACTION = (
-    FORMATS
-) = (
-    1,
-    3,
-    4,
-    5,
-    7,
-    8,
-    9,
-    10,
+# or slopes. A spring in parallel, a line contact, attraction and an unknown past, which earlier
+# versions do not support, have separate formats.
+PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES = 1, 3, 4, 5, 7
+OF_PARALLEL, OF_LINES, OF_ATTRACTION, OF_PASTS = 8, 9, 10, 11
+FORMATS = (
+    PLAIN,
+    OF_LAWS,
+    OF_CURVES,
+    OF_YIELDING,
+    OF_SLOPES,
+    OF_PARALLEL,
+    OF_LINES,
+    OF_ATTRACTION,
+    OF_PASTS,
 )
 _OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
@@ -142,6 +144,7 @@ class LogHeader:
         further = {
             "metadata": dict(metadata or {}) or None,
             "parallel_stiffness": instrument.parallel_stiffness or None,
+            "past": None if job.past == UNTOUCHED else job.past,
         }
         settings |= {name: value for name, value in further.items() if value is not None}
         settings["format"] = _form(arrays, settings)
@@ -173,6 +176,10 @@ class LogHeader:
         if not (indices and all(isinstance(item, str) for item in metadata.values())):
             raise InputError(
                 "is damaged: what it records are no indices, or its metadata are no strings"
+            )
+        if (past := self.settings.get("past", UNTOUCHED)) not in PASTS:
+            raise InputError(
+                f"is damaged: its setting past is {format_value(past)}, which is no value for it"
             )
         if not 1 <= self.substeps <= most("STEPS"):
             raise InputError(f"says {format_value(self.substeps)} as substeps; {at_most('STEPS')}")
@@ -250,6 +257,11 @@ class LogHeader:
         """Rows per interval between event times."""
         return int(self.settings["substeps"])
 
+    @property
+    def past(self) -> str:
+        """Past of the contact before the first event."""
+        return str(self.settings.get("past", UNTOUCHED))
+
     def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
         """Return the replay of events with these settings; InputError if it has too many rows."""
         if (steps := len(events) * self.substeps) > most("STEPS"):
@@ -263,6 +275,7 @@ class LogHeader:
             instrument=self.instrument,
             threads=threads,
             hold=False,
+            past=self.past,
         )
 
     @property
@@ -297,7 +310,12 @@ class LogHeader:
 
 def _form(arrays: Mapping[str, Array], settings: Mapping[str, Any]) -> int:
     """Return the lowest format number that supports the ensemble with these arrays and settings."""
-    own = {"attraction": OF_ATTRACTION, "line": OF_LINES, "parallel_stiffness": OF_PARALLEL}
+    own = {
+        "past": OF_PASTS,
+        "attraction": OF_ATTRACTION,
+        "line": OF_LINES,
+        "parallel_stiffness": OF_PARALLEL,
+    }
     if present := [form for name, form in own.items() if name in settings]:
         return present[0]
     if any(name.startswith(CURVES) for name in arrays):

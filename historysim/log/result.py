@@ -31,6 +31,7 @@ from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.recording import surface_group
 from historysim.recording.netcdf import COMPRESSIONS, FileRecorder, Unfinished
+from historysim.recording.unknown_past import make_bounds
 from historysim.replaying import Replay
 
 if TYPE_CHECKING:
@@ -144,7 +145,11 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         date_created = current_time_text()
         attributes = job.attributes() | head.attributes | link | {"date_created": date_created}
         make_recorder = partial(
-            job.recorder, FileRecorder, attributes=attributes, write_groups=write_groups
+            job.recorder,
+            FileRecorder,
+            attributes=attributes,
+            write_groups=write_groups,
+            bounds=make_bounds(job),
         )
         with make_recorder(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
@@ -174,7 +179,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
                 progress=options.progress,
                 on_event=save_snapshot,
             )
-            target.finish()
+            target.finish(progress=options.progress)
         if options.compression == "none":
             unfinished.publish()
         else:

@@ -1,5 +1,6 @@
 """Verify results against their logs, and logs against their digests and snapshots."""
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -24,6 +25,7 @@ from historysim.log.result import log_path_for, program, snapshots
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, asperity_coordinates
 from historysim.recording.stored_units import declared_units, is_as_recorded
+from historysim.recording.unknown_past import FORGOTTEN, make_bounds
 from historysim.recording.variables import SLIDE_TIME
 
 if TYPE_CHECKING:
@@ -188,6 +190,13 @@ def _compare_result(
     job.walk(target, progress=progress)
     if target.slide_time is not None:
         target.compare(SLIDE_TIME.name, target.slide_time)
+    if (bounds := make_bounds(job)) is not None:
+        for where, compared in bounds.blocks(progress=progress):
+            for variable, values in compared:
+                target.compare(variable.name, values, where)
+        stored, replayed = getattr(result, FORGOTTEN, math.inf), bounds.forgotten_time
+        difference = target.differences.setdefault(FORGOTTEN, Difference(FORGOTTEN))
+        difference.add(["attribute"], 0, *(np.array([float(time)]) for time in (stored, replayed)))
     differences = tuple(
         difference for difference in target.differences.values() if difference.count
     )

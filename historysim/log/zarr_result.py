@@ -25,6 +25,7 @@ from historysim.errors import HistorySimError, InputError
 from historysim.log.file import LogFile
 from historysim.log.lazy_history import open_lazily
 from historysim.log.result import RunOptions, current_time_text, write_result
+from historysim.recording.unknown_past import UNKNOWN
 
 BLOCKS_PER_WORKER = 4  # blocks in one batch of steps, so that no worker waits long for the last one
 CONNECT_SECONDS = 20.0  # to reach the scheduler of a cluster
@@ -33,8 +34,9 @@ CONNECT_SECONDS = 20.0  # to reach the scheduler of a cluster
 def write_zarr(file: LogFile, output: Path, options: RunOptions) -> None:
     """Replay a log, open to write, into a zarr store, which appears under its name when it is complete.
 
-    InputError: the cluster cannot be reached.
+    InputError: the cluster cannot be reached, or the past is unknown.
     """
+    check_past(output, file.head.past)
     hidden, totals = (
         output.with_name(f".{output.name}.{part}") for part in ("unfinished", "totals.nc")
     )
@@ -56,6 +58,15 @@ def write_zarr(file: LogFile, output: Path, options: RunOptions) -> None:
         finally:
             shutil.rmtree(hidden, ignore_errors=True)
     totals.unlink()
+
+
+def check_past(output: Path, past: str) -> None:
+    """Raise InputError for an unknown past, whose bounds need the whole history before each block."""
+    if past == UNKNOWN:
+        raise InputError(
+            f'{output}: blocks of a store have no bounds of a past that is "unknown"; expected a netCDF '
+            f'file (.nc) as output, or past = "untouched"'
+        )
 
 
 def check_options(output: Path, options: RunOptions) -> None:

@@ -29,6 +29,7 @@ from historysim.basics.files import (
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
 from historysim.recording.recorder import Recorder, asperity_coordinates
+from historysim.recording.unknown_past import FORGOTTEN, Bounds
 from historysim.recording.variables import (
     COMPONENTS,
     COORDINATES,
@@ -106,6 +107,7 @@ class FileRecorder(Recorder):
     go_on: int = 0  #: number of rows in the file to continue
     #: Compression of the rows; an unfinished compressed file cannot be continued.
     compression: str = "none"
+    bounds: Bounds | None = None  #: of an unknown past, computed and written after the rows
     _file: "netCDF4.Dataset" = attrs.field(init=False)
     _times: Array = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)  #: rows that are not written yet
@@ -140,8 +142,14 @@ class FileRecorder(Recorder):
         return sum(
             np.dtype(variable.dtype).itemsize
             * math.prod(sizes[name] for name in variable.dimensions)
-            for variable in (TIME, *self.totals, *self.per_asperity)
+            for variable in self._along_steps
         )
+
+    @property
+    def _along_steps(self) -> tuple[Variable, ...]:
+        """Variables with a value at each step."""
+        bounds = () if self.bounds is None else self.bounds.variables
+        return (TIME, *self.totals, *self.per_asperity, *bounds)
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
@@ -164,9 +172,13 @@ class FileRecorder(Recorder):
         self._file.sync()
         sync_file(self.path)
 
-    def finish(self) -> None:
-        """Mark the file as complete and close it; all rows are recorded."""
+    def finish(self, *, progress: bool = False) -> None:
+        """Write bounds of an unknown past, mark the file as complete and close it; all rows are recorded."""
         self._put_held()
+        if self.bounds is not None:
+            for where, rows in self.bounds.blocks(progress=progress):
+                self._write(where, rows)
+            self._file.setncattr(FORGOTTEN, np.float64(self.bounds.forgotten_time))
         if self.slide_time is not None and self.slide_time.size:
             self._file[SLIDE_TIME.name][...] = self.slide_time
         self._file.setncattr("complete", np.int8(1))
@@ -190,7 +202,7 @@ class FileRecorder(Recorder):
             dataset.set_auto_maskandscale(False)
             if self.columns:
                 self.slide_time = dataset[SLIDE_TIME.name][...]
-            for variable in (TIME, *self.totals, *self.per_asperity):
+            for variable in self._along_steps:
                 target = self._file[variable.name]
                 at_once = (
                     target.shape[0] if target.chunking() == "contiguous" else target.chunking()[0]
@@ -199,6 +211,9 @@ class FileRecorder(Recorder):
                     target[start : start + at_once] = dataset[variable.name][
                         start : start + at_once
                     ]
+            if self.bounds is not None:
+                self._file.setncattr(FORGOTTEN, dataset.getncattr(FORGOTTEN))
+                self.bounds = None
 
     def _declare(self) -> None:
         """Create all variables, and write those that do not vary along the rows."""
@@ -206,6 +221,8 @@ class FileRecorder(Recorder):
         put_attributes(file, self.attributes)
         # there from the beginning, so that at the end one byte changes, at its place
         file.setncattr("complete", np.int8(0))
+        if self.bounds is not None:
+            file.setncattr(FORGOTTEN, np.float64(math.nan))
         file.createDimension("step", self.steps)
         if self.asperities is not None:
             file.createDimension("asperity", self.columns)
@@ -222,12 +239,9 @@ class FileRecorder(Recorder):
         once = [] if self.asperities is None else [(SLIDE_TIME, np.full(self.columns, np.nan))]
         fixed = asperity_coordinates(self.ensemble, self.asperities)
         coordinates = [*(variable for variable, _ in fixed), TIME]
-        for variable_to_make in (
-            *coordinates,
-            *self.totals,
-            *self.per_asperity,
-            *(variable for variable, _ in once),
-        ):
+        coordinates_on_asperity = (variable for variable, _ in fixed)
+        at_end = (variable for variable, _ in once)
+        for variable_to_make in (*coordinates_on_asperity, *self._along_steps, *at_end):
             self._make(variable_to_make, coordinates)
         for variable, values in [*fixed, *once]:
             if values.size:
@@ -262,10 +276,13 @@ class FileRecorder(Recorder):
             return
         where = slice(self._filled - self._held, self._filled)
         self._file["time"][where] = self._times[: self._held]
-        for variable, values in self.project(self.rows[: self._held]):
+        self._write(where, self.project(self.rows[: self._held]))
+        self._held = 0
+
+    def _write(self, where: slice, rows: Sequence[tuple[Variable, Array]]) -> None:
+        for variable, values in rows:
             if values.size:
                 self._file[variable.name][where] = values
-        self._held = 0
 
 
 class Unfinished:

@@ -9,7 +9,13 @@ import numpy as np
 from historysim.basics.units import conversion_factor, has_unit, to_si
 from historysim.basics.wording import quote
 from historysim.errors import InputError
-from historysim.recording.variables import COORDINATES, SLIDE_TIME, known_variables
+from historysim.recording.variables import (
+    BOUNDED,
+    COORDINATES,
+    SLIDE_TIME,
+    bounds_of,
+    known_variables,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,8 +26,10 @@ _PACKING = ("scale_factor", "add_offset")
 
 def declared_units() -> dict[str, str]:
     """Return the units of all recorded variables by name."""
+    known = known_variables()
+    bounds = [one for variable in known if variable.name in BOUNDED for one in bounds_of(variable)]
     return {
-        variable.name: variable.units for variable in (*COORDINATES, SLIDE_TIME, *known_variables())
+        variable.name: variable.units for variable in (*COORDINATES, SLIDE_TIME, *known, *bounds)
     }
 
 

@@ -1,18 +1,23 @@
 """An unknown past of a contact: two slid pasts bracket its tangential loads at every later time."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, final
 
+import attrs
 import numpy as np
 
 from historysim.asperities.instrument import RIGID
-from historysim.basics.arguments import Floats
+from historysim.basics.arguments import Array, Floats
+from historysim.basics.wording import progress_bar
 from historysim.errors import InputError
-from historysim.loads.event_sequence import is_planar
+from historysim.loads import schedule
+from historysim.loads.event_sequence import components, time_text
 from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
-from historysim.loads.schedule import Start, changes_geometry, event_times, friction_changes
+from historysim.loads.schedule import changes_geometry, event_times, friction_changes
 from historysim.memory.binding import LOAD
-from historysim.recording.recorder import DatasetRecorder
+from historysim.recording.recorder import Recorder
+from historysim.recording.variables import Variable, bounds_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +31,8 @@ FORGOTTEN = "past_forgotten_time"  # attribute of the history
 # round
 SLIDE = 2.5
 NEGLIGIBLE = 1e-12  # width of a bracket that is rounding, relative to the largest values
-BOUNDS = {"lower": "least", "upper": "largest"}
+
+Rows = list[tuple[Variable, Array]]
 
 
 def check_past(_: object, __: object, value: str) -> None:
@@ -35,62 +41,142 @@ def check_past(_: object, __: object, value: str) -> None:
         raise InputError(f"past is {value!r}; expected one of {', '.join(PASTS)}")
 
 
-def check_written(past: str) -> None:
-    """Check that a history of a replay may be written row by row, which has no bounds of an unknown past."""
-    if past == UNKNOWN:
-        raise InputError(
-            'past is "unknown", whose bounds are computed in memory; expected job.dataset().to_netcdf(path), or '
-            'past = "untouched"'
-        )
+def past_lines(past: str) -> list[tuple[str, str]]:
+    """Return the line of a summary on the past of a replay; none for an untouched one."""
+    text = "unknown: results have the bounds that all earlier histories allow"
+    return [("past", text)] if past == UNKNOWN else []
 
 
-def add_bounds(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
-    """Return the history of a replay with the bounds that all pasts of its contact have at each step.
+def forgotten_lines(attributes: Mapping[Any, Any]) -> list[tuple[str, str]]:
+    """Return the line of a summary on the unknown past of a history with attributes; none without."""
+    if FORGOTTEN not in attributes:
+        return []
+    forgotten = float(attributes[FORGOTTEN])
+    when = f"forgotten at t = {time_text(forgotten)}"
+    text = "still remembered at the end" if math.isnan(forgotten) else when
+    return [("past", f"unknown, within bounds; {text}")]
+
+
+@final
+@attrs.define
+class _PastRows(Recorder):
+    """Recorder of rows that are used before the next ones are filled."""
+
+    def record(self, times: Array) -> None:
+        """Leave the rows as they are."""
+
+
+class Bounds:
+    """Bounds that all pasts of the contact of a replay have at each step, computed block by block.
 
     A past is any history that ends where the contact, or its drive, is at the first event time.
     Each spring is a play, and plays keep the order of their initial strains: on a path in
     displacements no past is outside the two that slid there from either side.
 
-    ``total_tangential_load_lower`` and ``_upper``, and the same of ``tangential_load`` of each
-    recorded asperity. Where a tangential load or the drive of an instrument is controlled, springs
-    keep their order only in a contact of one coefficient, and only for the sums over all of them:
-    then there are bounds of ``total_tangential_load`` and ``tangential_displacement``. The
-    attribute ``past_forgotten_time`` is the first recorded time from which on the bounds agree [s];
-    NaN if they do not.
+    There are bounds of ``total_tangential_load``, and of ``tangential_load`` of each recorded
+    asperity. Where a tangential load or the drive of an instrument is controlled, springs keep
+    their order only in a contact of one coefficient, and only for the sums over all of them: then
+    there are bounds of ``total_tangential_load`` and ``tangential_displacement``.
     """
-    _check(job)
-    start = job.state(until=float(event_times(job.events)[0]))
-    slid = []
-    for direction in (1.0, -1.0):
-        target = job.recorder(DatasetRecorder, until=until)
-        job.walk(target, start=Start(_slid_state(job, start, direction)), until=until)
-        slid.append(target.dataset({}))
 
-    follows = "tangential_displacement" if _is_displacement_free(job) else "tangential_load"
-    names = ["total_tangential_load", *([follows] if follows in history else [])]
-    width = np.zeros(history.sizes["step"])
-    for name in names:
-        both = [dataset[name].values for dataset in slid]
-        bounds = dict(zip(BOUNDS, (np.minimum(*both), np.maximum(*both)), strict=True))
-        for bound, text in BOUNDS.items():
-            variable = history[name].copy(data=bounds[bound])
-            variable.attrs["long_name"] = (
-                f"{text} {history[name].attrs.get('long_name', name)} of all pasts"
-            )
-            history[f"{name}_{bound}"] = variable
-        width = np.maximum(width, _relative_width(bounds["lower"], bounds["upper"]))
-    known_from = int(np.flatnonzero(width > NEGLIGIBLE).max(initial=-1)) + 1
-    is_forgotten = known_from < width.size
-    history.attrs[FORGOTTEN] = float(history["time"].values[known_from]) if is_forgotten else np.nan
+    def __init__(self, job: Any, until: float = math.inf) -> None:  # noqa: ANN401 - a Replay, below
+        check_bracketed(job.ensemble, job.events, job.instrument)
+        self._job, self._until = job, until
+        is_free = _is_displacement_free(job.events, job.instrument)
+        recorder = job.recorder(_PastRows, until=until)
+        recorded = {item.name: item for item in (*recorder.totals, *recorder.per_asperity)}
+        follows = "tangential_displacement" if is_free else "tangential_load"
+        self._bounded = [
+            recorded[name] for name in ("total_tangential_load", follows) if name in recorded
+        ]
+        self.times = np.zeros(recorder.steps)
+        self._widths = np.zeros((len(self._bounded), recorder.steps))
+        self._sizes = np.zeros(len(self._bounded))
+
+    @property
+    def variables(self) -> list[Variable]:
+        """Variables of the bounds."""
+        return [bound for variable in self._bounded for bound in bounds_of(variable)]
+
+    def blocks(self, *, progress: bool = False) -> Iterator[tuple[slice, Rows]]:
+        """Yield the bounds in blocks of rows: which rows, and the values of each variable."""
+        job, until = self._job, self._until
+        start = job.state(until=float(event_times(job.events)[0]))
+        states = [_slid_state(job, start, direction) for direction in (1.0, -1.0)]
+        pasts = [job.recorder(_PastRows, until=until) for _ in states]
+        columns = () if job.asperities is None else job.asperities
+        plan = schedule.segments(job.events, job.substeps, pasts[0].rows_at_once, until=until)
+        filled = 0
+        with progress_bar(progress, "step", self.times.size, desc="bounds", delay=2) as done:
+            for segment in plan:
+                count = segment.row_time.size
+                for index, past in enumerate(pasts):
+                    rows = past.blank(count)
+                    states[index] = job.advance_over(
+                        segment, states[index], rows=rows, asperities=columns, threads=job.threads
+                    )
+                where = slice(filled, filled + count)
+                self.times[where] = segment.row_time
+                if count:
+                    yield where, self._bound(where, pasts)
+                filled += count
+                done(count)
+
+    def _bound(self, where: slice, pasts: list[_PastRows]) -> Rows:
+        """Return the bounds of some rows, and note how far apart they are."""
+        bounds: Rows = []
+        for index, variable in enumerate(self._bounded):
+            values = [
+                variable.values(past.rows, self._job.ensemble, self._job.instrument)
+                for past in pasts
+            ]
+            lower, upper = np.minimum(*values), np.maximum(*values)
+            bounds += zip(bounds_of(variable), (lower, upper), strict=True)
+            width = (upper - lower).reshape(lower.shape[0], -1)
+            self._widths[index, where] = width.max(axis=1, initial=0.0)
+            largest = float(np.abs([lower, upper]).max(initial=0.0))
+            self._sizes[index] = max(self._sizes[index], largest)
+        return bounds
+
+    @property
+    def load_width(self) -> Floats:
+        """Distance of the bounds of the total tangential load (step) [N], after all blocks."""
+        width: Floats = self._widths[0]
+        return width
+
+    @property
+    def forgotten_time(self) -> float:
+        """First recorded time from which on the bounds agree [s], after all blocks; NaN if none."""
+        sizes = np.where(self._sizes > 0.0, self._sizes, 1.0)[:, np.newaxis]
+        apart = (self._widths / sizes > NEGLIGIBLE).any(axis=0)
+        known_from = int(np.flatnonzero(apart).max(initial=-1)) + 1
+        return float(self.times[known_from]) if known_from < self.times.size else math.nan
+
+
+def make_bounds(job: Any, until: float = math.inf) -> Bounds | None:  # noqa: ANN401 - a Replay, below
+    """Return the bounds of an unknown past, which are not computed yet; None if it is untouched."""
+    return Bounds(job, until) if job.past == UNKNOWN else None
+
+
+def add_bounds(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
+    """Return the history of a replay with the `Bounds` of an unknown past, if it has one.
+
+    The attribute ``past_forgotten_time`` is the first recorded time from which on the bounds agree
+    [s]; NaN if they do not.
+    """
+    bounds = make_bounds(job, until)
+    if bounds is None:
+        return history
+    for variable in bounds.variables:
+        shape = [history.sizes[name] for name in variable.dimensions]
+        empty = np.empty(shape, variable.dtype)
+        history[variable.name] = variable.dimensions, empty, variable.attributes
+        history[variable.name].encoding = {"_FillValue": None, "dtype": variable.dtype}
+    for where, rows in bounds.blocks():
+        for variable, values in rows:
+            history[variable.name].values[where] = values
+    history.attrs[FORGOTTEN] = bounds.forgotten_time
     return history
-
-
-def _relative_width(lower: Floats, upper: Floats) -> Floats:
-    """Return the width of a bracket at each step, over the largest value of the history."""
-    size = max(float(np.abs(lower).max(initial=0.0)), float(np.abs(upper).max(initial=0.0)))
-    width = (upper - lower).reshape(lower.shape[0], -1).max(axis=1, initial=0.0)
-    relative: Floats = width / size if size else width
-    return relative
 
 
 def _slid_state(job: Any, start: "State", direction: float) -> "State":  # noqa: ANN401 - a Replay, below
@@ -112,19 +198,21 @@ def _slid_state(job: Any, start: "State", direction: float) -> "State":  # noqa:
     return slid
 
 
-def _is_displacement_free(job: Any) -> bool:  # noqa: ANN401 - a Replay, below
+def _is_displacement_free(events: Sequence[Event], instrument: Any) -> bool:  # noqa: ANN401 - an Instrument
     """Return whether the displacement of the contact follows from a load, or from the drive of an instrument."""
-    return not job.instrument.rigid or any(
-        isinstance(event, TangentialLoad) for event in job.events
-    )
+    return not instrument.rigid or TangentialLoad in _kinds(events)
 
 
-def _check(job: Any) -> None:  # noqa: ANN401 - a Replay, below
+def _kinds(events: Sequence[Event]) -> set[type[Event]]:
+    """Return the types of the events, of which many may be alike."""
+    return {type(event) for event in events}
+
+
+def check_bracketed(ensemble: Any, events: Sequence[Event], instrument: Any) -> None:  # noqa: ANN401 - of any body
     """Check that springs keep the order of their initial strains."""
-    ensemble, events = job.ensemble, job.events
     reason = _exception(ensemble, events)
     groups = 1 if reason else int(ensemble.initial_state().memory.line.contact.groups)
-    if groups > 1 and _is_displacement_free(job):
+    if groups > 1 and _is_displacement_free(events, instrument):
         raise InputError(
             f'past is "{UNKNOWN}", and the asperities have {groups:,} different friction coefficients, which keep no '
             "order where a load or the drive of an instrument is controlled; expected one coefficient, or tangential "
@@ -140,12 +228,12 @@ def _check(job: Any) -> None:  # noqa: ANN401 - a Replay, below
 
 def _exception(ensemble: Any, events: Sequence[Event]) -> str:  # noqa: ANN401 - of any body
     """Return the property without which two pasts bracket all others; empty if there is none."""
-    if is_planar(events):
+    if 2 in components(events):
         return "the loads have two tangential directions"
-    if len({type(event) for event in events} & {TangentialLoad, TangentialDisplacement}) > 1:
+    if len(_kinds(events) & {TangentialLoad, TangentialDisplacement}) > 1:
         return "the tangential channel is controlled by loads and by displacements"
     if friction_changes(events) or changes_geometry(events):
         return "an event changes friction or geometry"
-    if ensemble.laws or getattr(ensemble, "follow_sliding", False):
+    if {*ensemble.laws} - {"attraction"} or getattr(ensemble, "follow_sliding", False):
         return "the contact evolves"
     return "the asperities are inclined" if getattr(ensemble, "slope", None) is not None else ""

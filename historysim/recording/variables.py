@@ -422,9 +422,37 @@ VARIABLES = (
     ),
 )
 
+# Variables that may have bounds where the past of the contact is unknown, and their suffixes.
+BOUNDED = "total_tangential_load", "tangential_load", "tangential_displacement"
+BOUNDS = {"lower": "least", "upper": "largest"}
+
+
+def bounds_of(variable: Variable) -> list[Variable]:
+    """Return the variables of the least and the largest value of a variable over all pasts."""
+    return [
+        attrs.evolve(
+            variable,
+            name=f"{variable.name}_{bound}",
+            long_name=f"{text} {variable.long_name} over all pasts",
+            source=variable.source,
+        )
+        for bound, text in BOUNDS.items()
+    ]
+
+
 _added: list[Variable] = []
 # Modules of this folder that add no variables, and need not be imported for the list of variables.
-_OWN = frozenset({"netcdf", "provenance", "recorder", "stored_units", "surface_group", "variables"})
+_OWN = frozenset(
+    {
+        "netcdf",
+        "provenance",
+        "recorder",
+        "stored_units",
+        "surface_group",
+        "unknown_past",
+        "variables",
+    }
+)
 
 
 def register(variable: Variable) -> Variable:

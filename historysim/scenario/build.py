@@ -19,6 +19,7 @@ from historysim.errors import InputError, error_path, field_error
 from historysim.loads.event_sequence import as_events, channel_values, to_loads
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
+from historysim.recording.unknown_past import UNKNOWN, check_bracketed
 from historysim.replaying import Replay
 from historysim.scenario.schema import located_errors
 from historysim.scenario.sections import Coefficients, Sections
@@ -51,6 +52,9 @@ class BuiltScenario:
         with located_errors(self.name), error_path("record", "asperities"):
             if not isinstance(record, str):
                 chosen_asperities(self.ensemble, (), record)
+        if self.sections.loading.past == UNKNOWN:
+            with located_errors(self.name), error_path("loading", "past"):
+                check_bracketed(self.ensemble, self.events, self.sections.instrument)
         for event in self.events if to_loads(self.events) is None else ():
             if problem := event.problem(len(self.ensemble)):
                 raise InputError(
@@ -69,6 +73,7 @@ class BuiltScenario:
             record=sections.record.asperities,
             instrument=sections.instrument,
             hold=False,
+            past=sections.loading.past,
         )
 
     def walk(self, seconds: float) -> float | None:

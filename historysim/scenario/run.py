@@ -18,6 +18,7 @@ from historysim.log.file import LogFile, chain_links
 from historysim.log.header import LogHeader
 from historysim.log.result import RunOptions, digest_attribute, log_path_for, write_result
 from historysim.recording import surface_group
+from historysim.recording.unknown_past import UNTOUCHED
 from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.scenario import Scenario, load
 
@@ -176,9 +177,10 @@ def write(source: "Source", output: Path, options: RunOptions, *further_outputs:
     )
     in_store = is_store_name(output)
     if in_store:
-        from historysim.log.zarr_result import check_options, write_zarr
+        from historysim.log.zarr_result import check_options, check_past, write_zarr
 
         check_options(output, options)
+        check_past(output, source.past)
     elif options.cluster is not None:
         raise InputError(
             f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output"
@@ -202,6 +204,11 @@ class Source:
     def files(self) -> tuple[Path, ...]:
         """Files that are read."""
         return (self.path,)
+
+    @property
+    def past(self) -> str:
+        """Past of the contact, if it is known before the log is opened."""
+        return UNTOUCHED
 
     @property
     def each_run(self) -> Scenario | None:
@@ -233,6 +240,10 @@ class _ScenarioSource(Source):
     @property
     def files(self) -> tuple[Path, ...]:
         return self.scenario.files
+
+    @property
+    def past(self) -> str:
+        return self.scenario.sections.loading.past
 
     @property
     def each_run(self) -> Scenario | None:

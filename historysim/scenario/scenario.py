@@ -373,6 +373,7 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
     """
     from historysim.loads.event_sequence import over_text, time_text
     from historysim.recording.provenance import validity_findings
+    from historysim.recording.unknown_past import past_lines
 
     surface = scenario.surface()
     notices = list(surface.notices)
@@ -392,6 +393,7 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
         ("events", f"{len(events):,}{over_text(events)}"),
         ("substeps", str(scenario.sections.loading.substeps)),
         ("recorded asperities", scenario.sections.record.text),
+        *past_lines(scenario.sections.loading.past),
         *((name, law.text) for name, law in ensemble.laws.items()),
         *([("sweep", _sweep_line(sweep))] if sweep else []),
         *(

@@ -1,5 +1,6 @@
 """Bounds of the loads of a contact with an unknown past."""
 
+import netCDF4
 import numpy as np
 import pytest
 
@@ -12,10 +13,16 @@ ROUNDING = 1e-11  # of values, relative to the largest ones of the history
 SPRING = {"instrument": hs.Instrument(0.5)}
 
 
-def contact(*, several):
+def contact(*, several, attraction=None):
     random = np.random.default_rng(1)
     height, radius = -random.uniform(0, 0.03, 20), random.uniform(0.5, 1.0, 20)
-    return hs.Ensemble(PAIR, height, radius, random.uniform(0.1, 0.6, 20) if several else 0.5)
+    return hs.Ensemble(
+        PAIR,
+        height,
+        radius,
+        random.uniform(0.1, 0.6, 20) if several else 0.5,
+        attraction=attraction,
+    )
 
 
 def loads(kind, seed=2, count=20, reach=1.0):
@@ -36,14 +43,17 @@ CASES = {
     "drive": (hs.TangentialDisplacement, False, SPRING),
     "loads": (hs.TangentialLoad, False, {}),
     "loads behind an instrument": (hs.TangentialLoad, False, SPRING),
+    "displacements with attraction": (hs.TangentialDisplacement, True, {}),
 }
+PULL = hs.attraction.DMT(work_of_adhesion=1e-4)
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_no_past_is_outside_the_bounds(case):
     """1,000 random pasts in all cases together, which end where the contact, or its drive, is at first."""
     kind, several, options = CASES[case]
-    ensemble = contact(several=several)
+    attraction = PULL if case.endswith("attraction") else None
+    ensemble = contact(several=several, attraction=attraction)
     job = hs.Replay(
         ensemble, loads(kind), substeps=3, record="all", saturate=True, past="unknown", **options
     )
@@ -159,9 +169,87 @@ def test_contacts_without_bounds_are_refused(reason):
         hs.replay(ensemble, events, **({"past": "unknown", "hold": True} | options))
 
 
-def test_bounds_are_not_written_row_by_row(tmp_path):
-    job = hs.Replay(contact(several=False), UNIFORM, past="unknown")
-    with pytest.raises(hs.InputError, match="computed in memory"):
-        job.write(tmp_path / "r.nc")
-    job.dataset().to_netcdf(tmp_path / "r.nc")
-    assert not list(tmp_path.glob("*.part*"))
+SCENARIO = """
+materials = { contact_modulus = 1.0, shear_modulus = 0.25 }
+surface = { kind = "summits", height = [0.0, -0.01, -0.02], radius = [1.0, 0.7, 0.8] }
+friction = { coefficient = 0.5 }
+
+[loading]
+past = "unknown"
+hold = true
+substeps = 7
+waypoints = [
+    { time = 0, normal_load = 0.01, tangential_displacement = 0 },
+    { time = 1, tangential_displacement = 3e-3 },
+    { time = 2, tangential_displacement = -0.05, normal_load = 0.02 },
+    { time = 3, tangential_displacement = 0.01 },
+]
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("compression", ["none", "zlib"])
+@pytest.mark.parametrize("record", [None, "totals"])
+def test_written_results_have_the_bounds(scenario, tmp_path, compression, record, monkeypatch):
+    monkeypatch.setattr("historysim.recording.recorder.ROWS_AT_ONCE", 5)
+    output = tmp_path / "s.nc"
+    written = hs.run(scenario, output, compression=compression, record=record).load()
+    written.close()
+    expected = hs.replay(
+        hs.load(scenario).ensemble(), hs.load(scenario).events(), substeps=7, past="unknown"
+    )
+    names = [name for name in expected if name.endswith(("_lower", "_upper"))]
+    for name in names if record is None else names[:2]:
+        assert written[name].identical(expected[name].drop_vars(()))
+    assert written.attrs["past_forgotten_time"] == expected.attrs["past_forgotten_time"]
+    assert hs.verify(output)
+    assert "forgotten at t = " in dict(written.contact.summary())["past"]
+    with hs.EventLog(tmp_path / "s.history") as log:
+        assert dict(log.summary())["past"].startswith("unknown")
+        assert log.replay().attrs["past_forgotten_time"] == written.attrs["past_forgotten_time"]
+
+
+@pytest.mark.parametrize("name", ["tangential_load_upper", "past_forgotten_time"])
+def test_changed_bounds_are_found(scenario, tmp_path, name):
+    output = tmp_path / "s.nc"
+    hs.run(scenario, output).close()
+    with netCDF4.Dataset(output, "a") as file:
+        if name in file.variables:
+            file[name][5, 1] += 1e-9
+        else:
+            file.setncattr(name, np.float64(0.0))
+    verification = hs.verify(output)
+    assert [difference.name for difference in verification.differences] == [name]
+
+
+def test_a_scenario_states_its_past(scenario):
+    assert "unknown" in dict(hs.validate(scenario))["past"]
+
+
+REFUSED_KEYS = {
+    'loading.past: \'forgotten\'; expected "untouched" or "unknown"': ("unknown", "forgotten"),
+    "loading.past: .*two tangential directions": ("= 3e-3", "= [3e-3, 1e-3]"),
+    "loading.past: .*3 different friction": (
+        "coefficient = 0.5 }",
+        "coefficient = [0.1, 0.2, 0.3] }\ninstrument = { lateral_stiffness = 1.0 }",
+    ),
+}
+
+
+@pytest.mark.parametrize("reason", REFUSED_KEYS)
+def test_a_scenario_without_bounds_is_refused(scenario, reason):
+    scenario.write_text(SCENARIO.replace(*REFUSED_KEYS[reason]), encoding="utf-8")
+    with pytest.raises(hs.InputError, match=reason):
+        hs.load(scenario).build()
+
+
+def test_a_store_has_no_bounds(scenario, tmp_path):
+    with pytest.raises(hs.InputError, match=r"expected a netCDF file \(.nc\)"):
+        hs.run(scenario, tmp_path / "s.zarr")
+    assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]

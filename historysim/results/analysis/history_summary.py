@@ -9,6 +9,7 @@ from historysim.basics.arguments import Floats
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Finding, read_findings
 from historysim.errors import InputError
+from historysim.recording.unknown_past import forgotten_lines
 from historysim.results.analysis.preliminary import Capacity, capacity
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
@@ -101,7 +102,7 @@ def summary_lines(history: History) -> list[tuple[str, str]]:
     lines.append(
         ("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J"))
     )
-    lines += _evolution_lines(history)
+    lines += [*forgotten_lines(history.attrs), *_evolution_lines(history)]
     if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     if "largest_traction_ratio" in history:

@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 import attrs
 from cattrs import Converter
 
-from historysim.basics.fields import QuantityFields
+from historysim.basics.fields import Key, QuantityFields
 from historysim.basics.limits import at_most, most
 from historysim.basics.registry import Registry
 from historysim.basics.wording import Notify, format_value, silent
 from historysim.errors import InputError, field_error
 from historysim.loads.events import Event
+from historysim.recording.unknown_past import PASTS, UNTOUCHED
 from historysim.scenario.schema import kind_from_toml, table
 
 EACH = "each"  # run = "each": all runs of a record, evaluated separately
@@ -38,6 +39,12 @@ class Loading(QuantityFields, abc.ABC):
     #: ``true`` limits a tangential load to the friction limit and flags the step; otherwise it is
     #: an error.
     saturate: bool = False
+    #: ``"unknown"`` also records the bounds that all earlier histories of the contact allow, by which
+    #: a record that begins amid a test can be compared and fitted; otherwise it begins untouched.
+    past: str = attrs.field(
+        default=UNTOUCHED,
+        validator=Key(lambda value: value in PASTS, '"untouched" or "unknown"'),
+    )
 
     def __attrs_post_init__(self) -> None:
         """Check the substeps."""
