@@ -479,6 +479,7 @@ int hs_solve_slid_distances(walk *w, hs_line *memory, const chord_end *end, int 
 
 void hs_add_slides(const walk *w, hs_line *memory) {
     hs_evolved *evolved = memory->evolved;
+    if (!evolved) return;
     for (int64_t i = 0; i < memory->contact->count; ++i) evolved->slid_distance[i] += w->slid[i];
     evolved->slid_together += w->together;
 }

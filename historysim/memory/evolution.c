@@ -744,3 +744,91 @@ int hs_line_set_summits(hs_line *memory, const double *summit_height, const doub
     free_buffers(&w);
     return status;
 }
+
+/* Scale the energies dissipated since a state to the balance of work, with a load that is linear in
+ * the displacement, and elastic energy. */
+static void balance_energies(hs_line *memory, const hs_line *start) {
+    const double lost = memory->dissipated - start->dissipated,
+                 work = 0.5 * (start->tangential_load + hs_total_force(memory)) *
+                        (memory->displacement - start->displacement);
+    const double balance =
+        hs_max(work + hs_elastic_energy(start, NULL) - hs_elastic_energy(memory, NULL), 0.0);
+    if (!(lost > 0.0)) return;
+    for (int64_t i = 0; i < memory->contact->count; ++i) {
+        double before = start->dissipated_each[i];
+        memory->dissipated_each[i] =
+            before + balance / lost * (memory->dissipated_each[i] - before);
+    }
+    memory->dissipated = start->dissipated + balance;
+}
+
+/* Change the coefficients linearly up to `w->goal` at constant approach. The tangential load, or
+ * the drive, is constant up to the fraction at which friction no longer holds the load; from there
+ * the displacement is. */
+static int change_friction(walk *w, hs_line *memory, double held) {
+    route *c = &w->course;
+    int by_load = memory->tangential_control == HS_LOAD, status = HS_OK;
+    double drive = memory->displacement + w->compliance * memory->tangential_load;
+    c->d[0] = c->d[1] = memory->approach;
+    c->load[0] = c->load[1] = memory->normal_load;
+    c->tangential_by_load = c->both_loads = c->normal_by_load = by_load;
+    c->tangential[0] = c->tangential[1] = by_load ? memory->tangential_load : drive;
+    c->times[0] = c->times[1] = memory->clock.end;
+    if (!by_load && w->compliance == 0.0) held = 0.0;
+    if (held > 0.0) {
+        hs_line *start = hs_line_copy(memory);
+        status = start ? make_spares(w, memory) : (int)HS_OUT_OF_MEMORY;
+        if (status == HS_OK)
+            status = hs_settle_in_chords(w, memory, w->spare[0], w->spare[1], 0.0, held);
+        if (status == HS_OK) balance_energies(memory, start);
+        hs_line_free(start);
+    }
+    if (status != HS_OK || held == 1.0) return status;
+    c->tangential_by_load = c->both_loads = c->normal_by_load = 0;
+    w->compliance = 0.0;
+    c->tangential[0] = c->tangential[1] = memory->displacement;
+    return hs_chord(w, memory, held, 1.0);
+}
+
+int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive *drive) {
+    int status = hs_split_groups(memory, friction, friction), falls = 0;
+    if (status != HS_OK) return status;
+    const hs_contact *contact = memory->contact;
+    const double load = memory->tangential_load;
+    double before = hs_friction_limit(memory, memory->approach, memory->normal_load), held = 1.0;
+    hs_evolution evolution;
+    hs_refusal unread;
+    walk w;
+    memset(&evolution, 0, sizeof evolution);
+    memset(&w, 0, sizeof w);
+    w.evolution = &evolution;
+    w.drive = drive;
+    w.refusal = &unread;
+    w.yield.onset = HUGE_VAL;
+    w.compliance = drive->compliance[0] * contact->units.stiffness;
+    if (make_buffers(&w, contact) != HS_OK) return HS_OUT_OF_MEMORY;
+    evolution.goal = w.goal[1];
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        double changed = hs_bound_friction(friction[contact->order[contact->first[g]]]);
+        falls |= memory->depth[g] > 0 && changed < memory->friction[g];
+        for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
+            w.goal[0][contact->order[i]] = memory->friction[g];
+            w.goal[1][contact->order[i]] = changed;
+        }
+        memory->friction[g] = changed;
+    }
+    double after = hs_friction_limit(memory, memory->approach, memory->normal_load);
+    if (falls && memory->tangential_control == HS_LOAD && fabs(load) > after)
+        held = hs_min(hs_max((before - fabs(load)) / (before - after), 0.0), 1.0);
+    hs_flag_steep(memory);
+    if (falls) {
+        for (int64_t g = 0; g < contact->groups; ++g)
+            memory->friction[g] = w.goal[0][contact->order[contact->first[g]]];
+        status = change_friction(&w, memory, held);
+        memory->excess = 0.0;
+        if (memory->tangential_control == HS_LOAD) memory->tangential_load = load;
+    }
+    for (int k = 0; k < 2; ++k) hs_line_free(w.spare[k]);
+    free_buffers(&w);
+    return status;
+}

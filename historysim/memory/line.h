@@ -13,10 +13,6 @@ double hs_line_stiffness(const hs_line *memory, int direction);
 double hs_line_normal_stiffness(const hs_line *memory);
 double hs_line_stored_energy(const hs_line *memory);
 
-/* ---- friction.c ---- */
-
-int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive *drive);
-
 /* ---- integrate.c ---- */
 
 int hs_line_step(hs_line *memory, int normal_control, double normal_target, int tangential_control,
@@ -29,6 +25,7 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
 int hs_line_evolve(hs_line *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
                    const hs_drive *drive, double until, const hs_evolution *evolution,
                    hs_refusal *refusal);
+int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive *drive);
 int hs_line_set_summits(hs_line *memory, const double *summit_height, const double *summit_radius,
                         const uint8_t *fresh, const hs_evolution *evolution);
 
