@@ -1,3 +1,9 @@
+import os
+from decimal import getcontext
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
 import pytest
 from browser import opened  # noqa: F401 - a fixture
 from drawn_data import hidden_data
@@ -22,15 +28,23 @@ def alone(monkeypatch):
     monkeypatch.setattr("threading.active_count", lambda: 1)
 
 
+def process_state():
+    """Return what a test shares with those that run later in its process."""
+    names = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    return Path.cwd(), names, dict(mpl.rcParams), np.geterr(), repr(getcontext())
+
+
 @pytest.fixture(autouse=True)
-def forgotten_classes():
-    """Remove classes that a test registers, as those of an example on a page, when the test ends."""
-    before = {group: registry.own() for group, registry in registries().items()}
+def clean_process():  # by its name set up before the others, and left after them
+    """Remove classes that a test registers; it leaves folder, environment and settings of libraries as they are."""
+    before = process_state()
+    classes = {group: registry.own() for group, registry in registries().items()}
     yield
     for group, registry in registries().items():
         for name, kind in registry.own().items():
-            if name not in before[group] and not kind.__module__.startswith("historysim."):
+            if name not in classes[group] and not kind.__module__.startswith("historysim."):
                 registry.forget(name)
+    assert process_state() == before
 
 
 @pytest.fixture(autouse=True)
