@@ -5,6 +5,7 @@ follow the samples in time: from one turning point to the next it takes the meas
 in ascending or descending order.
 """
 
+import collections
 import functools
 import itertools
 import math
@@ -40,6 +41,7 @@ from historysim.measured.residual_diagnosis import (
     diagnose_residuals,
 )
 from historysim.recording.recorder import TotalsRecorder
+from historysim.recording.unknown_past import Bounds
 from historysim.replaying import Replay
 
 # Change of the normal load between successive samples, over its largest value, up to which it is
@@ -52,6 +54,7 @@ SLIDES = 0.95  # load of the model over its friction limit above which the conta
 # range of the normal load on a branch, over its largest value there, up to which the load is
 # constant
 ONE_LOAD = 0.1
+LEAST_NOISE = 1e-9  # least noise of the load that counts, over the largest load
 FEWEST_MEANS = 16  # least number of means on a branch: they show its curvature
 # A compliance in series is reported if the measured stiffness at reversals is below this fraction
 # of the model's, by this number of standard errors.
@@ -94,6 +97,8 @@ class Observation:
     #: its zero is known.
     starts_displaced: bool = False
     start_sample: int = 0  #: first sample compared: earlier ones are replayed, and not compared
+    #: whether the samples before the first one compared depend on an unknown past
+    forgets: bool = False
     remarks: tuple[tuple[str, str], ...] = ()  #: earlier processing of the samples
 
     def thin(self, sample_count: int) -> "Observation":
@@ -163,12 +168,13 @@ def observe(
     displacement_noise: float | None = None,
     load_noise: float | None = None,
     parallel_stiffness: float = 0.0,
+    forgotten: int | None = None,
 ) -> Observation:
     """Prepare the samples of a measurement for comparison with a model: turning points, loops and noise.
 
     `skip` loops at the start are replayed and not compared; the noise of the displacement [m] and
     of the load [N] is estimated by default. Loops are evaluated without the load of a spring in
-    parallel [N/m].
+    parallel [N/m]. `forgotten` is the first sample that does not depend on an unknown past.
     """
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
@@ -180,12 +186,22 @@ def observe(
     turns = turning_points(displacement, dead_band)
     skip = check_skip(skip)
     start = 1 + 2 * skip if skip else 0
+    past: list[tuple[str, str]] = []
+    if forgotten is not None:
+        time = quantity_text(float(measurement.time[forgotten]), "s", 4)
+        text = (
+            f"unknown, and forgotten at t = {time}: {forgotten:,} samples before are not compared"
+        )
+        past = [("past", text)]
     if start >= turns.size - 1:
         raise InputError(
             f"{skip} loops are to be skipped, and the record has {max(turns.size - 2, 0) // 2}; expected fewer"
         )
     try:
         contact = measurement.without_spring(parallel_stiffness)
+        if forgotten:
+            # loops that begin before depend on the past
+            skip = max(skip, int(np.searchsorted(turns[1::2], forgotten)))
         loops = loops_of_measurement(contact, dead_band=dead_band, skip=skip)
     except NoLoopError:
         # without a whole loop the samples can still be compared
@@ -218,8 +234,9 @@ def observe(
         loops=loops,
         skip=skip,
         starts_displaced=measurement.starts_displaced,
-        start_sample=int(turns[start]),
-        remarks=(*measurement.remarks, *spikes, *follows),
+        start_sample=max(int(turns[start]), forgotten or 0),
+        forgets=forgotten is not None,
+        remarks=(*measurement.remarks, *spikes, *follows, *past),
     )
 
 
@@ -348,6 +365,18 @@ def compute_response(
         ),
         friction_limit=restore_order(limit),
     )
+
+
+def find_forgotten(ensemble: Body, instrument: Instrument, observation: Observation) -> int | None:
+    """Find the first sample from which on an unknown past changes the load by less than its noise; None if none."""
+    target, _ = _sort_between(observation.displacement, observation.nodes)
+    loads = SampledLoads(observation.time, observation.normal_load, target)
+    bounds = Bounds(Replay(ensemble, loads, record="totals", instrument=instrument))
+    collections.deque(bounds.blocks(), maxlen=0)
+    largest = float(np.abs(observation.tangential_load).max(initial=0.0))
+    is_wide = bounds.load_width > max(observation.load_noise, LEAST_NOISE * largest)
+    forgotten = int(np.flatnonzero(is_wide).max(initial=-1)) + 1
+    return forgotten if forgotten < is_wide.size else None
 
 
 def compute_displacement(

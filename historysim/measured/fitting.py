@@ -303,7 +303,7 @@ def _note_on_outliers(outliers: int, rest: int) -> list[str]:
 def check_start(observation: Observation) -> list[str]:
     """Return a note if a record begins in the middle of a stroke: the model begins unloaded."""
     turns = observation.turns[1:-1]
-    if turns.size < 2:
+    if turns.size < 2 or observation.forgets:
         return []
     channels = observation.tangential_load, observation.displacement
     ends = [
@@ -326,8 +326,8 @@ def check_start(observation: Observation) -> list[str]:
     text = (
         f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "
         "the loops away from zero, and the model begins without a load; displacement_offset among the "
-        "parameters of [fit] finds the displacement without a load; where the contact slides, centred = true at the "
-        "displacement and skip = 1 in [fit] leave the start to the loops"
+        'parameters of [fit] finds the displacement without a load; where the contact slides, past = "unknown" in '
+        "[loading] compares the samples that do not depend on what was before the record"
     )
     return [text]
 
@@ -398,7 +398,7 @@ def _branches(search: Search) -> Integers:
     observation = search.observation
     starts = observation.turns[observation.turns >= observation.start_sample][:-1]
     # the first quarter of a record belongs to the branch after it
-    starts = starts if observation.skip else np.delete(starts, 1)
+    starts = starts if observation.start_sample else np.delete(starts, 1)
     return np.append(starts, observation.time.size)
 
 

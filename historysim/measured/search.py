@@ -16,6 +16,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
 from historysim.measured.comparison import (
+    LEAST_NOISE,
     ModelResponse,
     Observation,
     assign_position_bins,
@@ -176,7 +177,7 @@ class Search:
             )
         # without noise all samples have equal weights
         load_noise = max(
-            observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max())
+            observation.load_noise, LEAST_NOISE * float(np.abs(observation.tangential_load).max())
         )
         if load_noise == 0:
             raise InputError(

@@ -12,8 +12,8 @@ from historysim.basics.arguments import Array, Floats
 from historysim.basics.wording import progress_bar
 from historysim.errors import InputError
 from historysim.loads import schedule
-from historysim.loads.event_sequence import components, time_text
-from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
+from historysim.loads.event_sequence import channel_values, components, time_text
+from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry, event_times, friction_changes
 from historysim.memory.binding import LOAD
 from historysim.recording.recorder import Recorder
@@ -203,9 +203,10 @@ def _is_displacement_free(events: Sequence[Event], instrument: Any) -> bool:  # 
     return not instrument.rigid or TangentialLoad in _kinds(events)
 
 
-def _kinds(events: Sequence[Event]) -> set[type[Event]]:
-    """Return the types of the events, of which many may be alike."""
-    return {type(event) for event in events}
+def _kinds(events: Sequence[Event]) -> set[type[LoadEvent]]:
+    """Return the types of the tangential events."""
+    kinds = TangentialLoad, TangentialDisplacement
+    return {kind for kind in kinds if channel_values(events, kind).size}
 
 
 def check_bracketed(ensemble: Any, events: Sequence[Event], instrument: Any) -> None:  # noqa: ANN401 - of any body
@@ -230,7 +231,7 @@ def _exception(ensemble: Any, events: Sequence[Event]) -> str:  # noqa: ANN401 -
     """Return the property without which two pasts bracket all others; empty if there is none."""
     if 2 in components(events):
         return "the loads have two tangential directions"
-    if len(_kinds(events) & {TangentialLoad, TangentialDisplacement}) > 1:
+    if len(_kinds(events)) > 1:
         return "the tangential channel is controlled by loads and by displacements"
     if friction_changes(events) or changes_geometry(events):
         return "an event changes friction or geometry"

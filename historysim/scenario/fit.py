@@ -2,7 +2,7 @@
 
 import functools
 import os
-from collections.abc import Iterable, MutableMapping
+from collections.abc import Callable, Iterable, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +12,11 @@ from tomlkit.items import InlineTable
 
 from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
+from historysim.basics.arguments import Floats
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
-from historysim.errors import InputError, error_path
+from historysim.errors import InputError, error_path, field_error
 from historysim.measured import fit_model
 from historysim.measured.comparison import (
     Comparison,
@@ -23,12 +24,15 @@ from historysim.measured.comparison import (
     Observation,
     compute_displacement,
     compute_response,
+    find_forgotten,
     observe,
 )
 from historysim.measured.creep import Creep, separate_creep
 from historysim.measured.fit_model import Model, starting_value
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
+from historysim.measured.reduction import Measurement
 from historysim.measured.search import OFFSET
+from historysim.recording.unknown_past import UNKNOWN
 from historysim.results.plots.pictures import make_figure
 from historysim.results.report.page import render_page
 from historysim.scenario.loading_kinds import EACH
@@ -44,6 +48,9 @@ if TYPE_CHECKING:
 # replays them some 1,000 times, each in about 1.5 µs per sample. A hundred branches have a hundred
 # means each.
 MANY_SAMPLES, AVERAGED_SAMPLES = 50_000, 10_000
+# Fits of a record with an unknown past, each of the samples that do not depend on it by the one
+# before, and the fraction of the samples by which two such selections may differ.
+MOST_FITS, SAME_SAMPLES = 4, 0.01
 
 
 def build_model(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
@@ -162,17 +169,41 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison | A
     if scenario.run == EACH:
         return each_run(scenario, lambda run: compare(run, skip=skip))
     scenario.check_comparable()
-    measurement = scenario.measurement()
+    measurement, instrument = scenario.measurement(), scenario.instrument
+    options: dict[str, Any] = {"skip": skip, "parallel_stiffness": instrument.parallel_stiffness}
     with located_errors(scenario.path.name), error_path("loading"):
-        observation = observe(
-            measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness
-        )
-    ensemble, instrument = scenario.ensemble(), scenario.instrument
+        observation = observe(measurement, **options)
+    ensemble = scenario.ensemble()
+    with located_errors(scenario.path.name), error_path("loading"):
+        if scenario.sections.loading.past == UNKNOWN:
+            forgotten = _find_forgotten(ensemble, instrument, observation)
+            observation = observe(measurement, **options, forgotten=forgotten)
     response = compute_response(ensemble, instrument, observation)
     with located_errors(scenario.path.name), error_path("loading"):
-        moved = compute_displacement(ensemble, instrument, measurement)
+        moved = _compute_displacement(scenario, ensemble, instrument, measurement)
     respond = functools.partial(_respond, ensemble, observation)
     return Comparison(observation, response, instrument, moved, respond)
+
+
+def _find_forgotten(ensemble: Body, instrument: Instrument, observation: Observation) -> int:
+    """Find the first sample without an unknown past; InputError if the record never forgets it."""
+    forgotten = find_forgotten(ensemble, instrument, observation)
+    if forgotten is None:
+        raise field_error(
+            'is "unknown", and the contact remembers it up to the end of the record; expected strokes that slide, or '
+            'past = "untouched" with displacement_offset among the parameters of [fit]',
+            "past",
+        )
+    return forgotten
+
+
+def _compute_displacement(
+    scenario: Scenario, ensemble: Body, instrument: Instrument, measurement: Measurement
+) -> Floats | None:
+    """Replay the tangential load of a record; None for an unknown past, which a load does not erase."""
+    if scenario.sections.loading.past == UNKNOWN:
+        return None
+    return compute_displacement(ensemble, instrument, measurement)
 
 
 def creep(scenario: Scenario | str | Path) -> Creep | Any:  # noqa: ANN401 - Runs, for several runs
@@ -203,6 +234,10 @@ def creep(scenario: Scenario | str | Path) -> Creep | Any:  # noqa: ANN401 - Run
     if scenario.run == EACH:
         return each_run(scenario, creep)
     scenario.check_comparable()
+    if scenario.sections.loading.past == UNKNOWN:
+        problem = 'is "unknown", and creep has no bounds of it; expected past = "untouched"'
+        with located_errors(scenario.path.name):
+            raise field_error(problem, "loading", "past")
     measurement, ensemble = scenario.measurement(), scenario.ensemble()
     instrument = scenario.instrument
     with located_errors(scenario.path.name), error_path("loading"):
@@ -238,18 +273,42 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any
         observation, model, start = prepare_fit(scenario)
         read()
     bar = progress_bar(progress, "walk", desc="fitting", delay=2)
+    forgotten: int | None = None
     with located_errors(scenario.path.name), error_path("loading"), bar as done:
-        estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
+        solve = functools.partial(fit_parameters, model, start, notify=lambda of: done(1, of))
+        if scenario.sections.loading.past == UNKNOWN:
+            estimates, forgotten = _fit_unknown_past(scenario, model, solve)
+        else:
+            estimates = solve(observation)
     ensemble, instrument = model(estimates.values)
     offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
     # as `compare` of the fitted scenario: all samples, with the fitted zero and, for loops, without
     # the fitted spring
-    observation = _observe_record(scenario, instrument, offset, average=False)
+    observation = _observe_record(scenario, instrument, offset, average=False, forgotten=forgotten)
     response = compute_response(ensemble, instrument, observation)
     measurement = scenario.measurement().add_displacement_offset(offset)
-    moved = compute_displacement(ensemble, instrument, measurement)
+    moved = _compute_displacement(scenario, ensemble, instrument, measurement)
     respond = functools.partial(_respond, ensemble, observation)
     return Fit(scenario, estimates, Comparison(observation, response, instrument, moved, respond))
+
+
+def _fit_unknown_past(
+    scenario: Scenario, model: Model, solve: Callable[[Observation], ParameterFit]
+) -> tuple[ParameterFit, int]:
+    """Fit the samples that do not depend on the past; return also the first of them.
+
+    Which they are depends on the parameters, so that the first fit is from the end of the first
+    whole stroke on.
+    """
+    every = _observe_record(scenario, scenario.instrument, average=False)
+    forgotten = int(every.turns[min(2, every.turns.size - 2)])
+    for _ in range(MOST_FITS):
+        estimates = solve(_observe_record(scenario, scenario.instrument, forgotten=forgotten))
+        found = _find_forgotten(*model(estimates.values), every)
+        if 0 <= forgotten - found <= SAME_SAMPLES * every.time.size:
+            break
+        forgotten = found
+    return estimates, forgotten
 
 
 def _respond(ensemble: Body, observation: Observation, instrument: Instrument) -> ModelResponse:
@@ -264,7 +323,12 @@ def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, floa
 
 
 def _observe_record(
-    scenario: Scenario, instrument: Instrument, offset: float = 0.0, *, average: bool = True
+    scenario: Scenario,
+    instrument: Instrument,
+    offset: float = 0.0,
+    *,
+    average: bool = True,
+    forgotten: int | None = None,
 ) -> Observation:
     """Observe the record of a fit, with an offset added to its displacement [m]; its loops refer to the contact."""
     measurement, section = (
@@ -273,9 +337,9 @@ def _observe_record(
     )
     if section is not None and OFFSET in section.parameters:
         measurement = attrs.evolve(measurement, starts_displaced=True)
-    noise: dict[str, Any] = {}
+    noise: dict[str, Any] = {"forgotten": forgotten}
     if section is not None:
-        noise = {
+        noise |= {
             name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")
         }
     with located_errors(scenario.path.name), error_path("loading"):

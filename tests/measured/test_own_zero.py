@@ -149,6 +149,45 @@ def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
     assert any("does not remember where it began" in note for note in found.estimates.notes)
 
 
+# -- records that begin amid a test
+
+
+@pytest.mark.parametrize("guess", ["0.3", "2.0"])
+def test_a_record_from_the_middle_of_a_test_is_fitted(tmp_path, guess):
+    """The advice of the note is followed; before it the estimate is off."""
+    base = BALL.replace("0.2", guess)
+    path, moved = write_mid_stroke(tmp_path, stroke=3.0, base=base)
+    path.write_text(path.read_text(encoding="utf-8").replace(', "displacement_offset"', ""))
+    (note,) = (text for text in hs.fit(path).estimates.notes if "begin at rest" in text)
+    assert 'past = "unknown" in [loading]' in note
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("[loading]", '[loading]\npast = "unknown"')
+    )
+    found = hs.fit(path)
+    (friction,) = found.parameters
+    assert friction.low < FRICTION < friction.high
+    assert friction.high - friction.low < 0.01 * FRICTION
+    assert not found.estimates.notes
+    left_out = moved.size - found.comparison.difference.size
+    assert f"{left_out} samples before are not compared" in dict(found.summary())["past"]
+    # sphere: the past is forgotten after a stroke of twice the displacement at full slip
+    reach = 2 * SLIPS["sphere"]
+    turn = int(np.argmax(moved[:50]))
+    expected = turn + int(np.flatnonzero(moved[turn] - moved[turn:] >= reach)[0])
+    assert abs(left_out - expected) <= 3
+    found.write(tmp_path / "fitted.toml")
+    assert hs.compare(tmp_path / "fitted.toml").difference.size == moved.size - left_out
+
+
+def test_a_record_that_never_forgets_its_past_is_refused(tmp_path):
+    path, _ = write_mid_stroke(tmp_path, loading='past = "unknown"')
+    for verb in (hs.compare, hs.fit):
+        with pytest.raises(hs.InputError, match=r"loading.past: .*expected strokes that slide"):
+            verb(path)
+    with pytest.raises(hs.InputError, match=r"loading.past: .*creep has no bounds"):
+        hs.creep(path)
+
+
 # -- a spring in parallel with the contact, a damper
 # -----------------------------------------------------------
 

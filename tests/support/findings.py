@@ -569,7 +569,7 @@ FINDINGS = (
         "the record does not begin at rest",
         "the first load is a tenth of half the height of the loops or more from zero and their middle",
         "five deviations of noise; no loop skipped with a centred displacement",
-        "`displacement_offset` in `[fit]`",
+        '`displacement_offset` in `[fit]`; where it slides `past = "unknown"`',
         mid_stroke,
         lambda case, _: (case[0], ("friction", OFFSET)),
         notes=notes_on_start,
