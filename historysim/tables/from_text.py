@@ -324,23 +324,15 @@ def _clock_times(texts: Sequence[str]) -> Floats | None:
     return None if None in times else np.array(times, dtype=np.float64)
 
 
-def _lines_of_rows(
-    text: Sequence[str], heading: Heading, layout: Format, stop: int
-) -> Iterator[tuple[list[int], list[str]]]:
-    """Yield rows in batches: line numbers and lines, without comments and blank lines."""
+def _row_numbers(text: Sequence[str], heading: Heading, layout: Format, lines: range) -> list[int]:
+    """Return the line numbers of rows, without comments and blank lines, in a range of lines from 0."""
     # a line of tabs alone is a row if tabs are the delimiter
     blank = None if heading.delimiter == " " else " \t\n".replace(heading.delimiter, "")
-    for start in range(heading.lines_above, stop, BATCH_LINES):
-        numbers = [
-            line_number
-            for line_number, line in enumerate(
-                text[start : min(start + BATCH_LINES, stop)], start + 1
-            )
-            if line.strip(blank)
-            and not (layout.comment and line.lstrip().startswith(layout.comment))
-        ]
-        if numbers:
-            yield numbers, [text[line_number - 1] for line_number in numbers]
+    return [
+        line_number
+        for line_number, line in enumerate(text[lines.start : lines.stop], lines.start + 1)
+        if line.strip(blank) and not (layout.comment and line.lstrip().startswith(layout.comment))
+    ]
 
 
 def _split_row(line_number: int, text: str, heading: Heading) -> list[str]:
@@ -408,8 +400,12 @@ class _RowParser:
         """Make the parser of the rows below a head that has these columns, up to a line."""
         heading, stop = head.heading(list(columns.values())), len(text) if stop is None else stop
         indices = {key: heading.find(column) for key, column in columns.items()}
-        _, lines = next(_lines_of_rows(text, heading, head.layout, stop), ([], [""]))
-        first_row = fields(lines[0], heading.delimiter)
+        batches = (
+            _row_numbers(text, heading, head.layout, range(start, min(start + BATCH_LINES, stop)))
+            for start in range(heading.lines_above, stop, BATCH_LINES)
+        )
+        lines = [text[line_number - 1] for line_number in next(filter(None, batches), [])]
+        first_row = fields(lines[0], heading.delimiter) if lines else []
         units = {
             index: _unit_in_cells(lines, heading, index, head.layout.decimal)
             for index in indices.values()
@@ -472,13 +468,11 @@ class _RowParser:
         batches: list[list[Floats]] = []
         line_numbers: list[Integers] = []
         count, dropped = 0, list[_BadRowError]()
-        for numbers, texts in _lines_of_rows(self.text, self.heading, self.layout, self.stop):
-            values, rows = self._parse_block(texts), numbers
-            if values is None:
-                # line by line, for the line and the column of an error
-                values, rows = self._parse_lines(numbers, texts, dropped)
+        for start in range(self.heading.lines_above, self.stop, BATCH_LINES):
+            stop = min(start + BATCH_LINES, self.stop)
+            values, rows = self._read_lines(start, stop, dropped)
             batches.append(values)
-            line_numbers.append(np.array(rows, dtype=np.int64))
+            line_numbers.append(np.asarray(rows, dtype=np.int64))
             count += len(rows)
             if count > most_rows:
                 raise InputError(f"has more than {most_rows:,} rows; thin or split it")
@@ -493,6 +487,55 @@ class _RowParser:
                 units = (*units, self.cell_units[index])
             columns[key] = FileColumn(self.heading.label(index), column, units)
         return columns, np.concatenate(line_numbers), dropped
+
+    def _read_lines(
+        self, start: int, stop: int, dropped: list[_BadRowError]
+    ) -> tuple[list[Floats], Sequence[int]]:
+        """Return the columns and the line numbers of the rows in a range of lines.
+
+        The fastest of three parsers that understands the lines is used; the last one knows the line
+        and the column of an error.
+        """
+        values = self._parse_plain(self.text[start:stop])
+        if values is not None:
+            return values, range(start + 1, stop + 1)
+        numbers = _row_numbers(self.text, self.heading, self.layout, range(start, stop))
+        texts = [self.text[line_number - 1] for line_number in numbers]
+        values = self._parse_block(texts)
+        if values is not None:
+            return values, numbers
+        return self._parse_lines(numbers, texts, dropped)
+
+    def _parse_plain(self, lines: Sequence[str]) -> list[Floats] | None:
+        """Parse lines by numpy's parser in C; None if a line may be anything but a row of finite numbers."""
+        delimiter, decimal = self.heading.delimiter, self.layout.decimal
+        block = "".join(lines)
+        is_commented = self.layout.comment and self.layout.comment in block
+        if is_commented or '"' in block or self.clocks or self.cell_units:
+            return None
+        if delimiter == " ":
+            widths = {len(line.split()) for line in lines}
+        else:
+            widths = {line.count(delimiter) + 1 for line in lines}
+        if widths != {self.heading.width} or not is_plain(block, decimal):
+            return None
+        if decimal != ".":
+            lines = [line.replace(decimal, ".") for line in lines]
+        # a word in the column of the guard is not a number
+        guard = [self.guard] if self.guard >= 0 else []
+        try:
+            rows = np.loadtxt(
+                lines,
+                delimiter=None if delimiter == " " else delimiter,
+                comments=None,
+                usecols=[*self.indices.values(), *guard],
+                ndmin=2,
+            )
+        except ValueError:
+            return None
+        if len(rows) != len(lines) or not np.isfinite(rows).all():
+            return None
+        return [*rows.T[: len(self.indices)].copy()]
 
     def _parse_block(self, lines: Sequence[str]) -> list[Floats] | None:
         """Parse a batch of rows of finite numbers and times; None if it has anything else."""

@@ -152,6 +152,98 @@ def test_numbers_are_read_exactly(scratch, numbers, delimiter, decimal, form, ba
     assert list(zip(*found, strict=True)) == numbers
 
 
+_ODD_CELLS = [
+    "nan",
+    "",
+    "-",
+    "inf",
+    "1e400",
+    "1_0",
+    "0x1p3",
+    "1d5",
+    "\u22121",
+    "\u0661",
+    "OVER",
+    "1,5",
+    "1.5.2",
+]
+_ODD_CELLS += [
+    '"2"',
+    '"2',
+    "3 s",
+    "12:00:01",
+    "# 4",
+    "1#",
+    " 5 ",
+    "\x0c6",
+    "\x007",
+    "\xa08",
+    "9e",
+    ".5",
+    "+6.",
+]
+_ODD_LINES = [
+    "",
+    "   ",
+    "\t\t\t",
+    "# a comment",
+    "#1,2,3",
+    "end of test",
+    "1",
+    "1,2,3,",
+    "1,2,3,4",
+    '"1\n2",3,4',
+]
+
+
+@given(
+    cells=st.lists(
+        st.lists(st.sampled_from(_ODD_CELLS) | st.just("7.25"), min_size=3, max_size=3), max_size=6
+    ),
+    lines=st.lists(st.tuples(st.integers(0, 12), st.sampled_from(_ODD_LINES)), max_size=2),
+    columns=st.sampled_from([["a", "b"], ["c"], ["b"], ["c", "a"]]),
+    delimiter=st.sampled_from([",", ";", "\t", " "]),
+    layout=st.fixed_dictionaries(
+        {
+            "decimal": st.sampled_from([".", ","]),
+            "broken": st.sampled_from(["refuse", "drop"]),
+            "comment": st.sampled_from(["#", ""]),
+        }
+    ),
+    missing=st.booleans(),
+)
+def test_the_fast_reader_and_the_others_agree(
+    scratch, cells, lines, columns, delimiter, layout, missing
+):
+    if delimiter == layout["decimal"]:
+        delimiter = ";"
+    rows = [["1.5", "2", "3"], *cells, ["4", "5", "6e-3"], ["7", "8", "9"]]
+    text = [delimiter.join(row) for row in rows]
+    for index, line in lines:
+        text.insert(index, line.replace(",", delimiter))
+    scratch.write_text("\n".join([delimiter.join("abc"), *text]), encoding="utf-8")
+
+    def outcome():
+        try:
+            table = read_table(
+                scratch,
+                given_as(columns),
+                dict.fromkeys(columns, "s"),
+                Format(delimiter=delimiter, **layout),
+                missing=missing,
+            )
+        except InputError as error:
+            return str(error)
+        values = [column.tobytes() for column in table.columns.values()]
+        return values, table.units, table.lines.tolist(), table.notices
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(from_text, "BATCH_LINES", 2)
+        fast = outcome()
+        patch.setattr(from_text._RowParser, "_parse_plain", lambda *_: None)
+        assert fast == outcome()
+
+
 # -- encodings -------------------------------------------------------------------------------------
 
 
