@@ -8,11 +8,12 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from golden import check_messages
 from histories import random_contact, random_moves
 from scipy.integrate import quad
 
 import historysim as hs
-from historysim.asperities.asperity_set import require_asperities
+from historysim.asperities.asperity_set import require_asperities  # noqa: F401 - of the messages
 from historysim.contact import hertz, mindlin
 
 EPS = np.finfo(float).eps
@@ -434,34 +435,6 @@ def test_friction_laws_wear_and_yielding_act_on_an_asperity_by_itself():
     )
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: hs.Asperity("silicon", R, MU), "pair is 'silicon'; expected a MaterialPair"),
-        (
-            lambda: hs.Asperity(PAIR, 0.0, MU),
-            "radius is 0; expected a finite number greater than 0",
-        ),
-        (lambda: hs.Asperity(PAIR, [R, R], MU), "radius is a list of shape"),
-        (lambda: hs.Asperity(PAIR, R, [0.1, 0.2]), "friction is a list of shape"),
-        (lambda: hs.Asperity(PAIR, R, -0.1), "friction is -0.1"),
-        (lambda: hs.Asperity(PAIR, R, MU).advance(normal_load=-1.0), "normal_load is -1"),
-        (
-            lambda: hs.Asperity(PAIR, R, MU).advance(tangential_load=1e-3),
-            "beyond the friction limit of 0 N",
-        ),
-        (
-            lambda: two()[0].advance(normal_load=1e-3),
-            "asperity 0 is one of 2 that move together; expected the ensemble",
-        ),
-        (lambda: two()[0].history, "taken from an ensemble or a history"),
-    ],
-)
-def test_invalid_arguments_of_an_asperity_are_refused(call, message):
-    with pytest.raises(hs.HistorySimError, match=message):
-        call()
-
-
 def two():
     ensemble = hs.Ensemble(PAIR, [0.0, -1e-8], R, MU)
     return ensemble.asperities(ensemble.advance(ensemble.initial_state(), normal_load=LOAD))
@@ -483,9 +456,5 @@ def test_all_asperities_are_a_sequence_of_the_same_ones(several):
             found[6]
 
 
-def test_patches_are_no_asperities():
-    curves = hs.Ensemble.from_normal_curves(
-        PAIR, [1e-9, 2e-9, 3e-9, 4e-9], [1e-4, 3e-4, 6e-4, 1e-3]
-    )
-    with pytest.raises(hs.InputError, match="a patch of a normal curve is not an asperity"):
-        require_asperities(curves)
+def test_messages():
+    check_messages(globals())

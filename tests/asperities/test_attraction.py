@@ -2,6 +2,7 @@ import pickle
 
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
 from historysim.asperities.attraction import ATTRACTIONS
@@ -45,15 +46,9 @@ def test_one_sphere_snaps_in_and_is_pulled_off():
     )
     held = ball.advance(state, tangential_load=0.999 * FRICTION * PULL)
     assert held.tangential_load == pytest.approx(0.999 * FRICTION * PULL, rel=1e-12)
-    with pytest.raises(hs.FrictionLimitError):
-        ball.advance(state, tangential_load=1.001 * FRICTION * PULL)
     pulled = ball.advance(state, normal_load=-PULL)
     assert pulled.normal_load == pytest.approx(-PULL, rel=1e-8)
     assert ball.pull_off(state.approach) == (pytest.approx(-PULL, rel=1e-12), 0.0)
-    with pytest.raises(hs.LoadError, match=r"separates at -3.14159e-06 N"):
-        ball.advance(state, normal_load=-1.001 * PULL)
-    with pytest.raises(hs.LoadError, match="is separated"):
-        ball.advance(ball.initial_state(), normal_load=-0.1 * PULL)
     apart = ball.advance(pulled, normal_displacement=-1e-9)
     assert (apart.normal_load, apart.attraction, apart.contact_load) == (0.0, 0.0, 0.0)
 
@@ -185,10 +180,6 @@ def test_a_log_a_state_and_a_pickle_hold_the_attraction(tmp_path):
     assert copy.advance(state, tangential_load=0.0).normal_load == pytest.approx(
         9 * PULL, rel=1e-12
     )
-    with pytest.raises(hs.InputError, match="another"):
-        hs.Ensemble(
-            PAIR, ensemble.summit_height, RADIUS, FRICTION, attraction=DMT
-        ).state_from_bytes(state.to_bytes())
 
 
 def test_the_force_of_a_meniscus():
@@ -196,54 +187,6 @@ def test_the_force_of_a_meniscus():
     assert meniscus.forces(np.array([RADIUS])) == pytest.approx(
         2 * np.pi * RADIUS * 0.072 * 0.5, rel=1e-12
     )
-
-
-@pytest.mark.parametrize(
-    ("action", "reason"),
-    [
-        (
-            lambda: hs.attraction.JKR(work_of_adhesion=WORK),
-            "beyond full stick its theory is disputed",
-        ),
-        (
-            lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(3.0, 3.0)),
-            "which attract",
-        ),
-        (lambda: hs.attraction.Meniscus(surface_tension=0.07, contact_angles=(1.0,)), "two angles"),
-        (lambda: hs.attraction.DMT(work_of_adhesion=-1.0), "work_of_adhesion"),
-        (
-            lambda: hs.Ensemble(PAIR, 0.0, RADIUS, 0.2, attraction="dmt"),
-            "expected hs.attraction.DMT",
-        ),
-        (
-            lambda: hs.Ensemble(
-                PAIR,
-                0.0,
-                RADIUS,
-                0.2,
-                attraction=DMT,
-                wear=hs.wear.ArchardWear(coefficient=1, hardness=1e9),
-            ),
-            "wear",
-        ),
-        (lambda: sphere().stepper(), "stepper"),
-        (
-            lambda: sphere().with_geometry(sphere().initial_state(), summit_height=1e-9),
-            "change of summits",
-        ),
-        (
-            lambda: hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, -1.0)]),
-            "pulls on the contact",
-        ),
-        (
-            lambda: hs.replay(sphere(), [hs.NormalLoad(0, 0.0), hs.NormalLoad(1, -1.0)]),
-            "event 1 at t = 1 s.*separates",
-        ),
-    ],
-)
-def test_what_is_not_modelled_is_refused(action, reason):
-    with pytest.raises((hs.InputError, hs.LoadError), match=reason):
-        action()
 
 
 SCENARIO = """
@@ -312,10 +255,11 @@ def test_the_pull_off_of_a_history_and_its_picture():
     )
     assert history.total_normal_load.values.min() >= curve.attrs["pull_off_load"]
     hs.plot(history, picture="pull-off")
-    plain = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, 1e-6)])
-    with pytest.raises(hs.InputError, match="no attraction"):
-        plain.contact.pull_off()
 
 
 def test_the_laws_are_registered():
     assert set(ATTRACTIONS) == {"dmt", "meniscus", "jkr"}
+
+
+def test_messages():
+    check_messages(globals())

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
 
@@ -91,39 +92,6 @@ def test_a_batch_is_saved_restored_and_made_new():
     assert batch.tangential_load[1] == new.tangential_load[1]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"pair": "steel"}, "MaterialPair"),
-        ({"radius": [1.0, 1.0]}, "radius has 2 values"),
-        ({"friction": [0.1, 0.2]}, "friction has shape"),
-        ({"count": 0}, "count is 0"),
-    ],
-)
-def test_batches_that_make_no_sense_are_refused(change, message):
-    with pytest.raises(hs.InputError, match=message):
-        hs.ContactBatch(**{"pair": PAIR, "radius": 1.0, "friction": 0.3, "count": 3} | change)
-
-
-@pytest.mark.parametrize(
-    ("approach", "displacement", "message"),
-    [
-        ([0.1, 0.1], np.zeros(3), r"approach has shape \(2,\)"),
-        (np.zeros(3), 0.1, r"tangential_displacement has shape \(\)"),
-        ([0.1, np.nan, 0.1], np.zeros(3), "approach"),
-        (np.zeros(3), [0, np.inf, 0], "tangential_displacement"),
-    ],
-)
-def test_steps_that_make_no_sense_are_refused(approach, displacement, message):
-    batch = hs.ContactBatch(PAIR, 1.0, 0.3, 3)
-    with pytest.raises(hs.InputError, match=message):
-        batch.step(approach, displacement)
-    with pytest.raises(hs.InputError, match="indices from 0 to 2"):
-        batch.forget(3)
-    with pytest.raises(hs.InputError, match="3 contacts"):
-        hs.ContactBatch(PAIR, 1.0, 0.3, 2).restore(batch)
-
-
 def test_arrays_that_the_library_takes_as_they_are_and_others_give_the_same_bits():
     approach, displacement = random_walk(np.random.default_rng(5), 6, 2)
     loads = []
@@ -145,3 +113,7 @@ def test_arrays_that_the_library_takes_as_they_are_and_others_give_the_same_bits
         with pytest.raises(hs.InputError, match=r"tangential_displacement\[1\] is nan"):
             batch.step(approach[0], np.array([0.0, np.nan, 0, 0, 0, 0]))
     assert all(each == loads[0] for each in loads)
+
+
+def test_messages():
+    check_messages(globals())

@@ -6,6 +6,7 @@ import struct
 
 import numpy as np
 import pytest
+from golden import check_messages
 from scipy.integrate import quad
 
 import historysim as hs
@@ -256,56 +257,6 @@ def test_states_go_to_bytes_and_back():
             foreign.advance(state, normal_load=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("refused", "message"),
-    [
-        (lambda e, s: e.advance(s, tangential_load=1e-4), "no given tangential load"),
-        (
-            lambda e, s: e.advance(s, tangential_displacement=(1e-9, 1e-9)),
-            "no second tangential direction",
-        ),
-        (
-            lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.FrictionChange(1, 0.1)]),
-            "event 1 at t = 1 s: inclined asperities have no change of friction",
-        ),
-        (
-            lambda e, _: hs.replay(
-                e, [hs.NormalLoad(0, 1e-3), hs.events.GeometryChange(1, summit_radius=1e-4)]
-            ),
-            "event 1 at t = 1 s: inclined asperities have no change of geometry",
-        ),
-        (
-            lambda e, s: e.advance(s, normal_load=1e-3, instrument=hs.Instrument(1e6)),
-            "no instrument",
-        ),
-        (
-            lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.TangentialLoad(1, 1e-5)]),
-            "event 1 at t = 1 s: inclined asperities have no given tangential load",
-        ),
-        (
-            lambda e, _: e.advance(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2).initial_state()),
-            "expected one of this ensemble",
-        ),
-        (
-            lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, hs.laws.ShearStrength(3e8), slope=0.1),
-            "no law of friction",
-        ),
-        (
-            lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.5, slope=[0.1, -2.0]),
-            r"slope\[1\] is -2 with friction 0.5",
-        ),
-        (
-            lambda *_: hs.InclinedEnsemble(PAIR, [0.0, 0.0], 1e-3, 0.5, slope=[0.1, 0.2, 0.3]),
-            "for 3 asperities",
-        ),
-    ],
-)
-def test_unsupported_features_of_inclined_asperities_are_refused(refused, message):
-    ensemble = sphere()
-    with pytest.raises(hs.InputError, match=message):
-        refused(ensemble, ensemble.initial_state())
-
-
 def test_questions_to_a_history_of_slopes():
     ensemble = rough(6, 7)
     events = [
@@ -319,16 +270,16 @@ def test_questions_to_a_history_of_slopes():
     for name in ("preliminary_displacement", "presliding_work"):
         with pytest.raises(hs.InputError, match="the asperities are inclined"):
             getattr(history.contact, name)()
-    with pytest.raises(hs.InputError, match="expected slopes"):
-        hs.replay(ensemble, events, record=[0]).contact.slope_load()
     assert (
         dict(history.contact.summary())["preliminary displacement"]
         == "not available: the asperities are inclined"
     )
-    with pytest.raises(hs.InputError, match="inclined, which exports do not support"):
-        hs.reduce(hs.Replay(ensemble, events), elements=4)
     assert not history.contact.validity()
     far = hs.replay(ensemble, [*events, hs.TangentialDisplacement(3.0, 2e-6)], record="totals")
     (finding,) = far.contact.validity()
     assert finding.name == "turning"
     assert finding.value == pytest.approx(2e-6 / (4 * ensemble.summit_radius.min()), rel=0.5)
+
+
+def test_messages():
+    check_messages(globals())

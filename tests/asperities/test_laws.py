@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
-from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction
-from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw
+from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction  # noqa: F401 - of the messages
+from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw  # noqa: F401 - of the messages
 
 GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -172,39 +173,5 @@ def test_what_slides_in_turn_does_not_slide_together(substeps):
     assert history.total_slid_distance.values[-1] == pytest.approx(0.005 - 0.0032, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: PowerLaw(0.2, 0.0, 1.0), "reference_load is 0.0; expected a number above 0"),
-        (lambda: PowerLaw(0.2, 1.0, 1.0, load="whole"), "expected 'own' or 'total'"),
-        (lambda: ShearStrength(1.0, area="jkr"), "work_of_adhesion is missing"),
-        (lambda: ShearStrength(1.0, work_of_adhesion=0.1), "expected none, or area = 'jkr'"),
-        (lambda: SlidFriction([0.0], [0.1]), "two or more"),
-        (lambda: SlidFriction([1.0, 2.0], [0.1, 0.2]), "does not rise from 0"),
-        (lambda: SlidFriction([0.0, 2.0], [0.1, -0.2]), "expected 0 or more"),
-        (lambda: WearLaw.from_settings({"law": "archrad"}), "archard"),
-        (lambda: EnergyWear(volume_per_energy=1.0, shape="round"), "'truncated' or 'blunted'"),
-        (lambda: hs.Ensemble(PAIR, 0.0, 1.0, 0.2, wear="archard"), "expected a WearLaw"),
-        (lambda: hs.FrictionChange(0.0, 0.1, [0, 0]), "each once"),
-        (lambda: hs.GeometryChange(0.0), "neither summit_height nor summit_radius"),
-        (lambda: hs.GeometryChange(0.0, summit_radius=0.0), "more than 0"),
-    ],
-)
-def test_impossible_laws_are_refused(make, message):
-    with pytest.raises(hs.InputError, match=message):
-        make()
-
-
-def test_patches_do_not_evolve():
-    depth = np.linspace(0.01, 0.1, 12)
-    with pytest.raises(hs.InputError, match="friction of patches"):
-        hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=PowerLaw(0.2, 1.0, -0.1))
-    patches = hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=0.2)
-    with pytest.raises(hs.InputError, match=r"event 1 .*keep their friction along a path"):
-        hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionRamp(1.0, 0.1)])
-    with pytest.raises(
-        hs.InputError, match=r"event 1 at t = 1 s: .*no height and radius to change"
-    ):
-        hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.GeometryChange(1.0, summit_height=0.0)])
-    with pytest.raises(hs.InputError, match=r"event 1 at t = 1 s: .*share one coefficient"):
-        hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionChange(1.0, 0.1, [0])])
+def test_messages():
+    check_messages(globals())

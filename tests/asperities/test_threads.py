@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
 
@@ -46,11 +47,5 @@ def test_threads_do_not_change_a_bit(coefficients):
         assert bits(hs.replay(ensemble, events, record="all", threads=threads, hold=False)) == one
 
 
-def test_a_refused_path_ends_the_threads():
-    ensemble = hs.Ensemble(PAIR, np.zeros(ASPERITIES), 1.0, 0.3)
-    events = [
-        hs.NormalLoad(0.0, 1.0),
-        *(hs.TangentialLoad(time, 1e-3 * time) for time in range(1, STEPS + 10)),
-    ]
-    with pytest.raises(hs.LoadError, match="event 301 at t = 301 s"):
-        hs.replay(ensemble, events, record="all", threads=3)
+def test_messages():
+    check_messages(globals())

@@ -4,6 +4,7 @@ import math
 import attrs
 import numpy as np
 import pytest
+from golden import check_messages
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -14,7 +15,6 @@ from historysim.contact.greenwood_williamson import (
     height_integral,
     summit_contact,
 )
-from historysim.errors import InputError
 from historysim.surfaces.distribution import Gaussian, quantile_summits
 from historysim.surfaces.summits import Summits
 
@@ -131,30 +131,6 @@ def test_quantile_ensembles_converge_to_the_integrals(name, h):
         assert total / count == pytest.approx(getattr(UNIT, name)(h), abs=FACTORS[name] / count)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: height_integral(1, [0, math.inf]), r"separation over deviation\[1\] is inf"),
-        (
-            lambda: GreenwoodWilliamson(1, 1, 0, 1, 1),
-            "height_deviation is 0; expected a finite number greater than 0",
-        ),
-        (lambda: GreenwoodWilliamson.from_summits(Summits([1, 2], 1), 1), "no nominal_area"),
-        (
-            lambda: GreenwoodWilliamson.from_summits(Summits([0.1] * 3, 1, nominal_area=1), 1),
-            "3 summits do not",
-        ),
-        (
-            lambda: summit_contact([1, 2], [1, 2, 3], 0, contact_modulus=1),
-            r"shape \(2,\) and summit_radius \(3,\)",
-        ),
-    ],
-)
-def test_arguments_out_of_range(call, message):
-    with pytest.raises(InputError, match=message):
-        call()
-
-
 # fmt: on
 
 
@@ -191,3 +167,7 @@ def test_height_integrals_far_outside():
     far = np.array([1e6, 0.99e8, 1.01e8, 1e12, 1e100, 1e200])
     np.testing.assert_allclose(height_integral(1.5, -far), far**1.5, rtol=1e-12)
     np.testing.assert_allclose(height_integral(0, -far), 1, rtol=4 * EPS)
+
+
+def test_messages():
+    check_messages(globals())

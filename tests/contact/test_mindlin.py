@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from golden import check_messages
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -20,7 +21,6 @@ from historysim.contact.mindlin import (
     traction,
     traction_after_reversal,
 )
-from historysim.errors import InputError
 
 EPS = np.finfo(float).eps
 
@@ -248,27 +248,5 @@ def test_a_rounding_above_the_limit_is_the_limit():
     ) == dissipated_energy_per_loop(LIMIT, **CONTACT)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (
-            lambda: tangential_displacement(0.012, **CONTACT),
-            r"tangential_load of 0\.012 N exceeds the limit friction × normal_load = 0\.01 N",
-        ),
-        (
-            lambda: dissipated_energy_per_loop(0.012, **CONTACT),
-            r"amplitude of 0\.012 N exceeds the limit",
-        ),
-        (
-            lambda: displacement_after_reversal(-0.006, reversal_load=0.005, **CONTACT),
-            r"tangential_load of 0\.006 N exceeds the reversal load = 0\.005 N; .* forgotten",
-        ),
-        (
-            lambda: tangential_displacement(0, **CONTACT | {"contact_radius": 0}),
-            "contact_radius is 0 m under a normal",
-        ),
-    ],
-)
-def test_arguments_out_of_range(call, message):
-    with pytest.raises(InputError, match=message):
-        call()
+def test_messages():
+    check_messages(globals())

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
 from historysim.contact.subsurface import (
@@ -178,11 +179,7 @@ def test_what_has_no_stress_is_refused():
     ):
         with pytest.raises(hs.InputError, match=message):
             ball.advance(normal_displacement=0.1).stress(0, 0, 0, **wrong)
-    with pytest.raises(hs.InputError, match="z is -1"):
-        hs.Asperity(PAIR, 1e-3, 0.3).advance(normal_displacement=1e-6).stress(0, 0, -1)
-    planar = hs.replay(
-        hs.Ensemble(PAIR, 0.0, 1e-3, 0.3),
-        [hs.NormalLoad(0.0, 1e-2), hs.TangentialLoad(1.0, (1e-3, 1e-3))],
-    )
-    with pytest.raises(hs.InputError, match="peak_stress supports one tangential direction"):
-        planar.contact.peak_stress()
+
+
+def test_messages():
+    check_messages(globals())

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from golden import check_messages
 from numpy.testing import assert_allclose
 from records import BALL as SCENARIO
 from records import scenario_text, write_columns
@@ -64,42 +65,6 @@ def test_the_contact_slides_at_the_friction_of_the_place():
     assert_allclose(load, np.minimum(before, course.at(way)), rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (
-            lambda: FrictionCourse(coefficient=[0.1]),
-            "neither time nor distance; expected one of them",
-        ),
-        (
-            lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1]),
-            "2 of time and 1 of coefficient",
-        ),
-        (lambda: FrictionCourse(time=[], coefficient=[]), "time is empty"),
-        (
-            lambda: FrictionCourse(time=[0.0, 0.0], coefficient=[0.1, 0.2]),
-            "time 0 does not come after 0; expected rising values",
-        ),
-        (lambda: FrictionCourse(distance=[0.0], coefficient=[-0.1]), "coefficient"),
-        (
-            lambda: FrictionCourse(distance=[0.0], coefficient=[0.1]).along(
-                [hs.NormalLoad(0, 1), hs.TangentialLoad(1, 0.1)]
-            ),
-            "friction over distance needs a controlled tangential displacement",
-        ),
-        (
-            lambda: FrictionCourse(time=[0.0], coefficient=[0.1]).along(
-                [hs.FrictionChange(0, 0.2)]
-            ),
-            "friction changes in the loading, too",
-        ),
-    ],
-)
-def test_bad_input_is_explained(call, message):
-    with pytest.raises(hs.InputError, match=message):
-        call()
-
-
 # -- as a section of a scenario --------------------------------------------------------------------
 
 
@@ -148,3 +113,7 @@ def test_a_record_is_compared_with_one_coefficient(tmp_path, call):
         match=r"s\.toml: friction\.course: comparison and fit use one constant coefficient",
     ):
         call(tmp_path / "s.toml")
+
+
+def test_messages():
+    check_messages(globals())

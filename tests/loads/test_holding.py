@@ -5,6 +5,7 @@ import warnings
 import attrs
 import numpy as np
 import pytest
+from golden import check_messages
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -182,17 +183,6 @@ def test_a_log_resumes_and_verifies_with_held_channels(tmp_path):
         assert log.state(at=0.5).normal_load == pytest.approx(50e-3)
 
 
-@pytest.mark.parametrize("wrong", ["yes", 1, 0.0])
-def test_other_values_of_hold_are_refused(wrong):
-    with pytest.raises(hs.InputError, match="expected True, False or None"):
-        hs.replay(BALL, RAMP, hold=wrong)
-
-
-def test_unordered_events_are_refused_before_they_are_held():
-    with pytest.raises(hs.InputError, match="comes after an event"):
-        hs.Replay(BALL, RAMP[::-1], hold=True)
-
-
 @st.composite
 def sequences(draw):
     times = sorted(draw(st.lists(st.integers(0, 5), min_size=1, max_size=8)))
@@ -216,3 +206,7 @@ def test_the_first_ramp_agrees_with_a_direct_search(events):
     else:
         assert (ramp.start, ramp.end, ramp.passed, ramp.others) == (*found[0], len(found) - 1)
         assert find_ramp(hs.Replay(BALL, events, hold=True).events) is None
+
+
+def test_messages():
+    check_messages(globals())
