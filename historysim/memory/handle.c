@@ -51,9 +51,7 @@ int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_
     if (status != HS_OK || (evolution && state->plane))
         return status != HS_OK ? status : (int)HS_FOREIGN;
     if (state->plane) return hs_plane_integrate(state, paths, count, rows, drive, until, refusal);
-    if (evolution)
-        return hs_line_evolve(&state->line, paths, count, rows, drive, until, evolution, refusal);
-    return hs_line_integrate(&state->line, paths, count, rows, drive, until, refusal);
+    return hs_line_integrate(&state->line, paths, count, rows, drive, until, evolution, refusal);
 }
 
 hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_drive *drive,

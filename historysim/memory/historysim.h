@@ -33,29 +33,29 @@
 extern "C" {
 #endif
 
-/* What functions return that may fail. */
+/* Status of functions that may fail. */
 enum hs_status {
     HS_OK = 0,
     HS_BEYOND_LIMIT =
         1, /* a tangential load asks for more than friction holds: nothing was changed */
-    HS_OUT_OF_MEMORY = 2, /* what was to be changed is of no use any more */
-    HS_LAW_FAILED = 3, /* a law of the caller's said that it failed; what was to be changed is of no
-                          use any more */
+    HS_OUT_OF_MEMORY = 2, /* the object that was to be changed is unusable */
+    HS_LAW_FAILED = 3,  /* a law of the caller returned an error; the object that was to be changed
+                           is unusable */
     HS_NOT_A_STATE = 4, /* bytes that are not a state of this version, or damaged ones */
     HS_FOREIGN = 5,     /* a state, asperities or coefficients of another contact, or a plane for
                            asperities that evolve */
-    HS_INTERRUPTED = 6  /* the caller's function has stopped a walk; what was to be changed is of no
-                           use any more */
+    HS_INTERRUPTED =
+        6 /* interrupted by the caller's function; the object that was to be changed is unusable */
 };
 
-/* How a channel is controlled. */
+/* Control of a channel. */
 enum hs_control {
     HS_LOAD = 0,
     HS_DISPLACED = 1,
     HS_HELD = 2 /* of a tangential component of a path alone: as it was controlled last */
 };
 
-/* What the springs of an asperity do. */
+/* Slip state of an asperity. */
 enum hs_slip_state { HS_SEPARATED = 0, HS_FULL_STICK = 1, HS_PARTIAL_SLIP = 2, HS_GROSS_SLIP = 3 };
 
 /* Physical size of one dimensionless unit. */
@@ -74,8 +74,7 @@ typedef struct hs_units {
  * one, with which a contact sticks as with any larger one. */
 #define HS_MOST_FRICTION 1e4
 
-/* ---- contact: which summits there are, and which of them share what they remember; it is never
- * changed -------------- */
+/* ---- contact: summits and their groups, which share one history; constant ---- */
 
 /* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest
  * gap.
@@ -91,15 +90,14 @@ typedef struct hs_contact {
     const double *weight; /* (count) k = √(R/R0), so that an asperity carries k (a - gap)^(3/2) at
                              approach a */
     const double *load;   /* (count) P at the knots of a normal curve; NULL of asperities */
-    const int64_t
-        *order; /* (count) which asperity, in the caller's numbering, stands at each position */
-    const int64_t *first;         /* (groups + 1) position of the first asperity of each group */
+    const int64_t *order; /* (count) asperity at each position, in the caller's numbering */
+    const int64_t *first; /* (groups + 1) position of the first asperity of each group */
     const double *sorted_gap;     /* (count) of all asperities by ascending gap */
     const double *sorted_weight;  /* (count) */
     struct hs_clusters *clusters; /* proxies of many asperities at a time, for their sums; NULL if
                                      no group has many */
-    struct hs_clusters *sorted_clusters; /* those of all asperities by ascending gap; NULL of few,
-                                            or of a normal curve */
+    struct hs_clusters
+        *sorted_clusters; /* all asperities by ascending gap; NULL of few, or of a normal curve */
     struct hs_columns *columns; /* the above by asperity, in the caller's numbering; NULL until a
                                    row is recorded */
     hs_units units;
@@ -129,8 +127,7 @@ HS_API int hs_contact_watch(hs_contact *contact, int64_t count, const double *ap
 /* Approach of the highest summit [m] at which a contact carries a normal load [N]. */
 HS_API double hs_approach_at(const hs_contact *contact, double normal_load);
 
-/* ---- memory: where a contact is, and what it remembers
- * ---------------------------------------------------------------- */
+/* ---- memory: approach, loads and history of a contact ---- */
 
 /* A vertex of a group's polyline of anchors. */
 typedef struct hs_vertex {
@@ -142,20 +139,19 @@ typedef struct hs_vertex {
     double tangential; /* tangential load of everything deeper */
 } hs_vertex;
 
-/* What asperities have become that evolve, beside what their tractions remember; arrays are in the
- * caller's numbering. */
+/* State of asperities that evolve, in addition to their tractions; arrays are in the caller's
+ * numbering. */
 typedef struct hs_evolved {
-    double *summit_height;        /* present ones [m] */
-    double *summit_radius;        /* [m] */
-    double *slid_distance;        /* ∫|dU| while the asperity slid as a whole [m] */
-    double *worn_volume;          /* lost since the start [m³] */
-    double *waiting_volume;       /* what of it has not yet shaped the summit [m³] */
-    double *shaped_volume;        /* what has, since the summit was last a whole paraboloid [m³] */
+    double *summit_height;  /* present ones [m] */
+    double *summit_radius;  /* [m] */
+    double *slid_distance;  /* ∫|dU| while the asperity slid as a whole [m] */
+    double *worn_volume;    /* lost since the start [m³] */
+    double *waiting_volume; /* of it, the volume that has not yet shaped the summit [m³] */
+    double *shaped_volume;  /* the volume that has, since the summit was a whole paraboloid [m³] */
     uint8_t *friction_overridden; /* whose friction an event has given, in place of the law */
     double slid_together;         /* ∫|dU| while all asperities in contact slid [m] */
     double erased_memories;       /* contacts whose memory a change of their geometry has erased */
-    double
-        erased_energy; /* tangential elastic energy that went with it, or with what was worn [J] */
+    double erased_energy; /* tangential elastic energy erased with it, or with worn volumes [J] */
     /* of asperities that may yield; NULL where they do not */
     double *virgin_height; /* summits before they yielded [m] */
     double *virgin_radius; /* [m] */
@@ -180,7 +176,7 @@ typedef struct hs_line {
     double *friction;        /* (group) present coefficients */
     double *dissipated_each; /* (count) energy that each asperity has dissipated, by its position */
     int64_t *depth;          /* (group) vertices of each stack, the deepest first */
-    uint8_t *steep;          /* (group) whether the polyline has slopes beyond μ */
+    uint8_t *steep;          /* (group) true if the polyline has slopes beyond μ */
     hs_vertex *vertices;     /* (group, capacity) */
     int64_t capacity;
     hs_evolved *evolved;      /* NULL where asperities do not evolve */
@@ -191,18 +187,16 @@ typedef struct hs_line {
     double normal_load;
     double tangential_load;
     double dissipated; /* by all asperities since the start */
-    double
-        excess; /* what a held tangential load asks for beyond the friction limit, with its sign */
+    double excess;     /* excess of a held tangential load over the friction limit, with its sign */
     double slid_labels[2]; /* between which all asperities of a single group have */
     hs_clock clock;
     double
         known_label; /* where P' of a single group was worked out last; NaN where it is not known */
-    double known_slope; /* that P', which the next question about it need not work out again */
-    uint64_t identity;  /* what it belongs to, as the contact and its friction were at the start;
-                           copies keep it */
-    int32_t normal_control; /* how each channel was controlled last, and is held */
+    double known_slope;     /* that P', which the next question about it need not work out again */
+    uint64_t identity;      /* digest of contact and friction at the start; copies keep it */
+    int32_t normal_control; /* last control of each channel, which is held */
     int32_t tangential_control;
-    int32_t lost_slides; /* whether there was no memory to note when an asperity has slid */
+    int32_t lost_slides; /* true if slide times were lost for want of memory */
     int32_t unused;
 } hs_line;
 
@@ -219,12 +213,12 @@ typedef struct hs_plane {
     hs_vector direction; /* of the line, a unit vector */
     hs_vector origin;    /* where the displacement of the line is 0 */
     hs_vector displacement, tangential_load;
-    hs_vector excess;              /* what a held load asks for beyond the friction limit */
-    int32_t tangential_control[2]; /* how each component was controlled last */
+    hs_vector excess;              /* excess of a held load over the friction limit */
+    int32_t tangential_control[2]; /* last control of each component */
     struct hs_body *body;          /* the rings; NULL as long as all motion was along one line */
 } hs_plane;
 
-/* What a contact remembers: the only handle of this library. */
+/* State of a contact: the only handle of this library. */
 typedef struct hs_state {
     hs_line line;
     hs_plane *plane; /* NULL in one tangential direction */
@@ -236,15 +230,16 @@ HS_API hs_state *hs_state_new(hs_contact *contact, const double *friction);
 /* Return an independent copy; NULL if out of memory. */
 HS_API hs_state *hs_state_copy(const hs_state *state);
 HS_API void hs_state_free(hs_state *state);
-/* Digest bytes on top of what was digested before: what else a state belongs to, such as laws, goes
- * into the `identity` of its line. */
+/* Digest of further bytes after a digest: properties such as laws are digested into the `identity`
+ * of the line of a state. */
 HS_API uint64_t hs_digest(uint64_t before, const void *bytes, size_t size);
-/* Whether two states belong to the same contact, friction and laws, so that one may take the place
- * of the other. */
+/* True if two states belong to the same contact, friction and laws, so that one may replace the
+ * other. */
 HS_API int hs_belongs(const hs_state *state, const hs_state *like);
-/* Follow from now on what asperities become. HS_FOREIGN in a plane. */
+/* Follow the evolution of asperities from now on. HS_FOREIGN in a plane. */
 HS_API int hs_state_evolve(hs_state *state);
-/* Follow from now on also how asperities yield, which have not yet. HS_FOREIGN in a plane. */
+/* Follow yielding of asperities, too, from now on, which have not yielded yet. HS_FOREIGN in a
+ * plane. */
 HS_API int hs_state_yield(hs_state *state);
 #define HS_MOST_RINGS 1000
 /* Move in two directions from now on; so far all was along x. Asperities of a group share `rings`
@@ -254,11 +249,11 @@ HS_API int hs_state_yield(hs_state *state);
  */
 HS_API int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings,
                                 double tolerance);
-/* The state of one asperity by itself, with what its group remembers along the line; NULL if out of
- * memory, or if there is no such asperity. */
+/* State of one asperity, with the history of its group along the line; NULL if out of memory, or if
+ * there is no such asperity. */
 HS_API hs_state *hs_state_of_one(const hs_state *state, int64_t asperity);
-/* Fill in when asperities (in the caller's numbering), or what is watched, first slid as a whole
- * [s], NaN where they have not, or the paths had no times; and forget that. */
+/* Write times [s] at which asperities (in the caller's numbering), or watched approaches, first
+ * slid as a whole; NaN if they have not, or if paths had no times. And forget them. */
 HS_API void hs_slide_times(const hs_state *state, double *time);
 HS_API void hs_forget_slides(hs_state *state);
 
@@ -288,13 +283,13 @@ typedef struct hs_path {
     double begin, end; /* [s] */
 } hs_path;
 
-/* How the contact is driven. */
+/* Drive of a contact. */
 typedef struct hs_drive {
-    double tolerance; /* error of a ramp of both loads, over the displacement at which all slides,
-                         such as 1e-6; ten times that of energies */
+    double tolerance; /* error of a ramp of both loads, over the displacement at which all springs
+                         slide, such as 1e-6; relative error of energies: 10 times that */
     double compliance[2]; /* of an instrument in series with the contact, in x and y [m/N];
                              tangential displacements are its drive's */
-    int32_t saturate; /* whether a tangential load beyond the friction limit is held at the limit */
+    int32_t saturate; /* true if a tangential load beyond the friction limit is held at the limit */
     int32_t threads; /* that share the work on many asperities, 1 or more; the bits do not depend on
                         it */
     int (*interrupted)(void *user); /* called every few milliseconds; other than 0 stops the
@@ -327,13 +322,12 @@ typedef struct hs_stepper {
     hs_state *state;
     const hs_drive *drive;
     hs_refusal refusal;
-    hs_goal normal;        /* which a step sets to NaN, as the next ones */
-    hs_goal tangential[2]; /* in x and y; in one direction y is not read */
-    double start;          /* approach at which the last path began, for `hs_slopes_of` [m] */
-    double has_moved;      /* whether the displacement changed on it */
-    double turns;          /* successive moves, each of which went back on the one before */
-    hs_vector reached,
-        move; /* displacement at its end, and by how much the last one changed, without dimension */
+    hs_goal normal;          /* which a step sets to NaN, as the next ones */
+    hs_goal tangential[2];   /* in x and y; in one direction y is not read */
+    double start;            /* approach at which the last path began, for `hs_slopes_of` [m] */
+    double has_moved;        /* true if the displacement changed on it */
+    double turns;            /* successive moves, each of which went back on the one before */
+    hs_vector reached, move; /* displacement at its end, and its last change, without dimension */
 } hs_stepper;
 /* Advance its state in place, as `hs_step` does; in a plane to targets in x and y. */
 HS_API int hs_stepper_step(hs_stepper *stepper);
@@ -349,8 +343,7 @@ HS_API hs_state *hs_advance(const hs_state *state, int normal_control, double no
 HS_API hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_drive *drive,
                                   hs_refusal *refusal);
 
-/* ---- rows: what is recorded of a state along its path, in SI units
- * ---------------------------------------------------- */
+/* ---- rows: readings of a state along its path, in SI units ---- */
 
 /* Of the whole contact. In a plane the tangential load and displacement are the sizes of the
  * vectors. */
@@ -371,7 +364,7 @@ typedef struct hs_totals {
     double slid_together;   /* ∫|dU| while all asperities in contact slid [m] */
     double erased_memories; /* see hs_evolved */
     double erased_energy;   /* [J] */
-    double yielded_share;   /* of the normal load, that stands on asperities that have yielded */
+    double yielded_share;   /* normal load on asperities that have yielded */
     double yielding_energy; /* that yielding has taken since the start [J] */
 } hs_totals;
 
@@ -406,7 +399,7 @@ HS_API int hs_read(const hs_state *state, const hs_rows *rows, int64_t row);
 /* ---- stiffness, energy, tractions
  * ------------------------------------------------------------------------------------------ */
 
-/* How the loads at the end of the last path change with where it ended, its start being what it was
+/* Derivatives of the loads at the end of the last path with respect to its end, with the same start
  * [N/m]. */
 typedef struct hs_slopes {
     double tangential; /* ∂T/∂U at a held approach */
@@ -442,10 +435,9 @@ HS_API int64_t hs_nodes(const hs_state *state, int64_t asperity, int64_t room, d
  * of one group have to stay alike: HS_FOREIGN. */
 HS_API int hs_set_friction(hs_state *state, const double *friction, const hs_drive *drive);
 
-/* ---- evolution: friction that depends on how asperities are loaded, wear, other summits
- * ---------------------------------- */
+/* ---- evolution: friction by load or slid distance, wear, other summits ---- */
 
-/* How asperities are loaded at one moment, for a law of friction. */
+/* Loads of asperities at one moment, for a law of friction. */
 typedef struct hs_loaded {
     int64_t count;
     const double *normal_load;   /* (count) [N], > 0 */
@@ -498,7 +490,7 @@ enum hs_wear_kind {
     HS_ENERGY_WEAR = 2, /* rate [m³/J] times energy dissipated */
     HS_CALLERS_WEAR = 3
 };
-/* What is left of a summit: its cap cut off and the radius kept, or a paraboloid blunted in the
+/* Shape of a worn summit: a truncated cap of constant radius, or a paraboloid blunted in the
  * contact circle. */
 enum hs_wear_shape { HS_TRUNCATED = 0, HS_BLUNTED = 1 };
 typedef struct hs_wear {
@@ -542,7 +534,8 @@ typedef struct hs_evolution {
     const double *goal;     /* coefficients (asperity) that the path goes to, straight with the
                                channels; NULL for none */
     double goal_fraction;   /* of the way there that the path goes */
-    int32_t follow_sliding; /* whether asperities that only yield are followed as they slide, too */
+    int32_t
+        follow_sliding; /* true if slid distances of asperities that only yield are followed, too */
     int32_t unused;
     int64_t count; /* asperities that `goal` and `critical_approach` are of */
 } hs_evolution;
@@ -586,26 +579,24 @@ HS_API int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, co
 /* A state with its contact as bytes, which any machine of the same byte order reads. */
 HS_API size_t hs_state_size(const hs_state *state);
 HS_API int hs_state_write(const hs_state *state, void *bytes, size_t size);
-/* Make the state again. Bytes that are damaged, or of something else, are refused: `why` then says
- * what is wrong. Unless it is NULL, what is read has to belong where `like` does, and shares its
- * contact where that is as it was. */
+/* Read a state from bytes. Damaged or foreign bytes are refused, with the reason in `why`. Unless
+ * `like` is NULL, the state has to belong to its contact, which is shared if it is equal. */
 HS_API int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state,
                          const char **why);
-/* Check whether numbers that somebody has filled in make a memory along one line; NULL, or what is
- * wrong. */
+/* Check a memory along one line that the caller has filled in; returns NULL, or the error. */
 HS_API const char *hs_state_check(const hs_state *state);
 
 /* ---- patches of normal curves
  * ------------------------------------------------------------------------------------------- */
 
-/* A table of normal curves: of each patch what it gains from row to row, which the knots in between
- * carry. */
+/* Table of normal curves: increases of each patch from row to row, carried by the knots in between.
+ */
 typedef struct hs_patches {
     int64_t count;      /* patches */
     int64_t rows;       /* of the table */
     const int64_t *row; /* (knot) row of the table up to which its springs touch */
-    const double *gain; /* (patch, row) what it carries more than at the row before, over what all
-                           carry more */
+    const double *gain; /* (patch, row) increase of its load from the previous row, over that of all
+                           patches */
     const double *approach;    /* (rows + 1) [m], the first touch before the rows */
     const double *area;        /* (rows + 1, patch) [m²] */
     const double *first_touch; /* (patch) [m] */
@@ -641,7 +632,7 @@ HS_API hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *fr
                               int64_t scales, const double *scale, double displacement_ratio);
 HS_API hs_batch *hs_batch_copy(const hs_batch *batch);
 HS_API void hs_batch_free(hs_batch *batch);
-/* Whether all of them, one per contact, are numbers, and at most so large in size. */
+/* True if all numbers, one per contact, are finite and within the limit of size. */
 HS_API int hs_batch_accepts(const hs_batch *batch, const double *approach,
                             const double *displacement, double largest);
 /* Carry each contact straight to its approach and displacement [m], and tell its loads [N]. */
@@ -651,15 +642,14 @@ HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *
  * HS_FOREIGN or NaN. */
 /* Make a contact new. */
 HS_API void hs_batch_forget(hs_batch *batch, int64_t contact);
-/* Have a contact remember so many vertices at most (3 or more; other numbers are taken for 3), by
- * leaving out those that matter least. Returns by how much any later tangential load may be off for
- * that, whatever the displacements [N]. */
+/* Shorten the history of a contact to a number of vertices (at least 3), by leaving out those of
+ * least effect. Returns the largest error of any later tangential load, for all displacements [N].
+ */
 HS_API double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most);
-/* Copy what a contact remembers to vertices of the caller's, with room for its depth or for 1,
- * whichever is more; returns the depth, 0 where it does not touch. */
+/* Copy the vertices of a contact, with room for its depth, at least 1; returns the depth, 0 if it
+ * does not touch. */
 HS_API int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices);
-/* Have a contact remember what was taken from one of the same friction and scale; what none could
- * remember is refused. */
+/* Set the vertices of a contact of the same friction and scale; invalid ones are refused. */
 HS_API int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices,
                         int64_t depth);
 

@@ -89,15 +89,14 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
                       double shaped, double waiting, double volume, double *height,
                       double *radius) {
     if (wear->shape == HS_TRUNCATED) {
-        /* what was foreseen too large is taken back, as far as there is any */
+        /* predicted volumes that were too large are taken back, as far as any waits */
         double area = PI * *radius, taken = hs_max(waiting + volume, -shaped);
         *height -= sqrt((shaped + taken) / area) - sqrt(shaped / area);
         return taken;
     }
     double p = sqrt(hs_max(first, 0.0)), q = sqrt(hs_max(last, 0.0)), whole = quartic(p, q),
            grown = 1.0;
-    /* a cap over the contact circle holds πa⁴/(4R); what is more than that waits for a larger
-     * contact */
+    /* a cap over the contact circle holds πa⁴/(4R); a larger volume waits for a larger contact */
     double part = p > 0.0 ? 4.0 * *radius * waiting / (PI * first * first) : HUGE_VAL;
     if (-0.5 < part && part <= 1.0) {
         *height -= 2.0 * waiting / (PI * first * (1.0 + part / 3.0));
@@ -106,7 +105,7 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
         waiting = 0.0;
     }
     *height -= 2.0 * volume / PI * (5.0 / 3.0) * (q * q + p * q + p * p) / whole;
-    /* e^x within its third order, whatever a chord takes away */
+    /* e^x to third order, for any volume of a step */
     double x = 4.0 * volume / PI * 5.0 / whole * meanwhile;
     *radius *= grown * (1.0 + x * (1.0 + x * (0.5 + x / 6.0)));
     return waiting + volume;
@@ -127,10 +126,10 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
 #define PLASTIC 110.0
 /* departure of Jackson and Green's law from Hertz's */
 #define DEPARTURE 1.9
-/* approach of one node over that of the next, between which the work of yielding is integrated with
- * three points */
+/* Ratio of approaches of adjacent nodes, between which the work of yielding is integrated with
+ * three points; chosen. */
 #define FINE 1.25
-#define MOST_TURNS 200
+#define MAX_ROOT_STEPS 200
 
 typedef struct state {
     double load; /* over the critical load */
@@ -232,7 +231,7 @@ double hs_next_yield(const hs_line *memory, const hs_yielding *law) {
     return next;
 }
 
-/* Summits that yield on the way to an approach: which, their approaches, and what follows. */
+/* Summits that yield on a path to an approach, with their approaches and states. */
 typedef struct yielding_summits {
     int64_t count;
     int64_t *which;
@@ -250,8 +249,7 @@ static int gather(yielding_summits *found, int64_t most) {
     return found->which ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
-/* Put down which summits yield on the way to an approach; of the others, add what they carry there
- * [N]. */
+/* Find the summits that yield on a path to an approach; adds the loads of the others there [N]. */
 static void find_yielding(const hs_line *memory, const hs_evolution *evolution, double d,
                           yielding_summits *found, double *elastic) {
     const hs_evolved *evolved = memory->evolved;
@@ -305,7 +303,7 @@ int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, d
     if (status == HS_OK) status = load_at(memory, evolution, low, &place, &root.at_low);
     root.at_low -= load;
     root.at_high = root.at_low;
-    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && root.at_high < 0.0;
+    for (int turn = 0; turn < MAX_ROOT_STEPS && status == HS_OK && root.at_high < 0.0;
          ++turn, step *= 2.0) {
         root.low = root.high;
         root.at_low = root.at_high;
@@ -314,7 +312,7 @@ int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, d
         root.at_high -= load;
     }
     if (status == HS_OK && !(root.at_high >= 0.0)) status = HS_LAW_FAILED;
-    for (int turn = 0; turn < MOST_TURNS && status == HS_OK &&
+    for (int turn = 0; turn < MAX_ROOT_STEPS && status == HS_OK &&
                        root.high - root.low > 4.0 * DBL_EPSILON * root.high;
          ++turn) {
         double missing, next = root.high - root.at_high * ((root.high - root.low) /
@@ -331,8 +329,8 @@ int hs_yielding_approach(const hs_line *memory, const hs_evolution *evolution, d
     return status;
 }
 
-/* Work of the load of summits from one approach to another less what is elastic at the ends, added
- * to their energies. */
+/* Work of the load of summits between two approaches, less elastic energies at the ends; added to
+ * their energies. */
 static int take_energy(const hs_evolution *evolution, hs_evolved *evolved,
                        const yielding_summits *at) {
     const double node = 0.7745966692414834; /* √0.6 */

@@ -252,7 +252,7 @@ static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *
     if (count > 0) line_rows = shift_rows(rows, path->first_row);
     int64_t path_number = refusal->path;
     int status = hs_line_integrate(&state->line, &line_path, 1, count > 0 ? &line_rows : NULL,
-                                   &line_drive, stop_fraction, refusal);
+                                   &line_drive, stop_fraction, NULL, refusal);
     refusal->path = path_number;
     if (status == HS_OK && count > 0) resolve_components(state, rows, path->first_row, count);
     update_from_line(state);

@@ -28,17 +28,18 @@ static const double front_weight[3][4] = {
     {0.5, 0.5},
     {0.2777777777777778, 0.4444444444444444, 0.2777777777777778},
     {0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269}};
-/* relative size of the correction of a chord up to which two, and three, nodes suffice */
+/* Relative size of the correction of a chord up to which two, and three, nodes suffice; chosen. */
 static const double enough[2] = {2e-5, 2e-2};
-/* part of the tolerance below which a chord is not corrected */
+/* Fraction of the tolerance below which a chord is not corrected; chosen. */
 #define NEGLIGIBLE 0.01
-/* part of the tolerance that one piece may use up */
+/* Fraction of the tolerance for one piece; chosen. */
 #define PART_OF_PIECE 0.2
-/* a path of the front is halved so many times at most */
+/* Halvings of the path of a front, at most; chosen. */
 #define MOST_HALVINGS 16
-/* distance of front and edge, relative to the path of the front, up to which they are close */
+/* Distance of front and edge, relative to the path of the front, up to which they are close;
+ * chosen. */
 #define CLOSE 0.1
-/* relative change of the approach that Newton's method squares to rounding */
+/* Relative change of the approach that Newton's method squares to rounding. */
 #define CONVERGED 1e-11
 #define MOST_ITERATIONS 20
 
@@ -68,8 +69,8 @@ static front_point point_at(hs_curve curve, double front, double edge) {
     return found;
 }
 
-/* Energy if front and edge moved in proportion, which is that of a straight path in (d, V); exact
- * for each asperity. */
+/* Energy of front and edge that move in proportion, as on a straight path in (d, V); exact for each
+ * asperity. */
 static double chord_energy(const slip_energy *energy, const front_point *from,
                            const front_point *to, double rate) {
     double slip = rate * (from->front - to->front), rise = to->edge - from->edge, total = 0.0;
@@ -116,7 +117,7 @@ HS_WIDE static void add_weighted_loads(const double *restrict gap, const double 
     }
 }
 
-/* Difference between the energy of a ramp and that of its chord, by Gauss's quadrature in √(a - h).
+/* Correction of the energy of a chord to that of its ramp, by Gauss's quadrature in √(a - h).
  * Partial integration leaves P(d) + P(a) dd/da, without the stiffness of single asperities, whose
  * kinks are sharper; where the edge follows the front closely, that would be a small difference of
  * large numbers. */
@@ -166,7 +167,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
             front_loads += factor_of_node * front.load;
         }
     }
-    /* the mean of dd/da is that of the chord, however roughly the quadrature meets it */
+    /* the mean of dd/da equals that of the chord, in spite of quadrature errors */
     mean /= weights;
     total -= mean * front_loads;
     for (int g = 0; g < nodes; ++g) factor[g][2] += mean * factor[g][1];
@@ -183,8 +184,8 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
     return hs_lanes_sum(lane);
 }
 
-/* Add the energies of a piece to those of the asperities, and clear them; returns their sum. No
- * asperity gains energy. */
+/* Add the energies of a piece to the asperities, and clear them; returns their sum. No asperity
+ * gains energy. */
 HS_WIDE static double accept_parts(double *restrict part, double *restrict each, int64_t count) {
     double lane[HS_LANES] = {0};
     for (int64_t begin = 0; begin < count; begin += HS_BLOCK) {
@@ -425,19 +426,19 @@ static int exact_ramp(hs_line *memory, double load, double force, double time,
 
 /* Gauss's quadrature on a step */
 #define NODES 3
-/* points of a step at which side·V - μ d is compared with its ends */
+/* Points of a step at which side·V - μ d is compared with its ends; chosen. */
 #define SAMPLES 8
 /* tolerances over the caller's: of springs over the displacement at which all slides, of the energy
  * over that of the ramp. Chosen: at the default tolerance the ends of ramps are within 2e-6 of full
  * slip (tests/memory/test_ramp.py) */
 #define STATE_TOLERANCE 1.0
 #define ENERGY_TOLERANCE 10.0
-/* tolerance above the rounding of energies */
+/* Smallest tolerance, above the rounding of energies; chosen. */
 #define LEAST_TOLERANCE 1e-11
-/* part of the tolerance of a ramp that a short step may use up */
+/* Smallest fraction of the tolerance of a ramp that a short step may use; chosen. */
 #define LEAST_PART 0.05
-/* change of the distance of ramp and chord, relative to the largest one, below which Newton's
- * method ends */
+/* Change of the distance of ramp and chord, relative to the largest one, at which Newton's method
+ * ends; chosen. */
 #define DISTANCE_CONVERGED 1e-5
 /* inclination of ramp and chord above which they are not interpolated; length of the next step over
  * the one predicted; error for which half a step is predicted. Chosen */
@@ -803,8 +804,8 @@ static int find_nodes(ramp *way, const ramp_chord *chord, quadrature *nodes) {
     return 1;
 }
 
-/* Correct the energies of a step that were those of its chord; returns the sum. No asperity gains
- * energy. */
+/* Correct the energies of a step from its chord to the ramp; returns the sum of corrections. No
+ * asperity gains energy. */
 static double correct_energies(ramp *way, const quadrature *nodes) {
     const hs_line *start = way->present;
     const int64_t groups = start->contact->groups;
@@ -845,7 +846,7 @@ static const hs_adaptive ramp_settings = {
                    */
 };
 
-/* Move all groups along the chord of a step, and time what slides on the ramp. */
+/* Move all groups along the chord of a step, and record sliding times on the ramp. */
 static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads, double load,
                             double force, double time) {
     hs_line *memory = way->trial;

@@ -5,7 +5,7 @@
 #include "displacement.h"
 #include "state.h"
 
-/* Replace the times of asperities that have slid since `start` by those of another memory, where it
+/* Replace the times of asperities that have slid since `start` by times of another memory, if it
  * has any; returns a status. */
 int hs_slides_replace(hs_line *memory, const hs_line *start, const hs_line *source);
 /* Record which asperities of a group first slide on a straight path, on which its coefficient

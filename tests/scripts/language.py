@@ -155,14 +155,14 @@ def measure_c() -> list[Measure]:
         Measure(
             "C identifiers that are everyday words",
             percentage(len(everyday), names),
-            2.8,
+            1.2,
             "%",
             everyday,
         ),
         Measure(
             "C comments that hinge on a question word",
             percentage(len(hinging), comments),
-            8.2,
+            2,
             "%",
             hinging,
         ),
