@@ -385,8 +385,14 @@ def _still_rises(position: float, u: Floats, f: Floats, threshold: float) -> boo
         return False
     # friction may rise with the distance that was slid, but not less and less as where a contact
     # comes to slide
-    middle = _crossing(u, (_interpolate(position, u) + u[-1]) / 2)
-    return rise > STEEPEST_SLIDING * threshold or _rise(middle, u, f) < LEAST_BENDING * rise
+    start = _interpolate(position, u)
+    middle = _crossing(u, (start + u[-1]) / 2)
+    # scatter may hide the bending of so short a part: before it, such a contact rises more
+    before = slice(None, math.ceil(position))
+    earlier = _crossing(u, max(2 * start - u[-1], u[0]))
+    rose_more = _rise(earlier, u[before], f[before]) >= rise
+    bends = rose_more and _rise(middle, u, f) < LEAST_BENDING * rise
+    return rise > STEEPEST_SLIDING * threshold or bends
 
 
 def _rise(position: float, u: Floats, f: Floats) -> float:

@@ -166,13 +166,21 @@ def test_a_stop_leaves_the_friction_of_the_level_part(shape):
         {"rounded": 30, "stiffness": 0.4, "noise": 0.3},
         {"tilt": 0.05},
         {"tilt": 0.02, "noise": 0.3},
+        {"position": 0.08},
         {"position": 0.08, "noise": 0.2},
+        {"position": 0.09, "noise": 0.5},
     ],
 )
 def test_rounded_tilted_and_uneven_branches_have_no_stop(shape):
     loops = slider(stop=(0.0, 0.0), **shape)
     assert not loops.hooked_branches.any()
     assert not any("rises again" in note for note in loops.notes)
+    # friction that rises along a part that slides is no lower bound, and longer strokes raise it
+    assert loops.rising_branches.any() == ("rounded" in shape)
+    if "position" in shape:
+        # the mean of 1 + p x² over the last quarter of the stroke, from x = 1/2 to 1, is 1 + 7/12 p
+        coefficient = loops.statistics("friction_coefficient").mean
+        assert coefficient == pytest.approx(0.2 * (1 + 7 / 12 * shape["position"]), rel=5e-3)
 
 
 def test_branches_without_sliding_give_a_lower_bound():
