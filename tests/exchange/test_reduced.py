@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from c_core import ROOT
+from golden import check_messages
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reduced_contacts import CONTACTS, LOAD, PAIR, ball, job, rough, worst_history
+from reduced_contacts import CONTACTS, LOAD, PAIR, ball, job, rough, worst_history  # noqa: F401 - of the messages
 
 import historysim as hs
 from historysim.exchange.reduced.reducing import VirginCurve, _springs, place_nodes
@@ -115,17 +116,13 @@ def test_normal_load_and_shipped_scenario():
 
 
 def test_contacts_that_cannot_be_reduced_are_reported():
-    with pytest.raises(hs.InputError, match="friction is 0 everywhere"):
-        hs.reduce(hs.Replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.0), job(ball()).events))
-    with pytest.raises(hs.InputError, match="never moves its contact"):
-        hs.reduce(hs.Replay(ball(), [hs.NormalLoad(0.0, LOAD)]))
-    with pytest.raises(hs.InputError, match="friction or summits change"):
-        hs.reduce(hs.Replay(ball(), [*job(ball()).events, hs.FrictionChange(9.0, 0.1)]))
     model = hs.reduce(job(ball()), elements=4)
-    with pytest.raises(hs.InputError, match="single normal load"):
-        model.force([1e-9], [LOAD])
     model = hs.reduce(job(ball(), varies=True), elements=4)
     with pytest.raises(hs.InputError, match="the end of the table of the model"):
         model.force([1e-9], [2 * LOAD])
     with pytest.raises(hs.InputError, match="has shape"):
         model.force([1e-9], [LOAD, LOAD])
+
+
+def test_messages():
+    check_messages(globals())

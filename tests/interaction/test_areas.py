@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
 from historysim.contact.greenwood_williamson import summit_contact
-from historysim.errors import InputError
 from historysim.interaction.areas import (
     _elliptic,
     bowden_tabor_area,
@@ -54,11 +54,6 @@ def test_laws_enclose_the_whole_map(surface):
     assert area.sel(law="Bowden–Tabor").to_numpy() == pytest.approx(np.array(LOADS) / 5e9)
     assert found.holds.sel(law="summits").all()
     assert not found.holds.sel(law="Bowden–Tabor").any()
-
-
-def test_a_profile_is_refused():
-    with pytest.raises(InputError, match="a profile has no contact area"):
-        hs.area_laws(hs.Surface(np.arange(9.0), 1e-6), PAIR, 0.1)
 
 
 # --- the laws ---
@@ -150,14 +145,5 @@ def test_bowden_and_tabor_flow_until_all_touches():
     assert bowden_tabor_area([0.0, 1e9, 9e9], 5e9) == pytest.approx([0.0, 0.2, 1.0])
 
 
-@pytest.mark.parametrize(
-    ("call", "match"),
-    [
-        (lambda: persson_area(-1.0, MOMENTS, 1.0), "pressure"),
-        (lambda: bush_gibson_thomas(0.0, SpectralMoments(1.0, 1.0, 1.0), 1.0), "m0 m4/m2"),
-        (lambda: bowden_tabor_area(1.0, 0.0), "hardness"),
-    ],
-)
-def test_numbers_out_of_range_are_refused(call, match):
-    with pytest.raises(InputError, match=match):
-        call()
+def test_messages():
+    check_messages(globals())

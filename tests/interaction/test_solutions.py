@@ -4,6 +4,7 @@ import sys
 import numpy as np
 import pytest
 from dense_contact import DenseContact
+from golden import check_messages
 from half_space import HalfSpace as BruteForce
 
 import historysim as hs
@@ -228,16 +229,6 @@ def test_conjugate_gradients_give_what_tamaas_does(periodic):
         np.testing.assert_array_equal(pressure > 0, np.asarray(model.traction) > 0)
 
 
-def test_a_map_that_repeats_is_not_pressed_flat():
-    surface = rough(3, 32)
-    with pytest.raises(
-        hs.InputError, match=r"presses the map flat, all of it touches from .*% of that on"
-    ):
-        NormalSolutions.solve(surface, largest_load=1e3 * surface.nominal_area)
-    with pytest.raises(hs.InputError, match=r"presses the map flat: at .* m all of it touches"):
-        NormalSolutions.solve(surface, largest_approach=10.0)
-
-
 def test_a_contact_of_few_points_has_a_notice(lone):
     rough_points = hs.Surface(np.random.default_rng(1).normal(size=(8, 8)), 1.0)
     solutions = NormalSolutions.solve(rough_points, largest_load=1e-2)
@@ -371,27 +362,6 @@ def test_points_touch_so_that_the_area_grows_evenly():
     np.testing.assert_array_equal(touched, (solutions.pressure > 0).sum(axis=1))
 
 
-@pytest.mark.parametrize(
-    ("surface", "message"),
-    [
-        (hs.Surface(np.zeros((16, 16)), 1.0), "flat; expected heights that differ"),
-        (hs.Surface(np.arange(16.0), 1.0), "profile; expected a height map"),
-        (
-            hs.Surface(np.where(np.eye(16) > 0, np.nan, np.arange(16.0)), 1.0),
-            "16 heights are missing",
-        ),
-    ],
-)
-def test_maps_that_cannot_be_solved_are_refused(surface, message):
-    with pytest.raises(hs.InputError, match=message):
-        NormalSolutions.solve(surface, largest_load=1e-3)
-
-
-def test_nothing_to_solve_is_refused():
-    with pytest.raises(hs.InputError, match="nothing touches"):
-        NormalSolutions.solve(rough(1), largest_load=0.0)
-
-
 CONTACT = np.array(
     [
         [1, 0, 0, 0, 1],
@@ -416,3 +386,7 @@ def test_patches_across_a_corner_of_a_surface_that_repeats_meet():
     corners[0, 0] = corners[4, 4] = True
     assert label_patches(corners, periodic=True).max() == 0
     assert label_patches(corners).max() == 1
+
+
+def test_messages():
+    check_messages(globals())

@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 import synthetic
+from golden import check_messages
 
-import historysim as hs
-from historysim.errors import InputError
 from historysim.measured.branches import Definitions
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.results.tables import loop_summary as summary
@@ -59,13 +58,6 @@ def test_an_offset_does_not_hide_friction(offset):
     found = loops_of_channels(TIME, MEASURED, offset + FRICTION + 2e-3 * NOISE[2], NORMAL)
     assert found.no_friction == ()
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=5e-3)
-
-
-def test_swapped_columns_are_refused():
-    with pytest.raises(hs.InputError, match=r"wrong way round.*swapped"):
-        loops_of_channels(TIME, FRICTION + 2e-3 * NOISE[2], MOVED)
-    with pytest.raises(hs.InputError, match="0 whole loops"):
-        loops_of_channels(TIME, TIME, FRICTION)
 
 
 def test_each_load_is_judged_by_itself():
@@ -244,5 +236,7 @@ def test_scatter_is_not_a_rise_and_the_threshold_is_an_option():
         assert (loops_of_channels(time, moved, tilted).rising_branches == rising).all()
     wide = Definitions(still_rising=0.1)
     assert not loops_of_channels(time, moved, tilted, definitions=wide).rising_branches.any()
-    with pytest.raises(InputError, match="still_rising of Definitions is 2"):
-        Definitions(still_rising=2)
+
+
+def test_messages():
+    check_messages(globals())

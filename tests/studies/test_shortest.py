@@ -5,6 +5,7 @@ import itertools
 import attrs
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
 from historysim.studies.shortest import write_waypoints
@@ -224,21 +225,6 @@ STRAIGHT = [hs.NormalLoad(0.0, 10e-3), hs.TangentialDisplacement(1.0, 1e-3)]
 WORN = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0))
 
 
-@pytest.mark.parametrize(
-    ("ensemble", "events", "reason"),
-    [
-        (contact(), PLANAR, "two tangential directions"),
-        (WORN, STRAIGHT, "change with the load history"),
-    ],
-)
-def test_what_is_no_list_of_vertices_is_refused(ensemble, events, reason):
-    job = hs.Replay(ensemble, events)
-    with pytest.raises(hs.InputError, match=reason):
-        hs.shortest(job)
-    with pytest.raises(hs.InputError, match=reason):
-        job.state().shortest_history()
-
-
 def test_friction_that_has_changed_is_that_of_the_untouched_contact():
     job = hs.Replay(
         contact(), [*STRAIGHT, hs.FrictionChange(1.0, 0.8), hs.TangentialDisplacement(3.0, -1e-3)]
@@ -247,15 +233,7 @@ def test_friction_that_has_changed_is_that_of_the_untouched_contact():
     assert_same_future(
         state, hs.Replay(job.ensemble, state.shortest_history()).state(), job.ensemble
     )
-    with pytest.raises(hs.InputError, match="changes friction"):
-        hs.shortest(job)
 
 
-def test_several_coefficients_have_no_common_path():
-    with pytest.raises(hs.InputError, match=r"hs\.shortest"):
-        random_job(0, friction=FRICTIONS["several"]).state().shortest_history()
-
-
-def test_a_subject_without_events_is_refused():
-    with pytest.raises(hs.InputError, match=r"hs\.shortest\(ensemble, events\)"):
-        hs.shortest(3)
+def test_messages():
+    check_messages(globals())

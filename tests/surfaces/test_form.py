@@ -2,9 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from golden import check_messages
 from scipy.optimize import curve_fit
 
-from historysim.errors import InputError
 from historysim.surfaces.filters import fit_form
 
 EPS = np.finfo(float).eps
@@ -168,13 +168,5 @@ def ramp(datum, along, across, shape):
     return datum + along * np.arange(shape[0])[:, None] + across * np.arange(shape[1])[None, :]
 
 
-@pytest.mark.parametrize("shape", [(33, 20), (1, 7)])
-@pytest.mark.parametrize(
-    "plane",
-    [(0.1, 0, 0), (1e-6, 1e-8, 1e-8), (0, 0.1, 3)],
-)
-def test_a_flat_surface_has_no_sphere(plane, shape):
-    with pytest.raises(
-        InputError, match=r"no sphere fits a flat surface; expected a ball or a hollow"
-    ):
-        fit_form(ramp(*plane, shape), PIXEL, "sphere")
+def test_messages():
+    check_messages(globals())

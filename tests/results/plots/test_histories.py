@@ -5,9 +5,9 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+from golden import check_messages
 
 import historysim as hs
-from historysim.errors import InputError
 from historysim.results.plots import histories, style, tractions
 from historysim.results.plots.pictures import PICTURES
 
@@ -133,10 +133,5 @@ def test_the_picture_shows_first_loading_and_flattened_summits():
     assert (after.get_ydata() > before.get_ydata()).all()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [({"picture": "wear"}, "no worn_volume"), ({"picture": "yielding"}, "no yielded_depth")],
-)
-def test_a_history_without_wear_or_yielding_has_no_picture_of_it(options, message):
-    with pytest.raises(InputError, match=message):
-        hs.plot(replayed(), **options)
+def test_messages():
+    check_messages(globals())
