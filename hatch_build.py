@@ -35,6 +35,7 @@ PLACE = Path("historysim", "basics")
 CFFI = "cffi>=1.16"
 LIBRARY = "libhistorysim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 DECLARATIONS = "_declarations.py"
+CERTIFIED = Path("data", "certified")
 BROWSER = Path("historysim", "results", "report", "browser.wasm")
 
 # the package itself is not there yet
@@ -88,6 +89,8 @@ class CompiledLibrary(BuildHookInterface):
             build(root, Path(self._folder.name))
             for name in (LIBRARY, DECLARATIONS):
                 build_data["force_include"][str(Path(self._folder.name, name))] = str(PLACE / name)
+            # for `historysim reference`
+            build_data["force_include"][str(root / CERTIFIED)] = "historysim/certified"
         # a library that was compiled here is not one for all Linux of an age
         machine = next(
             tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux"))

@@ -113,7 +113,7 @@ GROUPS = {
     "Begin": "columns validate run show plot report cycles",
     "Measured records": "loops sliding compare fit creep",
     "Studies": "sweep design gallery",
-    "Other programs": "fmu reduce",
+    "Other programs": "fmu reduce reference",
     "The log": "verify state log shorten",
     "Reference": "table kinds",
 }
