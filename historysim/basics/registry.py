@@ -1,6 +1,8 @@
 """Registries of classes by name, from this package and from entry points of other packages."""
 
+import functools
 import importlib
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,10 +14,11 @@ from historysim.basics.wording import format_value, nearest
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
+    from importlib.metadata import EntryPoint, EntryPoints
 
 T = TypeVar("T", bound=type)
 OWN = "historysim"
+_QUOTED = re.compile(r'"(?=([^"\n]+)")')  # also where quotation marks overlap
 
 
 @attrs.frozen
@@ -35,7 +38,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     Classes of this package are registered when their modules are imported: a lookup of one name
     imports only modules that contain it in quotes. Classes of other packages are entry points of a
-    group, which are read at each lookup without a cache; they never replace a name of this package.
+    group; they never replace a name of this package.
     """
 
     #: Group of entry points, as ``"historysim.laws"``; common base class, as ``"module:Class"``;
@@ -138,15 +141,13 @@ class Registry(Mapping[str, T], Generic[T]):
                     continue
                 raise
             for folder in getattr(module, "__path__", ()):
-                for file in sorted(Path(folder).glob("[!_]*.py")):
-                    if name is None or f'"{name}"' in file.read_text(encoding="utf-8"):
-                        importlib.import_module(f"{home}.{file.stem}")
+                for file, strings in _quoted_strings(folder).items():
+                    if name is None or name in strings:
+                        importlib.import_module(f"{home}.{file}")
 
     def _foreign(self) -> "dict[str, EntryPoint]":
-        from importlib.metadata import entry_points
-
         points: dict[str, EntryPoint] = {}
-        for point in entry_points(group=self.group):
+        for point in _entry_points(self.group, _search_path()):
             registered = points.setdefault(point.name, point)
             if registered.value != point.value:
                 packages = " and ".join(
@@ -175,6 +176,29 @@ class Registry(Mapping[str, T], Generic[T]):
                 f"{subject} is {kind!r}; expected a subclass of {module}.{name} with {self.label} = {point.name!r}"
             )
         return cast("T", kind)
+
+
+@functools.cache
+def _quoted_strings(folder: str) -> dict[str, set[str]]:
+    """Return the strings in double quotes of each module in a folder, by the names of the modules."""
+    return {
+        file.stem: {*_QUOTED.findall(file.read_text(encoding="utf-8"))}
+        for file in sorted(Path(folder).glob("[!_]*.py"))
+    }
+
+
+def _search_path() -> tuple[tuple[str, int], ...]:
+    """Return the folders of packages and the times at which packages were last added or removed [ns]."""
+    folders = [Path(folder) for folder in sys.path]
+    return tuple((str(folder), folder.stat().st_mtime_ns) for folder in folders if folder.exists())
+
+
+@functools.cache
+def _entry_points(group: str, path: tuple[tuple[str, int], ...]) -> "EntryPoints":  # noqa: ARG001 - its packages
+    """Return the entry points of a group that the packages on a search path declare."""
+    from importlib.metadata import entry_points
+
+    return entry_points(group=group)
 
 
 def _full_name(kind: type) -> str:
