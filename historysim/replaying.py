@@ -155,8 +155,8 @@ class Replay:
     ) -> "State":
         """Integrate the events up to a time [s], record their rows, also one at that time, and return the last state.
 
-        A segment has at most ``most_rows``; ``on_event`` gets cursor and state of each segment that
-        ends at an event.
+        A block of paths has at most ``most_rows``; ``on_event`` gets cursor and state of each block
+        that ends at an event.
         """
         # slide times are needed for recorded asperities, and for states from which a later replay
         # starts
@@ -166,43 +166,36 @@ class Replay:
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
-        plan = schedule.segments(
+        plan = schedule.paths(
             self.events, self.substeps, at_once, start=start.cursor, until=seconds(until)
         )
+        how: dict[str, Any] = {"asperities": columns, "threads": self.threads}
         with progress_bar(
             progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2
         ) as done:
-            for segment in plan:
-                rows = target.blank(segment.row_time.size)
-                path = (
-                    segment
-                    if timed
-                    else attrs.evolve(segment, paths=drop_slide_times(segment.paths))
-                )
-                state = self.advance_over(
-                    path, state, rows=rows, asperities=columns, threads=self.threads
-                )
-                target.record(segment.row_time)
-                if on_event is not None and segment.cursor is not None:
-                    on_event(segment.cursor, state)
-                done(segment.row_time.size)
+            for block in plan:
+                rows = target.blank(block.row_time.size)
+                paths = block.paths if timed else drop_slide_times(block.paths)
+                state = self.advance_over(attrs.evolve(block, paths=paths), state, rows=rows, **how)
+                target.record(block.row_time)
+                if on_event is not None and block.cursor is not None:
+                    on_event(block.cursor, state)
+                done(block.row_time.size)
         target.conclude(state)
         return state
 
-    def advance_over(self, segment: schedule.Segment, state: "State", **recorded: Any) -> "State":
-        """Advance a state over a segment; errors name the event."""
-        ensemble, event = self.ensemble, segment.event[0]
+    def advance_over(self, block: schedule.PathBlock, state: "State", **recorded: Any) -> "State":
+        """Advance a state over a block of paths; errors name the event."""
+        ensemble, event = self.ensemble, block.event[0]
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}
         try:
-            recorded |= segment.friction_options(len(ensemble))
-            state = ensemble.advance_along(
-                state, segment.paths, until=segment.share, **how, **recorded
-            )
-            if segment.change is not None:
-                event = segment.change_event
-                state = segment.change.act(ensemble, state, **how)
+            recorded |= block.friction_options(len(ensemble))
+            state = ensemble.advance_along(state, block.paths, until=block.share, **how, **recorded)
+            if block.change is not None:
+                event = block.change_event
+                state = block.change.act(ensemble, state, **how)
         except (FrictionLimitError, CurveEndError, PullOffError, InputError) as error:
-            event = event if event == segment.change_event else segment.event[error.path]
+            event = event if event == block.change_event else block.event[error.path]
             kind = InputError if isinstance(error, InputError) else LoadError
             raise kind.for_event(event, time_text(self.events[event].time), error) from None
         return state

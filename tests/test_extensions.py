@@ -262,7 +262,7 @@ def test_the_page_names_types_checks_and_groups_that_exist():
     assert groups == {registry.group for registry in registries().values()}
 
 
-def test_the_package_has_one_of_each_and_the_law_of_the_page(site):
+def test_the_package_has_one_of_each_and_the_examples_of_the_page(site):
     stranger = importlib.import_module("stranger")
     kinds = {
         kind
@@ -276,8 +276,14 @@ def test_the_package_has_one_of_each_and_the_law_of_the_page(site):
         if inspect.isclass(value) and value.__module__ == "stranger"
     ]
     assert [kind for kind in kinds if not any(issubclass(value, kind) for value in own)] == []
-    law = BLOCKS[0].split("@attrs.frozen")[1]
-    assert law.strip() in (site / "stranger.py").read_text(encoding="utf-8")
+    source = (site / "stranger.py").read_text(encoding="utf-8")
+    law, picture, reader = (block[block.index("class ") :] for block in BLOCKS[:3])
+    assert (law[:13], picture[:12], reader[:13]) == (
+        "class Warming",
+        "class Limits",
+        "class Slashed",
+    )
+    assert all(text.strip() in source for text in (law, picture, reader))
 
 
 STRINGS = {"N": "2 mN", "m": "3 nm", "s": "4 ms", "J m-2": "5 mJ/m2", "1": 0.5}

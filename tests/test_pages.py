@@ -31,6 +31,17 @@ PROSE = [
 LONGEST = 100
 
 
+def test_the_loop_of_the_architecture_is_the_loop_of_the_code():
+    """A schedule of events, and a loop whose lines are those of `Replay.walk`, in their order."""
+    page = (ROOT / "historysim" / "README.md").read_text(encoding="utf-8")
+    block = next(body for _, language, body in pages.blocks(page) if language == "text")
+    first, *loop = (line.strip() for line in block.strip().splitlines())
+    source = [line.strip() for line in inspect.getsource(hs.Replay.walk).splitlines()]
+    assert first.startswith("plan = schedule.paths(")
+    assert "plan = schedule.paths(" in source
+    assert [line for line in source if line in loop] == loop
+
+
 def name_of(path):
     return path.relative_to(ROOT).as_posix()
 
@@ -128,7 +139,11 @@ def test_an_example_of_a_key_is_valid_in_a_scenario(example, tmp_path):
 # compiled callers.
 DOCUMENTED = {
     f"historysim.{name}"
-    for name in ("basics.fields", "basics.library", "asperities.running_in", "results.queries")
+    for name in (
+        *("asperities.running_in", "basics.fields", "basics.library", "results.queries"),
+        # base classes of extensions
+        *("results.plots.chart", "results.plots.pictures", "tables.readers"),
+    )
 }
 MODULES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")

@@ -80,7 +80,7 @@ class Start:
 
 
 @attrs.frozen
-class Segment:
+class PathBlock:
     """Paths between two changes of friction or geometry, and the change at their end."""
 
     paths: Paths  #: with targets in N and m
@@ -104,19 +104,19 @@ class Segment:
         return {"friction": FrictionGoal(coulomb(self.ramp.friction, count), self.ramp_part)}
 
 
-def segments(
+def paths(
     events: Sequence[Event],
     substeps: int = 1,
     most_rows: int | None = None,
     *,
     start: Cursor | None = None,
     until: float = math.inf,
-) -> Iterator[Segment]:
-    """Yield the segments of events, which are in the order of their times.
+) -> Iterator[PathBlock]:
+    """Yield the straight paths of events in blocks, in the order of their times.
 
     At each time both channels first go where their waypoints put them, on one straight path; the
     other events of that time follow in their order. One row is recorded at each time, and
-    ``substeps`` - 1 more since the time before. No segment records many more rows than
+    ``substeps`` - 1 more since the time before. No block records many more rows than
     ``most_rows``. A schedule starts where an earlier one of the same events stood, and stops
     ``until`` a time [s], between two event times on the way to the later one, where it records a
     row.
@@ -124,10 +124,10 @@ def segments(
     Raises InputError: what are no events, not in order, or none; substeps below 1.
     """
     if isinstance(events, SampledLoads) and start is None and until == math.inf:
-        yield from _sampled_segments(events, substeps, most_rows)
+        yield from _sampled_blocks(events, substeps, most_rows)
         return
     _check(events, substeps)
-    yield from _Schedule(events, substeps, start).segments(
+    yield from _Schedule(events, substeps, start).blocks(
         math.inf if most_rows is None else most_rows, until
     )
 
@@ -166,8 +166,8 @@ class _Schedule:
             counts = [max(len(event.channels), 1) for event in events[done:]]
             self.due = np.add.reduceat(counts, first_indices) if counts else self.due
 
-    def segments(self, most_rows: float, until: float) -> Iterator[Segment]:
-        """Yield the segments, see `segments`."""
+    def blocks(self, most_rows: float, until: float) -> Iterator[PathBlock]:
+        """Yield the blocks, see `paths`."""
         arriving, served = self._arriving()
         ramps = self.friction.ramps(self.time)
         special = np.flatnonzero((arriving.sum(axis=0) < self.due) | ramps)
@@ -196,12 +196,12 @@ class _Schedule:
                 )
             index = ends
             if table.ramp is not None or self.rows[index - 1] - broken_at >= most_rows:
-                yield table.segment(cursor=self.cursor(index))
+                yield table.block(cursor=self.cursor(index))
                 broken_at = int(self.rows[index - 1])
         if table.events:
-            yield table.segment(cursor=self.cursor(index))
+            yield table.block(cursor=self.cursor(index))
         if count < self.time.size and until > self.previous[count]:
-            yield self._partial_segment(count, until)
+            yield self._partial_block(count, until)
 
     def cursor(self, done: int) -> Cursor | None:
         """Return the cursor after a number of event times."""
@@ -246,11 +246,11 @@ class _Schedule:
 
     def _step_by_step(
         self, table: "_Table", index: int, arriving: Booleans, served: int, *, ramp: bool
-    ) -> Iterator[Segment]:
-        """Add the paths at one event time, of which the last is recorded; yield the segments that end between them."""
+    ) -> Iterator[PathBlock]:
+        """Add the paths at one event time, of which the last is recorded; yield the blocks that end between them."""
         time, times = float(self.time[index]), slice(index, index + 1)
         if ramp and table.events:
-            yield table.segment(cursor=self.cursor(index))
+            yield table.block(cursor=self.cursor(index))
         if ramp:
             table.ramp = self._ramp(index)
         names = (*CHANNELS, *COMPONENTS[1:])
@@ -276,9 +276,9 @@ class _Schedule:
         ]
         for number, group in steps:
             if table.ramp is not None or not isinstance(group, dict):
-                # a joint path ends a segment only where friction is on its way
+                # a joint path ends a block only where friction is on its way
                 acts = not isinstance(group, dict | FrictionRamp)
-                yield table.segment(*((group, number) if acts else ()))
+                yield table.block(*((group, number) if acts else ()))
             if isinstance(group, FrictionRamp):
                 table.ramp = group, 1.0
             jumps = group if isinstance(group, dict) else {}
@@ -306,7 +306,7 @@ class _Schedule:
         ramp: Any = self.events[self.friction.at(float(self.time[index]))]
         return ramp, float(self.goals[2][2][index])
 
-    def _partial_segment(self, index: int, until: float) -> Segment:
+    def _partial_block(self, index: int, until: float) -> PathBlock:
         """Return the path to the next event time, with the fraction up to a time between the two."""
         table, times = _Table(), slice(index, index + 1)
         time, previous = float(self.time[index]), float(self.previous[index])
@@ -315,7 +315,7 @@ class _Schedule:
         path[PARTS] = np.ones(1, dtype=np.int64)
         table.add(path, [int(self.first[index])], np.empty(0), recorded=False)
         table.record(until)
-        return attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
+        return attrs.evolve(table.block(), share=(until - previous) / (time - previous))
 
 
 def _cursor(done: int, rows: int, time: float, channels: Sequence["_Channel"]) -> Cursor:
@@ -518,7 +518,7 @@ def _friction_waypoints(
 
 
 def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:
-    """Return the number of rows recorded by `segments`."""
+    """Return the number of rows recorded by `paths`."""
     if isinstance(events, SampledLoads) and until == math.inf:
         return events.time.size
     _check(events, substeps)
@@ -553,22 +553,22 @@ def event_times(events: Sequence[Event]) -> Floats:
     return np.fromiter((event.time for event in events), dtype=float, count=len(events))
 
 
-def _sampled_segments(
+def _sampled_blocks(
     samples: SampledLoads, substeps: int, most_rows: int | None
-) -> Iterator[Segment]:
-    """Yield segments of sampled loads, each of at most ``most_rows`` samples."""
+) -> Iterator[PathBlock]:
+    """Yield blocks of sampled loads, each of at most ``most_rows`` samples."""
     check_substeps(substeps)
     size = samples.time.size
     for start in range(0, size, most_rows or max(size, 1)):
-        block = slice(start, min(start + (most_rows or size), size))
-        time = samples.time[block]
+        part = slice(start, min(start + (most_rows or size), size))
+        time = samples.time[part]
         times = np.append(samples.time[max(start - 1, 0)], time[:-1]), time
         goals = (
-            Goals(LOAD, samples.normal_load[block]),
-            Goals(DISPLACED, samples.tangential_displacement[block]),
+            Goals(LOAD, samples.normal_load[part]),
+            Goals(DISPLACED, samples.tangential_displacement[part]),
         )
-        yield Segment(
-            straight_paths(*goals, times=times), range(2 * start + 1, 2 * block.stop, 2), time
+        yield PathBlock(
+            straight_paths(*goals, times=times), range(2 * start + 1, 2 * part.stop, 2), time
         )
 
 
@@ -701,13 +701,13 @@ class _Channel:
 
 
 class _Table:
-    """Paths of one segment that is being scheduled."""
+    """Paths of one block that is being scheduled."""
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        """Begin another segment."""
+        """Begin another block."""
         self.columns: list[Sequence[Array]] = []
         self.events: list[int] = []
         self.recorded: list[bool] = []
@@ -728,10 +728,10 @@ class _Table:
         self.recorded[-1] = True
         self.row_times.append(np.array([time]))
 
-    def segment(
+    def block(
         self, change: Event | None = None, change_event: int = -1, cursor: Cursor | None = None
-    ) -> Segment:
-        """Return the segment of the paths so far, and start another one."""
+    ) -> PathBlock:
+        """Return the block of the paths so far, and start another one."""
         columns = [np.concatenate(column) for column in zip(*self.columns, strict=True)]
         goals = Goals(*columns[:3]), Goals(*columns[3:PARTS])
         paths = straight_paths(
@@ -740,4 +740,4 @@ class _Table:
         ramp, ramp_part = self.ramp or (None, 1.0)
         times, events = np.concatenate(self.row_times), self.events
         self.clear()
-        return Segment(paths, events, times, change, change_event, ramp, ramp_part, cursor)
+        return PathBlock(paths, events, times, change, change_event, ramp, ramp_part, cursor)

@@ -179,8 +179,8 @@ class LazyHistory:
     @functools.cached_property
     def time(self) -> Floats:
         """Time of each step [s]."""
-        plan = schedule.segments(self.job.events, self.job.substeps)
-        return np.concatenate([segment.row_time for segment in plan])
+        plan = schedule.paths(self.job.events, self.job.substeps)
+        return np.concatenate([block.row_time for block in plan])
 
     @functools.cached_property
     def labels(self) -> Integers:

@@ -105,18 +105,18 @@ class Bounds:
         states = [_slid_state(job, start, direction) for direction in (1.0, -1.0)]
         pasts = [job.recorder(_PastRows, until=until) for _ in states]
         columns = () if job.asperities is None else job.asperities
-        plan = schedule.segments(job.events, job.substeps, pasts[0].rows_at_once, until=until)
+        plan = schedule.paths(job.events, job.substeps, pasts[0].rows_at_once, until=until)
         filled = 0
         with progress_bar(progress, "step", self.times.size, desc="bounds", delay=2) as done:
-            for segment in plan:
-                count = segment.row_time.size
+            for block in plan:
+                count = block.row_time.size
                 for index, past in enumerate(pasts):
                     rows = past.blank(count)
                     states[index] = job.advance_over(
-                        segment, states[index], rows=rows, asperities=columns, threads=job.threads
+                        block, states[index], rows=rows, asperities=columns, threads=job.threads
                     )
                 where = slice(filled, filled + count)
-                self.times[where] = segment.row_time
+                self.times[where] = block.row_time
                 if count:
                     yield where, self._bound(where, pasts)
                 filled += count

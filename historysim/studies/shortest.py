@@ -188,8 +188,8 @@ class _Waypoints:
 
     def __init__(self, job: Replay) -> None:
         self.job = job
-        segments = list(schedule.segments(job.events))
-        self.paths: Paths = drop_rows(np.concatenate([segment.paths for segment in segments]))
+        blocks = list(schedule.paths(job.events))
+        self.paths: Paths = drop_rows(np.concatenate([block.paths for block in blocks]))
         self.start = job.ensemble.initial_state()
 
     def _advance(self, state: State, path: Paths) -> State:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.loads import schedule
 from historysim.loads.events import FrictionChange, LoadEvent
 from historysim.loads.schedule import (
     AT_WAYPOINT,
@@ -14,7 +15,6 @@ from historysim.loads.schedule import (
     fork_waypoints,
     make_cursor,
     row_count,
-    segments,
 )
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import blank_rows
@@ -55,7 +55,7 @@ def read(segment):
 
 
 def single(events, **options):
-    found = list(segments(events, **options))
+    found = list(schedule.paths(events, **options))
     assert len(found) == 1
     assert (found[0].change, found[0].change_event) == (None, -1)
     return found[0]
@@ -168,7 +168,7 @@ def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between
         T(2.0, 0.002),
         N(10.0, 0.03),
     ]
-    found = list(segments(events, substeps))
+    found = list(schedule.paths(events, substeps))
     times = [
         1.0,
         *np.linspace(1.0, 2.0, substeps + 1)[1:],
@@ -191,7 +191,7 @@ def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between
 
 def test_a_change_of_friction_ends_a_stretch():
     events = [N(0.0, 0.02), T(1.0, 0.002), F(1.0, 0.3), T(2.0, 0.004), F(3.0, [0.2, 0.3, 0.4])]
-    found = list(segments(events))
+    found = list(schedule.paths(events))
     assert [segment.change for segment in found] == [events[2], events[4], None]
     assert [segment.change_event for segment in found] == [2, 4, -1]
     assert [segment.row_time.tolist() for segment in found] == [[0.0], [1.0, 2.0], [3.0]]
@@ -310,7 +310,7 @@ def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
 @pytest.mark.parametrize("most_rows", [1, 2, 5, 1000])
 def test_stretches_break_so_that_none_records_many_more_rows_than_asked(most_rows):
     events = random_events(np.random.default_rng(3), 60)
-    whole, broken = list(segments(events, 3)), list(segments(events, 3, most_rows))
+    whole, broken = list(schedule.paths(events, 3)), list(schedule.paths(events, 3, most_rows))
     assert [path for segment in broken for path in read(segment)] == [
         path for segment in whole for path in read(segment)
     ]
@@ -331,7 +331,7 @@ def test_breaking_stretches_changes_no_bit(ensemble):
     ends = []
     for most_rows in (None, 1, 4):
         state, totals = ensemble.initial_state(), []
-        for segment in segments(events, 2, most_rows):
+        for segment in schedule.paths(events, 2, most_rows):
             rows = blank_rows(segment.row_time.size, None)
             state = ensemble.advance_along(state, segment.paths, rows=rows)
             if segment.change is not None:
@@ -348,7 +348,7 @@ def test_stretches_break_between_times_however_often_friction_changes():
             hs.TangentialLoad(time, 1e-4 * (time % 3)),
             hs.FrictionChange(time, 0.5 + 0.001 * (time % 2)),
         ]
-    plan = list(segments(events, 2, 10))
+    plan = list(schedule.paths(events, 2, 10))
     stood = [segment.cursor for segment in plan if segment.cursor]
     assert len(stood) > 10
     assert max(b.rows - a.rows for a, b in itertools.pairwise(stood)) < 10 + 2
@@ -366,12 +366,12 @@ def test_a_schedule_is_taken_up_where_it_stood():
         hs.TangentialDisplacement(3.0, 0.01),
         hs.NormalLoad(4.0, 0.01),
     ]
-    plan = list(segments(events, 3, 1))
+    plan = list(schedule.paths(events, 3, 1))
     rows = []
     for number, segment in enumerate(plan):
         rows.append(segment.row_time.tolist())
         if segment.cursor:
-            again = list(segments(events, 3, 1, start=segment.cursor))
+            again = list(schedule.paths(events, 3, 1, start=segment.cursor))
             assert [one.row_time.tolist() for one in again] == [
                 one.row_time.tolist() for one in plan[number + 1 :]
             ]

@@ -15,7 +15,7 @@ from conventions import conventions, discovery
 
 import historysim as hs
 from historysim.basics.files import replacing
-from historysim.loads.schedule import segments
+from historysim.loads import schedule
 from historysim.recording import netcdf, recorder
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
@@ -115,14 +115,14 @@ def into(path, ensemble, asperities, count, attributes):
 
 
 def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
-    plan = list(segments(events, 2, most_rows))
+    plan = list(schedule.paths(events, 2, most_rows))
     asperities = chosen_asperities(ensemble, events, record)
     with into(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
 
 
 def in_memory(ensemble, events=EVENTS, record="touching"):
-    plan = list(segments(events, 2))
+    plan = list(schedule.paths(events, 2))
     target = DatasetRecorder(ensemble, chosen_asperities(ensemble, events, record), steps(plan))
     fill(target, plan)
     return target.dataset({"Conventions": "CF-1.11"})
@@ -265,7 +265,7 @@ def fingerprint(state):
 
 
 def test_recording_changes_no_state(ensemble, tmp_path):
-    plan = list(segments(EVENTS[:6]))
+    plan = list(schedule.paths(EVENTS[:6]))
     before = ensemble.initial_state()
     for stretch in plan[:-1]:
         before = ensemble.with_friction(
@@ -366,7 +366,7 @@ def test_a_streamed_file_is_the_dataset_bit_for_bit(scenario, tmp_path, monkeypa
 
 def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
     path = tmp_path / "out.nc"
-    plan = list(segments(EVENTS))
+    plan = list(schedule.paths(EVENTS))
     moved = []
     replace = Path.replace
 
@@ -418,7 +418,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
     stream(tmp_path / "small.nc", ensemble)
     path = tmp_path / "out.nc"
     path.write_bytes(b"an older result")
-    plan = list(segments(EVENTS, 20_000))
+    plan = list(schedule.paths(EVENTS, 20_000))
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def overflow():

@@ -144,9 +144,9 @@ class Ended:
 def count_cycles(job: Replay, asperity: int | None = None) -> xr.Dataset:
     """Return the cycles of a replay; parameters, result and errors as for `cycles`."""
     counter = CycleCounter(job, asperity)
-    for segment in schedule.segments(job.events):
-        for number in range(segment.paths.size):
-            counter.follow(segment.paths[number : number + 1].copy())
+    for block in schedule.paths(job.events):
+        for number in range(block.paths.size):
+            counter.follow(block.paths[number : number + 1].copy())
     return counter.dataset()
 
 

@@ -111,14 +111,14 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
         raise InputError(
             "pages cannot compute a spring in parallel; its pictures show what was recorded"
         )
-    segments = [*schedule.segments(job.events, job.substeps)]
-    if len(segments) != 1 or segments[0].change is not None or segments[0].ramp is not None:
+    blocks = [*schedule.paths(job.events, job.substeps)]
+    if len(blocks) != 1 or blocks[0].change is not None or blocks[0].ramp is not None:
         raise InputError(
             "pages cannot compute friction or summits that events change; its pictures show what was recorded"
         )
     time = history["time"].values
-    if segments[0].row_time.shape != time.shape or not np.allclose(
-        segments[0].row_time, time, rtol=1e-12, atol=0
+    if blocks[0].row_time.shape != time.shape or not np.allclose(
+        blocks[0].row_time, time, rtol=1e-12, atol=0
     ):
         return _from_steps(history)
     labels = np.arange(len(ensemble))
@@ -129,7 +129,7 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
             f"Of {len(ensemble):,} asperities, the page has the {labels.size:,} that were recorded."
         )
         ensemble = _subset(ensemble, labels)
-    return Trajectory(ensemble, labels, segments[0].paths, job.saturate, job.instrument, note)
+    return Trajectory(ensemble, labels, blocks[0].paths, job.saturate, job.instrument, note)
 
 
 def _subset(ensemble: Ensemble, labels: Integers) -> Ensemble:
