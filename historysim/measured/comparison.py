@@ -9,7 +9,7 @@ import collections
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import attrs
@@ -33,6 +33,7 @@ from historysim.measured.reduction import (
     estimate_white_noise,
     find_spikes,
     loop_dead_band,
+    noise_of_curve,
     turning_points,
 )
 from historysim.measured.residual_diagnosis import (
@@ -90,6 +91,8 @@ class Observation:
     load_noise: float
     #: standard deviation of a single reading of the displacement, as at the turning points [m]
     reading_noise: float
+    #: Standard deviations of channels before any filter, by name [m or N].
+    unfiltered_noise: Mapping[str, float]
     dead_band: float  #: the smallest swing of the displacement that is a reversal [m]
     loops: Loops | None  #: the measured loops; None where there is no whole one
     skip: int = 0  #: loops at the start that are not compared
@@ -116,6 +119,35 @@ class Observation:
             turns=np.searchsorted(samples, self.turns),
             nodes=np.searchsorted(samples, self.nodes),
             start_sample=int(np.searchsorted(samples, self.start_sample)),
+            loops=None,
+        )
+
+    def with_added_noise(self, random: np.random.Generator) -> "Observation":
+        """Return an observation with as much noise again on all channels, and the turning points of those."""
+        noise = {
+            name: random.normal(0.0, deviation, self.time.size)
+            for name, deviation in self.unfiltered_noise.items()
+        }
+        displacement = self.displacement + noise["tangential_displacement"]
+        if self.displacement[0] == 0.0:
+            # the first reading is the zero of a displacement
+            displacement -= displacement[0]
+        load = self.tangential_load + noise["tangential_load"]
+        normal = self.normal_load + noise["normal_load"]
+        # a lifted contact stays lifted
+        normal = np.where(self.normal_load > 0, np.maximum(normal, 0.0), 0.0)
+        turns = turning_points(displacement, self.dead_band)
+        nodes, _ = _find_nodes(displacement, normal, turns, self.displacement_noise)
+        deviation, offset = _node_places(displacement, turns, nodes, self.displacement_noise)
+        return attrs.evolve(
+            self,
+            displacement=displacement,
+            tangential_load=load,
+            normal_load=normal,
+            turns=turns,
+            nodes=nodes,
+            node_deviation=deviation,
+            node_offset=offset,
             loops=None,
         )
 
@@ -157,6 +189,7 @@ class Observation:
             start_sample=int(np.searchsorted(group_starts, self.start_sample)),
             displacement_noise=displacement_noise,
             load_noise=load_noise,
+            unfiltered_noise={name: white * value for name, value in self.unfiltered_noise.items()},
             remarks=(*self.remarks, ("averaged", text)),
         )
 
@@ -212,12 +245,17 @@ def observe(
         start = max(start, 1)
     noise = estimate_white_noise(displacement) if displacement_noise is None else displacement_noise
     nodes, follows = _find_nodes(displacement, normal, turns, noise)
-    # half the distance from each sample to the farther one of its neighbours
-    steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
-    half_step, offset = np.maximum(steps[:-1], steps[1:]) / 2, np.zeros(displacement.size)
-    offset[turns[1:-1]] = (
-        np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
-    )
+    node_deviation, node_offset = _node_places(displacement, turns, nodes, noise)
+    load_noise = estimate_white_noise(load) if load_noise is None else load_noise
+    left = {
+        "tangential_displacement": noise,
+        "tangential_load": load_noise,
+        "normal_load": min(estimate_white_noise(normal), noise_of_curve(normal)),
+    }
+    unfiltered_noise = {
+        name: max(deviation, estimate_white_noise(measurement.removed.get(name, ())))
+        for name, deviation in left.items()
+    }
     return Observation(
         time=measurement.time,
         displacement=displacement,
@@ -225,11 +263,12 @@ def observe(
         normal_load=normal,
         turns=turns,
         nodes=nodes,
-        node_deviation=np.hypot(noise, half_step[nodes]),
-        node_offset=offset[nodes],
+        node_deviation=node_deviation,
+        node_offset=node_offset,
         displacement_noise=noise,
-        load_noise=estimate_white_noise(load) if load_noise is None else load_noise,
+        load_noise=load_noise,
         reading_noise=noise,
+        unfiltered_noise=unfiltered_noise,
         dead_band=dead_band,
         loops=loops,
         skip=skip,
@@ -259,6 +298,19 @@ def _find_nodes(
         f"dead band is up to {quantity_text(farthest, 'm', 3)} from the record, more than its noise"
     )
     return np.union1d(nodes, smaller), [("path", text)]
+
+
+def _node_places(
+    displacement: Floats, turns: Integers, nodes: Integers, noise: float
+) -> tuple[Floats, Floats]:
+    """Return deviation and expected offset of the nodes from where they were measured (node) [m]."""
+    # half the distance from each sample to the farther one of its neighbours
+    steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
+    half_step = np.maximum(steps[:-1], steps[1:]) / 2
+    inner = turns[1:-1]
+    offset = np.zeros(displacement.size)
+    offset[inner] = np.sign(displacement[inner] - displacement[turns[:-2]]) * half_step[inner] / 2
+    return np.hypot(noise, half_step[nodes]), offset[nodes]
 
 
 def _sort_between(displacement: Floats, nodes: Integers) -> tuple[Floats, Integers]:

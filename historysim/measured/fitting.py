@@ -28,8 +28,7 @@ LEAST_NOISE = 0.9  # least fraction of the estimated noise that is used, however
 # its fraction of the load: a single coefficient for all branches is off by some 1.1 to 1.5 of these
 # squares (tests/README.md).
 SECOND_ORDER = 1.8
-# distance of start and end of a search, as a logarithm, below which a restart changes nothing
-SAME_START = 0.05
+NOISE_REPEATS = 16  # times that noise is added to a record of few loops
 # Distance of the first load from the middle of the loops, over half their height, up to which a
 # record begins unloaded; and of the middle of the strokes from zero, over half the stroke, up to
 # which they are centred.
@@ -142,8 +141,9 @@ class ParameterFit:
         has_verdict = int(not self.fits)
         lines = [("the model does not fit", text) for text in self.notes[:has_verdict]]
         for parameter in self.parameters:
-            by_loops = self.loops_compared is not None and not math.isnan(parameter.low)
-            samples = f"; were samples independent {parameter.noise_text()}" if by_loops else ""
+            wider = self.loops_compared is not None or parameter.low < parameter.noise_low
+            has_both = wider and not math.isnan(parameter.low)
+            samples = f"; were samples independent {parameter.noise_text()}" if has_both else ""
             lines.append((parameter.name, parameter.text(samples)))
         lines.append(("intervals by", self._basis()))
         names = [parameter.name for parameter in self.parameters]
@@ -159,11 +159,11 @@ class ParameterFit:
         if math.isnan(self.parameters[0].low):
             return "none: the search did not end at a minimum"
         if self.loops_compared is None:
+            few = "there are too few loops to show how they scatter and drift"
+            if any(parameter.low < parameter.noise_low for parameter in self.parameters):
+                return f"noise added once more, since the contact remembers it: {few}"
             basis = "noise" if self.misfit <= 1 else "the residuals"
-            return (
-                f"{basis}, as if independent: there are too few loops to show how they scatter and drift, "
-                "so that the true interval may be wider"
-            )
+            return f"{basis}, as if independent: {few}, so that the true interval may be wider"
         return f"how the estimates wander over {self.loops_compared} pieces of the record, of whole loops"
 
     @property
@@ -215,7 +215,10 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
         stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
     )
     wanders = _measure_wander(search, result, covariance, misfit)
-    reach = by_noise if wanders is None else np.array([variation.reach for variation in wanders])
+    if wanders is None:
+        reach = _measure_noise_effect(search, result, covariance)
+    else:
+        reach = np.array([variation.reach for variation in wanders])
     # residuals of few pieces may be alike by chance, and pieces have no information on a parameter
     # without effect
     reach = np.where(np.any(result.slopes, axis=0), np.maximum(reach, by_noise), by_noise)
@@ -268,18 +271,14 @@ def _notes_on_search(
         residuals = compute_residuals(search.observation, result.response, search.compared)
         noise = math.sqrt(float(np.mean(result.noise**2))) / residuals.largest
         notes.append(
-            f"{residuals.text()}; noise alone gives {100 * noise:.2g} %: the model is incomplete, or the fit needs "
-            "another start" + _MEANING * minimum
+            f"{residuals.text()}; noise alone gives {100 * noise:.2g} %: the model is incomplete"
+            + _MEANING * minimum
         )
     if not result.converged:
-        moved = np.abs(result.unknowns[: search.start.size] - search.start)
-        remedy = "start it again from these values"
-        if (moved < SAME_START).all():
-            remedy = (
-                "a start from these values does not help, as noise folds the sum of squares: low_pass or median at the "
-                "channels makes it smoother, and fewer parameters are easier to find"
-            )
-        notes.append(f"the search did not converge; {remedy}")
+        notes.append(
+            "the search did not converge: the sum of squares has no single minimum, and the values "
+            "are no estimates"
+        )
     if result.at_bounds:
         nodes = count_text(
             search.free, "turning point or step of load", "turning points and steps of load"
@@ -393,6 +392,23 @@ def _measure_wander(
     ]
 
 
+def _measure_noise_effect(search: Search, result: SearchResult, covariance: Floats) -> Floats:
+    """Return half the interval of the estimates by the effect of as much noise again on all channels (parameter).
+
+    A contact remembers the noise of single samples: the turns of the displacement, its zero, and each fall of the
+    normal load. The error in one such place moves all residuals after it, which are not independent.
+    """
+    from scipy import stats
+
+    random = np.random.default_rng(0)
+    changes = [search.noise_change(result, random) for _ in range(NOISE_REPEATS)]
+    moves = np.array(changes) @ result.slopes[: search.compared.size] @ covariance
+    student = stats.t.ppf((1 + CONFIDENCE) / 2, NOISE_REPEATS - 1)
+    # noise that is there has had its mean effect as well
+    effect: Floats = student * moves.std(axis=0, ddof=1) + np.abs(moves.mean(axis=0))
+    return effect
+
+
 def _branches(search: Search) -> Integers:
     """Return the first sample of each branch that is compared, and the number of samples."""
     observation = search.observation
@@ -450,8 +466,8 @@ def _note_on_identifiability(
                 "values"
             )
         notes += [
-            f"these data do not distinguish {second} from {name} (correlation {correlation[i, j]:+.4f}); fix one of "
-            "them by another measurement"
+            f"these data do not distinguish {second} from {name} (correlation {correlation[i, j]:+.4f}): "
+            "leave one of them, with a value from another measurement, out of [fit]"
             for j, second in enumerate(names[:i])
             if abs(correlation[i, j]) > MOST_CORRELATED
         ]

@@ -494,6 +494,21 @@ class Search:
             np.zeros(count),
         )
 
+    def noise_change(self, result: SearchResult, random: np.random.Generator) -> Floats:
+        """Compute how residuals change by as much noise again on all channels, nodes as read (sample)."""
+        noisy = self.observation.with_added_noise(random)
+        residual, noisy_residual = (
+            self._replay(
+                result.unknowns, observation, observation.node_offset[1:-1]
+            ).tangential_load
+            - observation.tangential_load
+            for observation in (self.observation, noisy)
+        )
+        change = (noisy_residual - residual)[self.compared] / result.scale
+        # samples that are now beside a turning point may be on the other branch
+        change[~np.isin(self.compared, _select_samples(noisy))] = 0.0
+        return change
+
     def noises(self, response: ModelResponse) -> Floats:
         """Compute the noise of each residual [N]: of the load, and of the displacement times the stiffness."""
         by_displacement = response.stiffness[self.compared] * self.observation.displacement_noise
@@ -537,15 +552,17 @@ class Search:
         return terms
 
     def _compute_response(self, x: Floats) -> ModelResponse:
-        parameters = dict(
-            zip(self.names, self.to_values(x[: len(self.names)]).tolist(), strict=True)
-        )
-        offset = parameters.get(OFFSET, self.offset_start) - self.offset_start
         shifts = self.observation.node_offset[1:-1].copy()
         shifts[: self.free] += (
             x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
         )
-        return compute_response(*self.model(parameters), self.observation, shifts, offset)
+        return self._replay(x, self.observation, shifts)
+
+    def _replay(self, x: Floats, observation: Observation, shifts: Floats) -> ModelResponse:
+        values = self.to_values(x[: len(self.names)]).tolist()
+        parameters = dict(zip(self.names, values, strict=True))
+        offset = parameters.get(OFFSET, self.offset_start) - self.offset_start
+        return compute_response(*self.model(parameters), observation, shifts, offset)
 
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
         residual = (response.tangential_load - self.observation.tangential_load)[self.compared]
