@@ -32,6 +32,7 @@ from historysim.measured.reduction import (
 LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
 # stroke over the noise of the displacement up to which a note says that noise decides
 STROKE_OVER_NOISE = 40.0
+MEDIAN_SHARE = 1 / 20  # samples of a running median over those of a branch: it cuts reversals
 # Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a
 # sphere just slides, by Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4),
 # and more beyond.
@@ -158,14 +159,19 @@ def _noise(loops: LoopValues) -> Iterator[str]:
         return
     of, stroke = quantity_text(noise, "m", 2), 2 * float(np.median(loops.amplitude[loops.large]))
     if loops.dead_band < REVERSAL * noise:
+        # two digits of it are six deviations or more
+        band = quantity_text(1.05 * REVERSAL * noise, "m", 2)
         yield (
             f"the dead band is {loops.dead_band / noise:.2g} deviations of the noise of the displacement, {of}: noise "
-            f"may be taken for reversals; use six deviations, {quantity_text(REVERSAL * noise, 'm', 2)}, or more"
+            f"may be taken for reversals; use six deviations, {band}, or more"
         )
     elif stroke <= STROKE_OVER_NOISE * noise:
+        per_branch = float(np.median(np.diff(loops.ends[loops.large], axis=1)))
+        window = 2 * int(MEDIAN_SHARE * per_branch / 2) + 1
+        median = f"median = {window} at the displacement, or " if window > 1 else ""
         yield (
             f"the stroke of {quantity_text(stroke, 'm', 3)} is only {stroke / noise:.2g} σ of the displacement noise, "
-            f"{of}: reversal points are unreliable; use low_pass or median at this channel, or longer strokes"
+            f"{of}: reversal points are unreliable; use {median}longer strokes"
         )
 
 

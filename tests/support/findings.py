@@ -112,6 +112,17 @@ def with_dead_band(record, note):
     return attrs.evolve(record, dead_band={"tangential_displacement": band})
 
 
+def close_to_noise():
+    """Give the sound record with noise of a twentieth of its stroke."""
+    return changed(moved=MOVED + np.random.default_rng(0).normal(0, np.ptp(MOVED) / 20, TIME.size))
+
+
+def with_median(record, note):
+    """Do what ``median`` at the displacement does."""
+    window = int(re.search(r"median = (\d+) at the displacement", note)[1])
+    return changed(moved=correction.running_median(record["tangential_displacement"], window))
+
+
 def notched(record, note):
     """Do what ``notch`` does."""
     frequency = float(re.search(r"notch = ([\d.]+)", note)[1])
@@ -215,9 +226,9 @@ def drift_errors(case):
 # ---------------------------------------------------------------------------------------------------
 
 
-def mid_stroke():
-    """Give a record in partial slip that begins in mid-stroke; its first sample is taken for its zero."""
-    moved = 0.6 * SLIPS["sphere"] * np.sin(2 * np.pi * (np.arange(241) / 60 + 0.13))
+def mid_stroke(amplitude=0.6):
+    """Give a record that begins in mid-stroke, by default in partial slip; its first sample is taken for its zero."""
+    moved = amplitude * SLIPS["sphere"] * np.sin(2 * np.pi * (np.arange(241) / 60 + 0.13))
     load = (
         BODIES["sphere"]
         .advance_many(loaded("sphere"), tangential_displacement=moved)[1]
@@ -236,7 +247,7 @@ def notes_on_start(case):
     return check_start(observe(case[0]))
 
 
-def fit_error(case):
+def fit_error(case, skip=0):
     """Give the error of the fitted friction."""
     record, names = case
     start = {"friction": 1.3 * FRICTION, OFFSET: 0.0}
@@ -244,7 +255,7 @@ def fit_error(case):
     def ball(values):
         return hs.Ensemble(PAIR, 0.0, 2.5e-3, values["friction"]), hs.Instrument()
 
-    seen = attrs.evolve(observe(record), starts_displaced=OFFSET in names)
+    seen = attrs.evolve(observe(record, skip=skip), starts_displaced=OFFSET in names)
     found = fit_parameters(ball, {name: start[name] for name in names}, seen)
     return (abs(found.values["friction"] / FRICTION - 1),)
 
@@ -357,6 +368,9 @@ class Finding:
     errors: Callable[[Any], tuple[float, ...]] = lambda record: errors_of(record)  # noqa: PLW0108 - defined below
     #: the record as it would be without the finding
     unadvised: Callable[[Any], Any] = lambda case: case
+    repeats: bool = (
+        False  #: whether the note is on the record, and stays true once the model allows for it
+    )
 
 
 FINDINGS = (
@@ -484,6 +498,15 @@ FINDINGS = (
         with_dead_band,
     ),
     Finding(
+        "stroke close to noise",
+        "reversal points are unreliable",
+        "the stroke is below 40 deviations of the noise of the displacement",
+        "dead band above six of them",
+        "`median`, or longer strokes",
+        close_to_noise,
+        with_median,
+    ),
+    Finding(
         "closed period",
         "the record is one closed period",
         "no whole loop, and both ends meet: their gap of the load is below a quarter of the mean height of the loop",
@@ -503,6 +526,7 @@ FINDINGS = (
         coefficients,
         names=("μ at the ends",),
         errors=drift_errors,
+        repeats=True,
     ),
     Finding(
         "lag (`compare`, `fit`)",
@@ -575,6 +599,7 @@ FINDINGS = (
         notes=notes_on_start,
         names=("μ",),
         errors=fit_error,
+        repeats=True,
     ),
     Finding(
         "hum (reading)",
@@ -597,6 +622,7 @@ FINDINGS = (
         notes=notes_of_file,
         names=("channels",),
         errors=errors_of_file,
+        repeats=True,
         unadvised=lambda file: file.with_entry(
             "tangential_displacement", '{ column = "u", offset = 0 }'
         ),
