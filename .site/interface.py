@@ -9,14 +9,16 @@ from historysim.results import queries
 from historysim.results.accessor import Queries
 
 GROUPS = {
-    "Run, ask and draw": "run replay Replay open load validate show plot report explore write_csv write_netcdf",
+    "Run, ask and draw": (
+        "run replay Replay open load Scenario validate show plot report explore kinds write_csv write_netcdf"
+    ),
     "Contacts": (
-        "Material MaterialPair material Ensemble State Rings Asperity SlipState Instrument ContactBatch"
+        "Material MaterialPair material Ensemble Patches State Stepper Rings Asperity SlipState Instrument ContactBatch"
     ),
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
-    "Surfaces": "Surface Summits random_surface read_surface registered area_laws",
-    "Measured records": "loops sliding compare creep fit",
-    "Many runs": "sweep spread drift_along design gallery",
+    "Surfaces": "Surface Summits random_surface read_surface register_maps area_laws",
+    "Measured records": "columns loops sliding compare creep fit Loops Fit",
+    "Many runs": "sweep sweep_statistics design gallery",
     "The event log": "EventLog verify",
     "Errors": "HistorySimError InputError LoadError FrictionLimitError RampWarning UnlikelyValueWarning",
     "Into other programs": "write_fmu reduce get_include",

@@ -17,7 +17,9 @@ from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
 from historysim.asperities.instrument import Rings as Rings
 from historysim.asperities.line_contact import LineContact as LineContact
+from historysim.asperities.patches import Patches as Patches
 from historysim.asperities.state import State as State
+from historysim.asperities.stepper import Stepper as Stepper
 from historysim.contact.materials import Material as Material
 from historysim.contact.materials import MaterialPair as MaterialPair
 from historysim.contact.materials import material as material
@@ -38,6 +40,7 @@ from historysim.loads.events import TangentialDisplacement as TangentialDisplace
 from historysim.loads.events import TangentialLoad as TangentialLoad
 from historysim.log.event_log import EventLog as EventLog
 from historysim.log.verification import verify as verify
+from historysim.measured.loops import Loops as Loops
 from historysim.memory import get_include as get_include
 from historysim.replaying import Replay as Replay
 from historysim.replaying import replay as replay
@@ -46,25 +49,28 @@ from historysim.results import history_drift as drift  # noqa: F401 - reached as
 from historysim.results import plots as plots
 from historysim.results.tables import write_csv as write_csv
 from historysim.results.tables import write_netcdf as write_netcdf
+from historysim.scenario.fit import Fit as Fit
 from historysim.scenario.fit import compare as compare
 from historysim.scenario.fit import creep as creep
 from historysim.scenario.fit import fit as fit
+from historysim.scenario.kinds import kinds as kinds
 from historysim.scenario.record_search import loops as loops
 from historysim.scenario.record_search import sliding as sliding
 from historysim.scenario.run import run as run
+from historysim.scenario.scenario import Scenario as Scenario
 from historysim.scenario.scenario import load as load
 from historysim.studies.design import design as design
 from historysim.studies.gallery import gallery as gallery
 from historysim.studies.shortest import shortest as shortest
 from historysim.studies.sweep import sweep as sweep
-from historysim.studies.sweep_table import drift_along as drift_along
-from historysim.studies.sweep_table import spread as spread
+from historysim.studies.sweep_table import sweep_statistics as sweep_statistics
 from historysim.studies.validation import validate as validate
 from historysim.surfaces.heights import Surface as Surface
 from historysim.surfaces.random import random_surface as random_surface
 from historysim.surfaces.reading import read_surface as read_surface
-from historysim.surfaces.registration import registered as registered
+from historysim.surfaces.registration import register_maps as register_maps
 from historysim.surfaces.summits import Summits as Summits
+from historysim.tables import describe as columns  # noqa: F401 - reached as hs.columns
 from historysim.verbs import explore as explore
 from historysim.verbs import open as open  # noqa: A004 - called as that of xarray
 from historysim.verbs import plot as plot
@@ -81,6 +87,9 @@ from historysim.loads.events import FrictionRamp as FrictionRamp
 from historysim.loads.events import GeometryChange as GeometryChange
 from historysim.scenario.record_search import find_loops as find_loops
 from historysim.scenario.record_search import find_sliding as find_sliding
+from historysim.studies.sweep_table import drift_along as drift_along
+from historysim.studies.sweep_table import sweep_statistics as spread  # noqa: F401 - reached as hs.spread
 from historysim.surfaces.distribution import drawn_summits as drawn_summits
 from historysim.surfaces.distribution import quantile_summits as quantile_summits
 from historysim.surfaces.distribution import textured_summits as textured_summits
+from historysim.surfaces.registration import register_maps as registered  # noqa: F401 - reached as hs.registered

@@ -238,7 +238,7 @@ def show(
     ----------
     what : path, xarray.Dataset, Scenario, EventLog or Surface
         Two height maps of one area, or their paths, in a list: the material lost between them
-        (`registered`).
+        (`register_maps`).
     form : str, optional
         Form removed from the height map of a file first; by default a plane.
     attributes : bool
@@ -287,7 +287,7 @@ def show(
 def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  # noqa: ANN401 - as for `open_content`
     """Register two height maps, or the maps of two files."""
     from historysim.surfaces.heights import Surface
-    from historysim.surfaces.registration import registered
+    from historysim.surfaces.registration import register_maps
 
     with contextlib.ExitStack() as files:
         surfaces = [
@@ -308,7 +308,7 @@ def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  
         raise InputError(
             f"{len(surfaces)} files or maps are given{which}; expected one, or two height maps of one area"
         )
-    return registered(*surfaces)  # type: ignore[arg-type] # both are surfaces
+    return register_maps(*surfaces)  # type: ignore[arg-type] # both are surfaces
 
 
 def _lines(content: Any, *, attributes: bool = False) -> list[tuple[str, str]]:  # noqa: ANN401 - any object with a summary

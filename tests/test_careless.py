@@ -181,7 +181,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
             lambda *_: hs.sweep("my.toml", ["friction.coefficient"]),
             "as {'friction.coefficient': [0.1, 0.2]}",
         ),
-        (lambda *_: hs.spread(5), "5 is no sweep; expected the Dataset of hs.sweep"),
+        (lambda *_: hs.sweep_statistics(5), "5 is no sweep; expected the Dataset of hs.sweep"),
         (lambda *_: hs.write_csv(5, "x.csv"), "expected a Dataset or DataArray of xarray"),
         (
             lambda _, history: hs.write_netcdf(history, "my.toml"),
@@ -207,7 +207,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
             "my.nc: .nc is the ending of netCDF",
         ),
         (lambda _, history: hs.write_netcdf(history, "y.zarr"), 'history.to_zarr("NAME.zarr")'),
-        (lambda *_: hs.plots.loop(5), "5 is not a history; expected a Dataset from historysim"),
+        (lambda *_: hs.plots.loops(5), "5 is not a history; expected a Dataset from historysim"),
         (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is not a history"),
         (lambda *_: hs.material("glas"), "did you mean 'float glass'?"),
     ],

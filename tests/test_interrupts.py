@@ -110,7 +110,7 @@ def test_a_signal_is_heard_in_the_midst_of_a_step_of_two_directions():
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
-    assert not start.turned
+    assert not start._turned
 
 
 # what runs the tests may ignore the signal, and those that it starts then do, too

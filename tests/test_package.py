@@ -11,7 +11,7 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 70
+MOST_NAMES = 76
 NAMESPACES = (
     "analysis",
     "contact",
@@ -39,7 +39,7 @@ CONTRACT = {
         "Summits",
         "random_surface",
         "read_surface",
-        "registered",
+        "register_maps",
         "area_laws",
         "surfaces",
         "contact",
@@ -47,6 +47,14 @@ CONTRACT = {
     *("coupling", "plots", "laws", "wear", "yielding"),
     *("drift", "events", "Instrument", "EventLog"),
     *(
+        "Fit",
+        "Loops",
+        "Patches",
+        "Scenario",
+        "Stepper",
+        "columns",
+        "kinds",
+        "sweep_statistics",
         "Replay",
         "replay",
         "run",

@@ -157,8 +157,8 @@ CALLS = {
         lambda **load: ball().advance(pressed(), **load),
         {"normal_displacement": 1e-8, "tangential_load": 1e-5},
     ),
-    "Ensemble.from_normal_curves": (
-        hs.Ensemble.from_normal_curves,
+    "Patches.from_normal_curves": (
+        hs.Patches.from_normal_curves,
         {"pair": PAIR, **CURVE, "x": 1e-6, "y": 2e-6, "highest_summit": 1e-6},
     ),
     "LineContact": (

@@ -176,14 +176,18 @@ OF_ASPERITIES = {
     "Replay",
     "LogHeader",
 }
-# They look into an ensemble, change at each step, and hold an open file.
+# They look into an ensemble, change at each step, and hold an open file; or have tests of their own.
 NO_VALUES = {
     "RampWarning",
     "UnlikelyValueWarning",
     "Asperity",
     "ContactBatch",
     "EventLog",
+    "Fit",
     "LineContact",
+    "Patches",
+    "Scenario",
+    "Stepper",
 }
 
 

@@ -530,7 +530,7 @@ class Asperity:
     @property
     def has_moved_straight(self) -> bool:
         """True if it has moved along one line only, so that its memory is exact."""
-        return not self.state.turned
+        return not self.state._turned
 
     @property
     def _position(self) -> int:

@@ -201,7 +201,7 @@ class AttractedState(State):
     @classmethod
     def wrap(cls, state: State, pulls: Pulls, jumps: int, jump_energy: float) -> Self:
         """Make it of a state of the contact."""
-        made = cls(state.memory, state.like)
+        made = cls(state.memory, state._like)
         for name, value in (("pulls", pulls), ("jumps", jumps), ("jump_energy", jump_energy)):
             object.__setattr__(made, name, value)
         return made
@@ -310,9 +310,9 @@ class AttractingEnsemble(Ensemble):
         """Return the unloaded virgin state, which nothing attracts yet: the highest summit just does not touch."""
         return AttractedState.wrap(super().initial_state(), self.pulls, 0, 0.0)
 
-    def wrap_memory(self, memory: Memory) -> State:
+    def _wrap_memory(self, memory: Memory) -> State:
         """Wrap a memory of this ensemble in a state that has not jumped."""
-        return AttractedState.wrap(super().wrap_memory(memory), self.pulls, 0, 0.0)
+        return AttractedState.wrap(super()._wrap_memory(memory), self.pulls, 0, 0.0)
 
     def with_friction(
         self,

@@ -78,7 +78,7 @@ class Body(abc.ABC):
     tolerance: float  #: relative change below which the refinement of a path has converged
 
     #: singular and plural name of its parts
-    nouns: ClassVar[tuple[str, str]] = "asperity", "asperities"
+    _nouns: ClassVar[tuple[str, str]] = "asperity", "asperities"
     summary_units: ClassVar[Mapping[str, str]] = {
         "summit_height": "m",
         "summit_radius": "m",
@@ -225,7 +225,7 @@ class Body(abc.ABC):
     def approach_at(self, normal_load: float) -> float:
         """Solve for the approach [m] at which the virgin contact first carries a normal load ≥ 0 [N], at U = 0."""
 
-    def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
+    def _may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
         """Select parts that may touch up to a normal load [N], an approach [m] and a displacement either way [m]."""
         del displacement
         touching: Booleans = self.first_touch < max(approach, self.approach_at(normal_load))
@@ -276,7 +276,9 @@ class Body(abc.ABC):
 
     def __repr__(self) -> str:
         texts = [" ".join(line) for line in self._summary_lines]
-        return f"<{type(self).__name__}: {', '.join([count_text(len(self), *self.nouns), *texts])}>"
+        return (
+            f"<{type(self).__name__}: {', '.join([count_text(len(self), *self._nouns), *texts])}>"
+        )
 
     def _repr_html_(self) -> str:
         moduli = (
@@ -284,7 +286,7 @@ class Body(abc.ABC):
             ("shear modulus G*", self.pair.shear_modulus),
         )
         texts = [(name, quantity_text(value, "Pa")) for name, value in moduli]
-        return html_table([(self.nouns[1], f"{len(self):,}"), *self._summary_lines, *texts])
+        return html_table([(self._nouns[1], f"{len(self):,}"), *self._summary_lines, *texts])
 
     @property
     def _summary_lines(self) -> list[tuple[str, str]]:

@@ -314,7 +314,7 @@ class NormalCurves:
         x: npt.ArrayLike | None = None,
         y: npt.ArrayLike | None = None,
     ) -> Self:
-        """Build the curves from a table; see `Ensemble.from_normal_curves`."""
+        """Build the curves from a table; see `Patches.from_normal_curves`."""
         rows, loads, areas = _table(approach, load, area)
         deviation = None if noise is None else _noise(noise, rows.size)
         optional: dict[str, Any] = {"area": areas}

@@ -179,56 +179,10 @@ class Ensemble(AsperitySet, IntegratedBody):
         load: ArrayLike,
         area: ArrayLike | None = None,
         friction: float = 0.2,
-        *,
-        noise: ArrayLike | None = None,
-        highest_summit: float = 0.0,
-        x: ArrayLike | None = None,
-        y: ArrayLike | None = None,
-        tolerance: float = 1e-6,
-        rings: Rings = RINGS,
+        **options: Any,
     ) -> Patches:
-        """Make an ensemble of the patches of one contact, which may interact, from their normal curves.
-
-        Tangential loads are superpositions of normal ones, whatever the shape of the contact and
-        however its patches interact (Jäger 1998; Ciavarella 1998): exact for similar materials
-        (Dundurs' β = 0), one direction of the tangential load, and ν = 0; for other ν a small
-        transverse slip is neglected. In two directions all patches share one class of rings of
-        traction, which is within 1.1 % of μN at ν = 0, and 3 % at ν = 0.45.
-
-        Parameters
-        ----------
-        pair : MaterialPair
-            Its E*/(4 G*) turns approaches into tangential displacements.
-        approach : array_like (row)
-            Of the whole contact, from first touch at 0, ascending [m].
-        load : array_like (row) or (row, patch)
-            Normal load of each patch at that approach [N]; a single column is the whole contact. If
-            the total load is convex, it is met exactly; otherwise the nearest convex curve is used
-            (see `NormalCurves.residual` and `NormalCurves.error`).
-        area : array_like, of the shape of ``load``, optional
-            Contact areas [m²]; without them there are no areas in the history.
-        friction : float
-            Coulomb coefficient μ ≥ 0 of the whole contact.
-        noise : array_like, optional
-            Standard deviation of the noise of the total load [N], one number or one for each row
-            with a load. Default: none if the total is convex, otherwise an estimate from
-            differences of neighbouring rows.
-        highest_summit : float
-            Height of the flat at first touch [m].
-        x, y : array_like (patch), optional
-            Positions of the patches [m].
-        tolerance, rings
-            As for `Ensemble`.
-
-        Raises
-        ------
-        InputError
-            A table that an elastic contact cannot have: the message names the row.
-        """
-        curves = NormalCurves.from_table(approach, load, area, noise=noise, x=x, y=y)
-        return Patches(
-            pair, curves, friction, highest_summit=highest_summit, tolerance=tolerance, rings=rings
-        )
+        """Make patches from normal curves: an earlier name of `Patches.from_normal_curves`."""
+        return Patches.from_normal_curves(pair, approach, load, area, friction, **options)
 
     @staticmethod
     def from_solutions(
@@ -298,11 +252,11 @@ class Ensemble(AsperitySet, IntegratedBody):
             return self.advance(self.initial_state(), normal_load=load).approach
         return super().approach_at(load)
 
-    def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
+    def _may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
         """Select asperities that may touch up to a normal load [N] or an approach [m]; all if they wear."""
         if self.wear is not None:
             return np.ones(len(self), dtype=bool)
-        return super().may_touch(normal_load, approach, displacement)
+        return super()._may_touch(normal_load, approach, displacement)
 
     def with_friction(
         self,
@@ -379,7 +333,7 @@ class Ensemble(AsperitySet, IntegratedBody):
             )
         back = return_path(state.memory, as_instrument(instrument))
         return self.advance_along(
-            self.wrap_memory(memory), back, saturate=saturate, instrument=instrument
+            self._wrap_memory(memory), back, saturate=saturate, instrument=instrument
         )
 
     def advance_along(

@@ -383,7 +383,7 @@ class InclinedEnsemble(AsperitySet):
             times[facet.members] = facet.slide_time(facet_state)
         return times
 
-    def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
+    def _may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
         """Select asperities that may touch up to a normal load [N], an approach [m] and a displacement either way [m].
 
         At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1

@@ -88,13 +88,13 @@ class IntegratedBody(Body):
 
     @cached_property
     def _drive(self) -> Any:
-        return self.make_drive(False, RIGID)
+        return self._make_drive(False, RIGID)
 
     @cached_property
     def _drive_in_plane(self) -> Any:
-        return self.make_drive(False, RIGID, directions=2)
+        return self._make_drive(False, RIGID, directions=2)
 
-    def make_drive(
+    def _make_drive(
         self,
         saturate: bool,
         instrument: Instrument,
@@ -183,7 +183,7 @@ class IntegratedBody(Body):
         # fast path, one comparison in tight loops: a state with this `like` has one direction and
         # the same evolution
         start = self._initial_memory
-        is_recognised = getattr(state, "like", None) is start
+        is_recognised = getattr(state, "_like", None) is start
         memory = state.memory if is_recognised else self._checked_memory(state)
         line = memory.line
         normal, normal_target = channel(
@@ -211,7 +211,7 @@ class IntegratedBody(Body):
             if control.__class__ is tuple or tangential_target.__class__ is tuple:
                 memory = memory if control.__class__ is tuple else self._planar_copy(memory)
                 drive = self._drive_in_plane if instrument is RIGID and not saturate else None
-                drive = drive or self.make_drive(saturate, instrument, directions=2)
+                drive = drive or self._make_drive(saturate, instrument, directions=2)
                 advanced_memory = binding.advanced_in_plane(
                     memory, normal, normal_target, tangential, tangential_target, drive
                 )
@@ -220,7 +220,7 @@ class IntegratedBody(Body):
                 drive = (
                     self._drive
                     if instrument is RIGID and not saturate
-                    else self.make_drive(saturate, instrument)
+                    else self._make_drive(saturate, instrument)
                 )
                 moved = State(
                     advance_state(
@@ -254,9 +254,9 @@ class IntegratedBody(Body):
         only.
         """
         memory = self._checked_memory(state)
-        return state if memory.plane else self.wrap_memory(self._planar_copy(memory))
+        return state if memory.plane else self._wrap_memory(self._planar_copy(memory))
 
-    def wrap_memory(self, memory: Memory) -> State:
+    def _wrap_memory(self, memory: Memory) -> State:
         """Wrap a memory of this ensemble in a state."""
         if memory.plane:
             return State(memory, self._initial_planar_memory)
@@ -285,9 +285,9 @@ class IntegratedBody(Body):
                 f"state is {state!r}; expected a State, such as initial_state() returns"
             )
         # no state refers to a memory that has not been computed
-        if state.like is not None and state.like is self.__dict__.get("_initial_planar_memory"):
+        if state._like is not None and state._like is self.__dict__.get("_initial_planar_memory"):
             return state.memory
-        if state.like is not self._initial_memory:
+        if state._like is not self._initial_memory:
             binding.check_belongs(state.memory, self._initial_memory)
         rings = state.rings
         if rings is not None and rings != self.rings:
@@ -363,12 +363,12 @@ class IntegratedBody(Body):
         if rows is None:
             rows, paths = blank_rows(0, None, planar=planar), drop_rows(paths)
         path, refusal = ffi.cast("hs_path *", ffi.from_buffer(paths)), ffi.new("hs_refusal *")
-        drive = self.make_drive(saturate, instrument, threads, directions=2 if planar else 1)
+        drive = self._make_drive(saturate, instrument, threads, directions=2 if planar else 1)
         arguments = memory, path, paths.size, rows.as_struct(asperities), drive, until
         with self._evolution(memory, friction) as evolution:
             status = lib.hs_integrate(*arguments, evolution, refusal)
         check(status, refusal)
-        return self.wrap_memory(memory)
+        return self._wrap_memory(memory)
 
     def _integrate_with_parallel_spring(
         self,
@@ -398,7 +398,7 @@ class IntegratedBody(Body):
     def _set_friction(self, memory: Memory, coefficients: Floats, instrument: Instrument) -> State:
         """Set the coefficients (element) of a memory, and wrap it in a state."""
         with _series_instrument(memory, instrument) as series:
-            drive = self.make_drive(False, series, directions=binding.count_directions(memory))
+            drive = self._make_drive(False, series, directions=binding.count_directions(memory))
             status = lib.hs_set_friction(memory, pointer(coefficients), drive)
         if status == lib.HS_FOREIGN:
             raise InputError(
@@ -406,7 +406,7 @@ class IntegratedBody(Body):
                 "asperities that had the same one at the start"
             )
         check(status)
-        return self.wrap_memory(memory)
+        return self._wrap_memory(memory)
 
 
 @contextmanager

@@ -82,7 +82,7 @@ class LineContact(Patches):
     length: float = attrs.field(init=False)
     reference_depth: float = attrs.field(init=False)
 
-    nouns = "line contact", "line contacts"
+    _nouns = "line contact", "line contacts"
     summary_units: ClassVar[dict[str, str]] = {
         "radius": "m",
         "length": "m",

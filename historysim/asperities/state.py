@@ -164,7 +164,7 @@ class State(WholeContact, SavedState):
 
     memory: Memory  #: ``hs_state`` of the library
     #: the start of the ensemble that it is known to be of, if it moves and evolves alike
-    like: Memory | None
+    _like: Memory | None
 
     def __init__(self, memory: "Memory", like: "Memory | None" = None) -> None:
         # in two thirds of the time of what attrs writes
@@ -308,11 +308,11 @@ class State(WholeContact, SavedState):
         return binding.tangential_control(self.memory)
 
     @property
-    def turned(self) -> bool:
+    def _turned(self) -> bool:
         """True if the contact has left the line along which it first moved, so that rings hold its tractions."""
         plane = self.memory.plane
         return bool(plane and plane.body)
 
 
 _fields: Any = State
-_set_memory, _set_like = _fields.memory.__set__, _fields.like.__set__
+_set_memory, _set_like = _fields.memory.__set__, _fields._like.__set__

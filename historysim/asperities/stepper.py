@@ -22,6 +22,7 @@ _step = lib.hs_stepper_step
 # goals and results among the doubles of ``hs_stepper``
 X, Y, START, HAS_MOVED, TURN_COUNT = 2, 4, 6, 7, 8
 HELD = math.nan  # target of a channel that is held as it was controlled last
+SteppedBody = Any  # an `IntegratedBody`, whose module imports this one
 HELD_CHANNEL: Any = LOAD, HELD  # as the library takes it, whatever the control
 Target = float | tuple[float, float] | Floats
 Control = int | tuple[int, int]
@@ -210,7 +211,7 @@ class Stepper(WholeContact):
     asperities evolve each step makes another one.
     """
 
-    def __init__(self, ensemble: Any, state: State, how: dict[str, Any]) -> None:
+    def __init__(self, ensemble: "SteppedBody", state: State, how: dict[str, Any]) -> None:
         self._ensemble, self._how, self._is_bounded = ensemble, how, ensemble.is_bounded
         self.memory: Any = None
         self._in_plane = False
@@ -249,7 +250,7 @@ class Stepper(WholeContact):
         is_planar = binding.count_directions(memory) == 2
         if self.memory is None or is_planar != self._in_plane:
             # a step in one direction is in place: after an interruption its state would be lost
-            self.drive = self._ensemble.make_drive(
+            self.drive = self._ensemble._make_drive(
                 **self._how, directions=1 + is_planar, heeds=is_planar
             )
         self.memory, self._in_plane = memory, is_planar
@@ -259,7 +260,7 @@ class Stepper(WholeContact):
     def save(self) -> State:
         """Return the present state, which later steps do not change."""
         with self._guard:
-            state: State = self._ensemble.wrap_memory(copy_state(self.memory))
+            state: State = self._ensemble._wrap_memory(copy_state(self.memory))
             return state
 
     def step(
@@ -330,7 +331,7 @@ class Stepper(WholeContact):
             target = HELD, HELD
         memory, numbers = self.memory, self._numbers
         if not self._in_plane:
-            self._hold(self._ensemble.enter_plane(self._ensemble.wrap_memory(memory)).memory)
+            self._hold(self._ensemble.enter_plane(self._ensemble._wrap_memory(memory)).memory)
         x, y = tangential if tangential.__class__ is tuple else (tangential, tangential)
         numbers[normal] = normal_target
         numbers[X + x], numbers[Y + y] = target
@@ -354,7 +355,7 @@ class Stepper(WholeContact):
         start = line.approach
         self._hold(
             self._ensemble.advance_along(
-                self._ensemble.wrap_memory(self.memory), path, **self._how
+                self._ensemble._wrap_memory(self.memory), path, **self._how
             ).memory
         )
         lib.hs_stepper_observe(self._call, start)

@@ -136,7 +136,7 @@ class ArchardWear(WearLaw):
     ) -> Self:
         """Return the law from a worn volume [m³] under a load [N] over a distance [m]: K = V H/(N s).
 
-        The distance is that of gross slip, back and forth counted. Of `hs.registered` take the worn
+        The distance is that of gross slip, back and forth counted. Of `hs.register_maps` take the worn
         volume; K then has its relative error. InputError: a volume below 0, or a load or a distance
         that is not above it.
         """

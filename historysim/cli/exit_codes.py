@@ -71,25 +71,33 @@ REPLACED_OPTIONS = {
     "--picture": "-o NAME.png",
     "--plot": "-o NAME.png",
     "--steps": "--with steps=A,B",
+    "--verbose": "--attributes",
+    "-v": "--attributes",
 }
 CLOSE_OPTION = 0.75  # similarity of an option to an unknown one from which it is suggested
+
+
+def _with_option(error: click.NoSuchOption, options: set[str]) -> click.UsageError:
+    """Add the option that replaces an unknown one, or where options are written."""
+    unknown = f"No such option: {error.option_name}."
+    replacement = REPLACED_OPTIONS.get(error.option_name, "")
+    if replacement.partition(" ")[0] in options:
+        return click.UsageError(f"{unknown} Expected {replacement}.", error.ctx)
+    if difflib.get_close_matches(error.option_name, error.possibilities or (), cutoff=CLOSE_OPTION):
+        return error
+    if "--set" in options:
+        fix = "A key of the scenario is set by --set KEY=VALUE."
+    else:
+        fix = "Options of a command follow its name."
+    return click.UsageError(f"{unknown} {fix}", error.ctx)
 
 
 def _with_fix(error: click.UsageError) -> click.UsageError:
     """Add a suggestion to an error of the command line, if there is one."""
     parameters = error.ctx.command.params if error.ctx else []
     options = {name for parameter in parameters for name in parameter.opts}
-    replacement = REPLACED_OPTIONS.get(getattr(error, "option_name", ""), "")
-    if replacement.partition(" ")[0] in options:
-        return click.UsageError(
-            f"No such option: {error.option_name}. Expected {replacement}.", error.ctx
-        )
-    if isinstance(error, click.NoSuchOption) and not difflib.get_close_matches(
-        error.option_name, error.possibilities or (), cutoff=CLOSE_OPTION
-    ):
-        set_key = "A key of the scenario is set by --set KEY=VALUE."
-        fix = set_key if "--set" in options else "Options of a command follow its name."
-        return click.UsageError(f"No such option: {error.option_name}. {fix}", error.ctx)
+    if isinstance(error, click.NoSuchOption):
+        return _with_option(error, options)
     if extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", error.message):
         names = " ".join(
             item.human_readable_name for item in parameters if isinstance(item, click.Argument)
@@ -110,12 +118,12 @@ def _with_fix(error: click.UsageError) -> click.UsageError:
 
 # Commands in the order of use; all others follow.
 GROUPS = {
-    "Begin": "columns validate run show plot report cycles",
+    "Begin": "columns validate run show table plot report explore cycles",
     "Measured records": "loops sliding compare fit creep",
     "Studies": "sweep design gallery",
     "Other programs": "fmu reduce reference",
     "The log": "verify state log shorten",
-    "Reference": "table kinds",
+    "Reference": "kinds",
 }
 # suggested if a file is given as command
 COMMAND_FOR_SUFFIX = {".toml": "run", ".nc": "show", ".history": "log"}

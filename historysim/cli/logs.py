@@ -25,9 +25,10 @@ TOTALS = {
 @options.path_option("--log", help="The log of a result. [default: NAME.history next to it]")
 @options.common("quiet", "json")
 def verify(file: Path, log: Path | None) -> None:
-    """Replay the log and check that the result is bit-identical.
+    """Replay the log of FILE, a result or NAME.history, and compare.
 
-    FILE is a result, or a log, which is checked including its snapshots.
+    A result must be bit-identical to the replay of its log. A log is checked including its
+    snapshots.
     """
     from historysim.log.verification import verify as check
 

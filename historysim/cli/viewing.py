@@ -1,10 +1,11 @@
-"""Commands for any file: show, plot, report, gallery, table, kinds."""
+"""Commands for any file: show, plot, report, explore, gallery, table, cycles, kinds."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from historysim.basics.files import replacing
 from historysim.basics.targets import PAGE, PICTURE, OutputFormat, csv_table, netcdf
 from historysim.basics.wording import nearest, shell_word
 from historysim.cli import options
@@ -67,11 +68,11 @@ several_files = click.argument(
 
 @click.command()
 @several_files
-@options.flag("-v", "--verbose", help="Also print attributes, digests and versions of a result.")
+@options.flag("--attributes", help="Also print the attributes of a result: digests, versions.")
 @options.common("json", "set")
 @_height_map_options
 def show(
-    files: tuple[Path, ...], verbose: bool, values: dict[str, Any], **height_map: object
+    files: tuple[Path, ...], attributes: bool, values: dict[str, Any], **height_map: object
 ) -> None:
     """Summarise FILE: a scenario, result, log, sweep or height map.
 
@@ -81,7 +82,7 @@ def show(
     from historysim.verbs import show as summarise
 
     content = _load_first(files, values) if len(files) == 1 or values else list(files)
-    write_answer(summarise(content, attributes=verbose, **_reading(height_map)))
+    write_answer(summarise(content, attributes=attributes, **_reading(height_map)))
 
 
 @click.command()
@@ -160,6 +161,26 @@ def report(file: Path, output: Path | None) -> None:
     from historysim.verbs import report as write_report
 
     write_report(file, output)
+    click.echo(output)
+
+
+@click.command()
+@options.common("file")
+@options.output_option("The page (HTML). [default: FILE's name with _explore.html]")
+@options.common("force")
+def explore(file: Path, output: Path | None) -> None:
+    """Write the interactive part of the report of FILE, a result.
+
+    A time slider for the friction loop and the contact map; selectable asperities; variable
+    friction and moduli.
+    """
+    output = output or file.with_name(f"{file.stem}_explore.html")
+    check_outputs([file], (output, PAGE))
+    from historysim.verbs import explore as explore_history
+
+    page = explore_history(file).page
+    with replacing(output) as unfinished:
+        unfinished.write_text(page, encoding="utf-8")
     click.echo(output)
 
 

@@ -75,7 +75,8 @@ def _gap_events(state: State) -> list[Event]:
 
 def _friction_event(state: State, friction: float) -> list[Event]:
     """Return the change of friction before the first touch, if there was one."""
-    start = None if state.like is None else float(state.like.line.friction[0])
+    virgin = state._like  # noqa: SLF001 - the start of its ensemble
+    start = None if virgin is None else float(virgin.line.friction[0])
     return [] if start is None or start == friction else [FrictionChange(0.0, friction)]
 
 

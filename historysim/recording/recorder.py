@@ -74,7 +74,8 @@ def chosen_asperities(
         displacement = float(
             np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0)
         )
-        return np.flatnonzero(ensemble.may_touch(load, approach, displacement))
+        touching = ensemble._may_touch(load, approach, displacement)  # noqa: SLF001 - no user calls it
+        return np.flatnonzero(touching)
     selection = np.asarray(record if not isinstance(record, str) else ())
     if selection.ndim != 1 or selection.dtype.kind not in "iu" or selection.size == 0:
         raise InputError(

@@ -179,7 +179,7 @@ def build_ensemble(name: str, sections: Sections, surface: BuiltSurface) -> Body
         _check_supported(kind, sections, surface)
         with error_path("surface"):
             if surface.curve is not None:
-                return Ensemble.from_normal_curves(
+                return Patches.from_normal_curves(
                     pair, *surface.curve, coefficients, rings=sections.rings
                 )
             if surface.cylinder is not None:

@@ -5,7 +5,7 @@ from typing import Any
 
 from historysim.basics.fields import about, list_fields
 from historysim.basics.registry import Registry
-from historysim.basics.wording import nearest
+from historysim.basics.wording import Lines, nearest
 from historysim.errors import InputError
 
 
@@ -40,24 +40,24 @@ def registries() -> Mapping[str, Registry[Any]]:
     return {registry.group.rpartition(".")[2]: registry for registry in all_registries}
 
 
-def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, str]]:
+def kinds(what: str | None = None, name: str | None = None) -> Lines:
     """Return lines of (name, text): all groups, the kinds of one group such as ``"laws"``, or the keys of one kind.
 
     Raises InputError: an unknown group or kind.
     """
     groups = registries()
     if what is None:
-        return [(group, ", ".join(_listed(registry))) for group, registry in groups.items()]
+        return Lines((group, ", ".join(_listed(registry))) for group, registry in groups.items())
     if what not in groups:
         raise InputError(f"{what!r} is not a group of kinds; {nearest(what, groups)}")
     registry = groups[what]
     if name is None:
-        return [(listed, _line(registry, kind)) for listed, kind in _listed(registry).items()]
+        return Lines((listed, _line(registry, kind)) for listed, kind in _listed(registry).items())
     kind = registry.lookup(name)
     fields = [
         (field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)
     ]
-    return [(name, _line(registry, kind)), *fields]
+    return Lines([(name, _line(registry, kind)), *fields])
 
 
 def _listed(registry: Registry[Any]) -> dict[str, Any]:

@@ -260,10 +260,10 @@ def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[Finding, ...]:
     )
 
 
-def spread(
+def sweep_statistics(
     table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES
 ) -> xr.Dataset:
-    """Return how the numbers of a sweep spread over one of its dimensions, mostly seeds.
+    """Return mean, deviation and quantiles of the numbers of a sweep over one dimension, mostly seeds.
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ def spread(
     --------
     >>> over = {"surface.seed": range(3)}
     >>> found = hs.sweep("scenarios/18_texture_tolerances.toml", {**over, "surface.height_scatter": ["10 nm"]})
-    >>> "preliminary_displacement_mean" in hs.spread(found, "surface_seed")
+    >>> "preliminary_displacement_mean" in hs.sweep_statistics(found, "surface_seed")
     True
     """
     _check_dimension(table, along)

@@ -10,7 +10,7 @@ import numpy as np
 
 from historysim.basics.limits import most
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import Lines
+from historysim.basics.wording import Lines, count_text
 from historysim.errors import InputError, LoadError
 from historysim.measured.reduction import check_moves
 from historysim.scenario.loading_kinds import EACH
@@ -35,7 +35,7 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     Returns
     -------
     Lines
-        The scenario in a few lines.
+        What was checked: files and loads, with notes and warnings; `show` describes the scenario.
 
     Raises
     ------
@@ -48,11 +48,9 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     Examples
     --------
     >>> print(hs.validate("scenarios/04_normal_up_tangential_up.toml"))
-    title                Silicon ball on glass: both loads rise
-    asperities           1
-    events               242 over 12 s
-    substeps             1
-    recorded asperities  touching
+    keys   known and complete
+    files  none besides the scenario
+    loads  242 events over 12 s, which can be carried out
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)
     seconds, start_time = most("SECONDS_OF_VALIDATION"), monotonic()
@@ -88,7 +86,30 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
         except (InputError, LoadError) as error:
             where = ", ".join(f"{key} = {value}" for key, value in point.items())
             lines.append(("warning", f"cell {number} of the sweep ({where}) stays empty: {error}"))
-    return Lines(lines)
+    return Lines([*_checks(loaded, lines), *(line for line in lines if line[0] in REPORTED)])
+
+
+#: Lines of a summary that are results of the check.
+REPORTED = {"runs", "sweep", "note", "warning"}
+#: Beginnings of notes that not all loads were replayed.
+NOT_REPLAYED = ("the loads were checked up to", "no [friction]")
+
+
+def _checks(scenario: Scenario, lines: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return lines on the keys, files and loads that were checked."""
+    files = len(scenario.files) - 1
+    events = dict(lines)["events"]
+    count, over, duration = events.partition(" over ")
+    loads = f"{count} events{over}{duration}"
+    notes = [text for label, text in lines if label == "note"]
+    if not any(text.startswith(NOT_REPLAYED) for text in notes):
+        loads += ", which can be carried out"
+    readable = count_text(files, "file", "files") + " readable"
+    return [
+        ("keys", "known and complete"),
+        ("files", readable if files else "none besides the scenario"),
+        ("loads", loads),
+    ]
 
 
 def _is_measured(scenario: Scenario) -> bool:

@@ -35,7 +35,7 @@ KEPT, LOWERED, LOST = range(3)  # fate of a summit
 
 @attrs.frozen(eq=False)
 class Registration:
-    """Result of `registered`."""
+    """Result of `register_maps`."""
 
     shift: tuple[float, float]  #: shift of the second map along x and y onto the first [m]
     shift_error: float  #: standard error of each component of the shift [m]
@@ -94,7 +94,7 @@ class Registration:
         ]
 
 
-def registered(
+def register_maps(
     before: Surface | str | Path, after: Surface | str | Path, *, most_rotation: float = 1.0
 ) -> Registration:
     """Register a second height map of an area with the first, and measure the material lost between them.

@@ -95,7 +95,7 @@ def errors(curve, noise, rng):
     exact = curve(rows) / curve(np.array([0.1]))
     own = exact if rng.random() < 0.5 else 1.0
     load = np.maximum(exact + noise * own * rng.normal(size=rows.size), 1e-9)
-    curves = hs.Ensemble.from_normal_curves(PAIR, rows, load, friction=0.5).curves
+    curves = hs.Patches.from_normal_curves(PAIR, rows, load, friction=0.5).curves
     between = np.linspace(0, 0.1, 3001)
     true = np.abs(curves.total(between) - curve(between) / curve(np.array([0.1]))).max()
     return curves.error(), float(true)
@@ -105,7 +105,7 @@ def errors(curve, noise, rng):
 @pytest.mark.parametrize("rows", ["even", "logarithmic"])
 def test_a_convex_curve_is_met_at_its_rows_and_obeys_the_superposition(name, rows):
     curve, approach = CURVES[name], rows_of(rows, 60, np.random.default_rng(1))
-    table = hs.Ensemble.from_normal_curves(PAIR, approach, curve(approach), friction=0.5)
+    table = hs.Patches.from_normal_curves(PAIR, approach, curve(approach), friction=0.5)
     assert table.curves.noise is None
     assert table.curves.residual < 1e-12
     stiffness = table.curves.stiffness
@@ -134,7 +134,7 @@ def test_ninety_five_of_a_hundred_errors_are_within_the_estimate(noise):
 def test_the_energy_lost_at_knots_and_between_them_is_the_work_of_a_closed_loop():
     for name in ("flat punch", "two plateaus", "rounded flat punch", "cone", "thirty plateaus"):
         approach = rows_of("even", 30, None)
-        table = hs.Ensemble.from_normal_curves(PAIR, approach, CURVES[name](approach), friction=0.5)
+        table = hs.Patches.from_normal_curves(PAIR, approach, CURVES[name](approach), friction=0.5)
         events = [hs.NormalDisplacement(0, 0.08)]
         events += [
             hs.TangentialDisplacement(t + 1, u)
@@ -160,7 +160,7 @@ def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_ju
     # rows at the jumps, which are knots at one place
     approach = np.append(touch[1:], 0.1)
     load = clipped(approach[:, None], touch) @ rng.uniform(0.1, 1.0, 9)
-    table = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=0.5)
+    table = hs.Patches.from_normal_curves(PAIR, approach, load, friction=0.5)
     events = random_moves(rng, 0.1, 20)
     whole, parts = (
         hs.replay(table, events, substeps=each)["total_dissipated_energy"].values
@@ -172,7 +172,7 @@ def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_ju
 
 
 def test_a_flat_punch_sticks_until_all_of_it_slides():
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], 3.0 * APPROACH[1:], friction=0.5)
+    table = hs.Patches.from_normal_curves(PAIR, APPROACH[1:], 3.0 * APPROACH[1:], friction=0.5)
     loads = [hs.NormalLoad(0, 0.2), hs.TangentialLoad(1, 0.0999), hs.TangentialLoad(2, -0.0999)]
     history = hs.replay(table, loads, substeps=10)
     assert float(history["total_dissipated_energy"][-1]) < 1e-14
@@ -187,14 +187,14 @@ def test_measured_curves_of_any_length_are_taken(shape):
     rng, approach = np.random.default_rng(7), np.linspace(0, 0.1, count + 1)[1:]
     exact = 4 / 3 * approach**1.5
     load = np.maximum(exact * (1 + noise * rng.normal(size=count)), 1e-9)
-    curves = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=0.5).curves
+    curves = hs.Patches.from_normal_curves(PAIR, approach, load, friction=0.5).curves
     assert np.abs(curves.total(approach) - exact).max() / exact[-1] < curves.error() < 3 * noise
 
 
 def test_noise_that_is_given_is_the_noise():
     noise = 1e-3 * HERTZ[-1]
     load = HERTZ[1:] + noise * np.random.default_rng(5).normal(size=40)
-    table = hs.Ensemble.from_normal_curves(
+    table = hs.Patches.from_normal_curves(
         PAIR, APPROACH[1:], np.abs(load), friction=0.5, noise=noise
     )
     np.testing.assert_allclose(table.curves.noise, noise)
@@ -203,7 +203,7 @@ def test_noise_that_is_given_is_the_noise():
 
 def test_what_is_not_known_of_a_curve_is_reported():
     def texts(approach, load):
-        table = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=0.5)
+        table = hs.Patches.from_normal_curves(PAIR, approach, load, friction=0.5)
         return {
             finding.name: finding.text
             for finding in hs.replay(table, [hs.NormalDisplacement(0, 0.09)]).contact.validity()
@@ -247,11 +247,11 @@ def tabulated(asperities):
         4 / 3 * np.sqrt(asperities.summit_radius) * depth**1.5,
         np.pi * asperities.summit_radius * depth,
     )
-    return hs.Ensemble.from_normal_curves(PAIR, approach, load, area, friction=0.5)
+    return hs.Patches.from_normal_curves(PAIR, approach, load, area, friction=0.5)
 
 
 def test_hertz_as_a_table_is_hertz():
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, HERTZ, np.pi * APPROACH, friction=0.5)
+    table = hs.Patches.from_normal_curves(PAIR, APPROACH, HERTZ, np.pi * APPROACH, friction=0.5)
     assert table.elements == 1
     assert table.curves.error() < 1e-9
     given = hs.replay(table, EVENTS, substeps=5, hold=False)
@@ -281,7 +281,7 @@ def test_an_ensemble_as_tables_is_the_ensemble(asperities, tabulated):
 
 
 def test_an_approach_is_found_beyond_what_the_first_element_alone_would_carry():
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
+    table = hs.Patches.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
     for approach in (0.01, 0.05, 0.0999):
         load = pressing(np.array([approach])).sum()
         assert table.approach_at(load) == pytest.approx(approach, rel=1e-5)
@@ -289,7 +289,7 @@ def test_an_approach_is_found_beyond_what_the_first_element_alone_would_carry():
 
 def test_first_touch_and_count_of_patches():
     load = np.stack([HERTZ, np.clip(APPROACH - 0.05, 0, None) ** 1.5], axis=1)
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, load, friction=0.5, x=[0, 1], y=[0, 0])
+    table = hs.Patches.from_normal_curves(PAIR, APPROACH, load, friction=0.5, x=[0, 1], y=[0, 0])
     np.testing.assert_allclose(table.first_touch, [0.0, 0.05])
     history = hs.replay(
         table, [hs.NormalDisplacement(0, 0.04), hs.NormalDisplacement(1, 0.09)], record="all"
@@ -302,7 +302,7 @@ def test_first_touch_and_count_of_patches():
 
 def rising(**change):
     table = {"approach": APPROACH, "load": HERTZ, **change}
-    return hs.Ensemble.from_normal_curves(PAIR, **table, friction=0.5)
+    return hs.Patches.from_normal_curves(PAIR, **table, friction=0.5)
 
 
 def test_patches_share_one_friction(tabulated):

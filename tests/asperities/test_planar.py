@@ -162,7 +162,7 @@ def test_along_a_line_it_is_the_memory_of_one_direction(angle):
         if angle == 0.0:
             assert plane.tangential_load[0] == line.tangential_load
             assert plane.dissipated_energy == line.dissipated_energy
-    assert not plane.turned
+    assert not plane._turned
 
 
 @pytest.mark.parametrize("share", [1e-20, 1e-14, 1e-7, 1e-4])
@@ -292,7 +292,7 @@ def one_event(start, end, approach, turn, **rings):
     before = state.dissipated_energy
     target = (end, 1e-9 if turn else 0.0)
     state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=target)
-    assert state.turned == turn
+    assert state._turned == turn
     return (state.dissipated_energy - before) / LOAD, state.tangential_load[0] / LOAD
 
 
@@ -361,7 +361,7 @@ def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
     )
     paths["normal_control"] = DISPLACED
     memory, path = copy_state(start.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
-    driven = ensemble.make_drive(False, hs.Instrument())
+    driven = ensemble._make_drive(False, hs.Instrument())
     assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == lib.HS_OK
     assert hs.State(memory) == ensemble.advance(start, tangential_displacement=(0.1, 0.2))
 
@@ -370,7 +370,7 @@ def test_a_step_in_a_plane_moves_along_x_in_the_library():
     state = walked(sphere(), way("square", 0.7, 1))[-1]
     memory, driven = (
         copy_state(state.memory),
-        sphere().make_drive(False, hs.Instrument(), directions=2),
+        sphere()._make_drive(False, hs.Instrument(), directions=2),
     )
     x, _ = state.tangential_displacement
     along_x = lib.HS_DISPLACED, float("nan"), lib.HS_DISPLACED
@@ -434,13 +434,13 @@ def three_patches(friction=0.3):
     load = np.stack(
         [LOAD * np.maximum(approach - first, 0) ** 1.5 for first in (0.0, 0.2, 0.55)], axis=1
     )
-    return hs.Ensemble.from_normal_curves(PAIR, approach, load, load / LOAD, friction)
+    return hs.Patches.from_normal_curves(PAIR, approach, load, load / LOAD, friction)
 
 
 def test_a_table_of_a_sphere_moves_as_the_sphere():
     """The table is not straight between two rows by 1e-4, and rings know no shape of the contact but it."""
     approach = np.linspace(0, 1, 200)[1:]
-    table = hs.Ensemble.from_normal_curves(
+    table = hs.Patches.from_normal_curves(
         PAIR, approach, LOAD * approach**1.5 * (1 + 1e-6 * approach), None, 1.0
     )
     assert table.curves.weight is None
@@ -539,7 +539,7 @@ def test_a_driven_contact_creeps_under_a_dead_weight_and_dissipates_the_work(way
     state = ensemble.advance(
         state, tangential_displacement=(0.0, None), tangential_load=(None, weight * limit)
     )
-    assert not state.turned
+    assert not state._turned
     state = ensemble.advance(state, tangential_displacement=(10 * slip, None))
     after = ensemble.advance(state, tangential_displacement=((10 + way) * slip, None))
     steady = np.sqrt(1 - weight**2)
@@ -562,7 +562,7 @@ def test_a_component_without_load_is_free_and_one_without_displacement_is_held()
     held = ensemble.advance(state, tangential_displacement=(0.5 * slip, 0.0))
     # both go along the line of one direction
     for other in (free, held):
-        assert not other.turned
+        assert not other._turned
         assert other.tangential_load[0] == one.tangential_load
     # after a load in y has strained it, a free component follows, a held one keeps its displacement
     state = ensemble.advance(state, tangential_load=(0.0, 0.5 * limit))

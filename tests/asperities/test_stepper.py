@@ -151,7 +151,7 @@ def test_a_channel_without_a_target_is_held_as_it_was_controlled_whatever_the_ca
         state = ensemble.advance(state, tangential_load=(0.02, 0.01))
     memory, drive = (
         copy_state(state.memory),
-        ensemble.make_drive(False, hs.Instrument(), directions=1 + turned),
+        ensemble._make_drive(False, hs.Instrument(), directions=1 + turned),
     )
     held = lib.HS_DISPLACED, math.nan, lib.HS_DISPLACED, math.nan
     assert lib.hs_step(memory, *held, drive, ffi.NULL) == lib.HS_OK
@@ -163,7 +163,7 @@ def test_a_channel_without_a_target_is_held_as_it_was_controlled_whatever_the_ca
 
 def test_a_stepper_of_a_normal_curve_stays_on_it():
     approach = np.linspace(0, 1e-6, 30)
-    ensemble = hs.Ensemble.from_normal_curves(PAIR, approach, 1e3 * approach**1.5)
+    ensemble = hs.Patches.from_normal_curves(PAIR, approach, 1e3 * approach**1.5)
     stepper = ensemble.stepper()
     stepper.step(normal_displacement=5e-7, tangential_displacement=1e-8)
     assert stepper.save() == ensemble.advance(

@@ -53,7 +53,7 @@ def patches():
     """Return 20 patches of a contact with full interaction."""
     approach = np.linspace(0.0, 3e-7, 40)
     shares = np.random.default_rng(1).uniform(0.5, 1.5, 20)
-    return hs.Ensemble.from_normal_curves(
+    return hs.Patches.from_normal_curves(
         PAIR, approach, 1e6 * approach[:, None] ** 1.5 * shares, friction=0.2
     )
 

@@ -110,9 +110,11 @@ def test_run_draws_next_to_its_output_and_can_be_quiet(folder):
 def test_validate_reads_and_writes_nothing(folder):
     done = call("validate", "ball.toml")
     assert done.exit_code == 0
-    assert "asperities           1\n" in done.output
-    assert "events               2 over 1 s\n" in done.output
+    assert "loads  2 events over 1 s, which can be carried out\n" in done.output
     assert done.output.endswith("valid\n")
+    shown = call("show", "ball.toml").output
+    assert "asperities           1\n" in shown
+    assert "events               2 over 1 s\n" in shown
     assert files(folder) == ["ball.toml"]
 
 
@@ -210,7 +212,7 @@ def test_show_tells_a_scenario_from_a_result():
     assert "substeps             10\n" in scenario.output
     assert "peak normal load          50 mN\n" in result.output
     assert len(result.output.splitlines()) <= 10
-    assert "event_digest" in call("show", "ball.nc", "-v").output
+    assert "event_digest" in call("show", "ball.nc", "--attributes").output
     assert "[loading]" not in result.output
 
 
@@ -262,6 +264,7 @@ def test_how_adhesive_a_scenario_is(folder):
         ("plot", "--adhesion", "--picture adhesion-map"),
         *((name, "--picture", "-o NAME.png") for name in ("run", "loops", "fit", "reduce")),
         ("loops", "--plot", "-o NAME.png"),
+        ("show", "-v", "--attributes"),
     ],
 )
 def test_a_removed_option_names_its_replacement(command, option, replacement):
@@ -328,7 +331,7 @@ SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py
         (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),
         # importing them would take as long as a small run
         (["run", "ball.toml"], SLOW_IMPORTS),
-        (["show", "-v", "result.nc"], SLOW_IMPORTS),
+        (["show", "--attributes", "result.nc"], SLOW_IMPORTS),
         (["show", "result.history"], SLOW_IMPORTS),
     ],
 )

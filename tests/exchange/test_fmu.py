@@ -36,7 +36,7 @@ def patches(rows=30):
     approach = np.linspace(0, 200e-9, rows + 1)[1:]
     load = np.stack([1e9 * approach**1.5, 4e10 * approach**1.7 * (approach > 50e-9)], axis=1)
     load[:, 1] -= np.where(approach > 50e-9, 4e10 * (50e-9) ** 1.7, 0.0)
-    return hs.Ensemble.from_normal_curves(PAIR, approach, load, load * 1e-9, 0.3)
+    return hs.Patches.from_normal_curves(PAIR, approach, load, load * 1e-9, 0.3)
 
 
 def job(ensemble, **options):

@@ -31,7 +31,7 @@ def summits(friction):
 def patches():
     approach = np.linspace(0, 200e-9, 21)[1:]
     load = np.stack([1e9 * approach**1.5, 2e9 * approach**1.5], axis=1)
-    return hs.Ensemble.from_normal_curves(PAIR, approach, load, load * 1e-9, 0.3)
+    return hs.Patches.from_normal_curves(PAIR, approach, load, load * 1e-9, 0.3)
 
 
 CONTACTS = {

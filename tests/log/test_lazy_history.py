@@ -83,7 +83,7 @@ CASES = {
     ),
     "two directions": lambda rng: (ensemble(rng), planar(rng), {"instrument": SPRING}),
     "patches": lambda rng: (
-        hs.Ensemble.from_normal_curves(PAIR, APPROACH, np.outer(APPROACH**1.5, rng.uniform(0.5, 1.0, 3)), friction=0.5),
+        hs.Patches.from_normal_curves(PAIR, APPROACH, np.outer(APPROACH**1.5, rng.uniform(0.5, 1.0, 3)), friction=0.5),
         ramps(rng, by_load=False),
         {},
     ),

@@ -68,7 +68,7 @@ def test_round_contacts_of_a_normal_curve_have_the_same_ratio(
     turns, factor, ratio, load, stiffness, touch
 ):
     approach = np.geomspace(1e-4, 1.01, 300)
-    table = hs.Ensemble.from_normal_curves(UNIT, approach, load(approach), friction=FRICTION)
+    table = hs.Patches.from_normal_curves(UNIT, approach, load(approach), friction=FRICTION)
     state = turned(turns, table, FRICTION * load(1.0))
     events = [hs.NormalDisplacement(0.0, 1.0)]
     events += [
@@ -96,7 +96,7 @@ def test_round_contacts_of_a_normal_curve_have_the_same_ratio(
 
 
 def test_the_middle_of_a_punch_has_the_ratio_of_its_loads():
-    table = hs.Ensemble.from_normal_curves(
+    table = hs.Patches.from_normal_curves(
         UNIT, [0.25, 0.5, 0.75, 1.0], [0.5, 1.0, 1.5, 2.0], friction=FRICTION
     )
     events = [hs.NormalLoad(0.0, 1.8), hs.TangentialLoad(1.0, 0.8), hs.TangentialLoad(2.0, 0.2)]
@@ -105,7 +105,7 @@ def test_the_middle_of_a_punch_has_the_ratio_of_its_loads():
     assert history.largest_traction_ratio.values == pytest.approx(1.0)
     assert "traction" not in dict(analysis.summary(history))
     curve = np.linspace(0.0, 1.0, 40)[1:]
-    round_one = hs.Ensemble.from_normal_curves(UNIT, curve, curve**2, friction=FRICTION)
+    round_one = hs.Patches.from_normal_curves(UNIT, curve, curve**2, friction=FRICTION)
     events = [
         hs.NormalDisplacement(0.0, 1.0),
         hs.TangentialDisplacement(1.0, 0.45),
@@ -210,7 +210,7 @@ def test_larger_coefficients_are_refused_wherever_they_are_given():
     pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
     ensemble = hs.Ensemble(pair, [0.0, -0.1], 1.0, 0.2)
     state = ensemble.initial_state()
-    curves, rows = hs.Ensemble.from_normal_curves, np.linspace(0.1, 1.0, 8)
+    curves, rows = hs.Patches.from_normal_curves, np.linspace(0.1, 1.0, 8)
     large = 1.01 * limits.MOST_FRICTION
     for give in (
         lambda: hs.Ensemble(pair, 0.0, 1.0, large),

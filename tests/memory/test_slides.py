@@ -191,7 +191,7 @@ def test_patches_slide_where_the_stick_zone_ends_at_their_first_touch():
     approach = np.linspace(10e-9, 100e-9, 10)
     depth = np.maximum(approach[:, None] + [0.0, -20e-9, -45e-9], 0.0)
     load = 4 / 3 * E * np.sqrt([1e-5, 3e-5, 2e-5]) * depth**1.5
-    ensemble = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=MU)
+    ensemble = hs.Patches.from_normal_curves(PAIR, approach, load, friction=MU)
     events = [
         hs.NormalDisplacement(0.0, 90e-9),
         hs.TangentialDisplacement(1.0, 1.1 * THETA * MU * 90e-9),

@@ -132,11 +132,11 @@ MOVES = [
         ),
         (hs.InclinedEnsemble(*SUMMITS, slope=[0.1, -0.2, 0.05]), MOVES, {}),
         (
-            hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, area=CURVE, friction=0.2),
+            hs.Patches.from_normal_curves(PAIR, APPROACH, CURVE, area=CURVE, friction=0.2),
             MOVES,
             {},
         ),
-        (hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, friction=0.2), MOVES, {}),
+        (hs.Patches.from_normal_curves(PAIR, APPROACH, CURVE, friction=0.2), MOVES, {}),
     ],
 )
 def test_a_file_and_its_dataset_have_one_summary(tmp_path, ensemble, events, options):

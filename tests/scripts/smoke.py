@@ -131,7 +131,7 @@ def check_registration(folder: Path) -> None:  # noqa: ARG001 - signature of a c
     """Extra surfaces: the shift between two maps, by scikit-image."""
     surface = hs.random_surface((64, 64), 1.0, rms_height=0.1, autocorrelation_length=8.0, seed=1)
     moved = hs.Surface(np.roll(surface.heights, (3, 0), (0, 1))[8:-8], surface.pixel_size)
-    shift = hs.registered(surface, moved).shift
+    shift = hs.register_maps(surface, moved).shift
     assert np.allclose(shift, (-3.0, 0.0), atol=1e-3), shift
 
 

@@ -39,7 +39,7 @@ def test_18_tolerances_of_a_texture():
         expected = displacement(1.0, summits.height, summits.radius, 0.3, HARD)
         cell = found.sel(surface_height_scatter=scatter, surface_radius_scatter=0.1, surface_seed=3)
         assert cell.preliminary_displacement == pytest.approx(expected, rel=1e-8)
-    spread = hs.spread(found)
+    spread = hs.sweep_statistics(found)
     mean, deviation = (
         spread.preliminary_displacement_mean,
         spread.preliminary_displacement_standard_deviation,

@@ -22,7 +22,7 @@ def found():
 
 def test_spread_agrees_with_numpy_over_what_is_there(found):
     quantiles = (0, 0.05, 0.3, 0.5, 1)
-    spread = hs.spread(found, quantiles=quantiles)
+    spread = hs.sweep_statistics(found, quantiles=quantiles)
     values = found.drift.values
     np.testing.assert_allclose(spread.drift_mean, np.nanmean(values, axis=1), rtol=1e-14)
     np.testing.assert_allclose(
@@ -39,7 +39,7 @@ def test_spread_agrees_with_numpy_over_what_is_there(found):
 
 
 def test_a_label_has_no_mean(found):
-    spread = hs.spread(found.assign(critical_asperity=found.drift))
+    spread = hs.sweep_statistics(found.assign(critical_asperity=found.drift))
     assert "drift_mean" in spread
     assert not [name for name in spread if str(name).startswith("critical_asperity")]
 
@@ -55,7 +55,7 @@ def test_what_is_not_there_is_reported(found):
     with pytest.raises(
         hs.InputError, match="'lod' is no dimension of this sweep; did you mean 'load'"
     ):
-        hs.spread(found, "lod")
+        hs.sweep_statistics(found, "lod")
     with pytest.raises(hs.InputError, match="'lod' is no dimension"):
         hs.drift_along(found, "lod")
     with pytest.raises(
@@ -63,10 +63,10 @@ def test_what_is_not_there_is_reported(found):
     ):
         hs.drift_along(found, "load", "drfit")
     with pytest.raises(hs.InputError, match=r"quantiles are \(2,\); expected numbers from 0 to 1"):
-        hs.spread(found, quantiles=(2,))
+        hs.sweep_statistics(found, quantiles=(2,))
 
 
 def test_the_picture_of_a_spread_has_means_with_their_deviation(found):
     swept = found.assign(preliminary_displacement=2e-9 * found.drift).assign_attrs(content="sweep")
-    figure = hs.plot(hs.spread(swept))
+    figure = hs.plot(hs.sweep_statistics(swept))
     assert any("mean ± standard deviation" in text.get_text() for text in figure.findobj(Text))

@@ -58,6 +58,7 @@ COMMANDS = {
     "creep": (["creep", "h.toml", "-o", "TARGET"], ".png"),
     "plot": (["plot", "r.nc", "-o", "TARGET"], ".pdf"),
     "report": (["report", "r.nc", "-o", "TARGET"], ".html"),
+    "explore": (["explore", "r.nc", "-o", "TARGET"], ".html"),
     "gallery": (["gallery", ".", "-o", "TARGET", "--workers", "1"], ".html"),
     "fmu": (["fmu", "s.toml", "-o", "TARGET"], ".fmu"),
     "reduce": (["reduce", "s.toml", "--elements", "4", "-o", "TARGET"], ".json"),

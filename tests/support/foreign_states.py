@@ -42,7 +42,7 @@ def ensembles(rng):
         rough(3, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=6e9, shape="blunted")),
         rough(5, yielding=hs.yielding.Thornton(hardness=4e9, poissons_ratio=0.3)),
         rough(6, yielding=hs.yielding.JacksonGreen(hardness=4e9, poissons_ratio=0.3)),
-        hs.Ensemble.from_normal_curves(PAIR, approach, 1e6 * approach**1.6, friction=0.2),
+        hs.Patches.from_normal_curves(PAIR, approach, 1e6 * approach**1.6, friction=0.2),
     ]
 
 

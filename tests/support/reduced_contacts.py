@@ -22,7 +22,7 @@ def rough(friction=0.2, count=60):
 
 def curved():
     approach = np.linspace(0, 200e-9, 31)[1:]
-    return hs.Ensemble.from_normal_curves(
+    return hs.Patches.from_normal_curves(
         PAIR, approach, 1.2e9 * approach**1.5 + 1e15 * approach**2.5, None, 0.3
     )
 

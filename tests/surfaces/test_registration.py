@@ -67,7 +67,7 @@ def pair(seed, shift, rotation, *, noise=0.02, level=1.0, points=(128, 128)):
 )
 def test_shift_rotation_and_worn_volume_are_found(seed, shift, rotation, options):
     before, after, lost = pair(seed, shift, rotation, **options)
-    found = hs.registered(before, after)
+    found = hs.register_maps(before, after)
     assert np.array(found.shift) / PIXEL == pytest.approx(shift, abs=0.1)
     assert abs(np.array(found.shift) / PIXEL - shift).max() < 6 * found.shift_error / PIXEL
     assert math.degrees(found.rotation) == pytest.approx(rotation, abs=0.02)
@@ -94,7 +94,7 @@ def test_the_worn_volume_gives_the_law_back_that_wore_the_place():
     sizes = {"shape": worn.shape, "onto": worn.pixel_size, "periodic": False}
     moved = resample(worn.heights, worn.pixel_size, shift=-shift, rotation=-rotation, **sizes)
     noise = 5e-10 * rng.standard_normal((2, *new.shape))
-    found = hs.registered(
+    found = hs.register_maps(
         hs.Surface(new.heights + noise[0], PIXEL), hs.Surface(moved + noise[1] + 1e-7, PIXEL)
     )
     again = law.from_volume(
@@ -107,7 +107,7 @@ def test_the_worn_volume_gives_the_law_back_that_wore_the_place():
 
 def test_without_wear_nothing_is_significant():
     before, after, _ = pair(6, (2.4, 1.1), 0.2, level=99.0)
-    found = hs.registered(before, after)
+    found = hs.register_maps(before, after)
     assert (
         abs(found.worn_volume) < 3 * found.worn_volume_error < 1e-4 * HEIGHT * before.nominal_area
     )
@@ -118,7 +118,7 @@ def test_without_wear_nothing_is_significant():
 def test_maps_without_noise_differ_where_they_are_worn_alone():
     # most differences are 0, and so is their scale
     one = pair(8, (0.0, 0.0), 0.0, noise=0.0, level=10.0)[0]
-    found = hs.registered(one, hs.Surface(np.minimum(one.heights, HEIGHT), PIXEL))
+    found = hs.register_maps(one, hs.Surface(np.minimum(one.heights, HEIGHT), PIXEL))
     lost = np.maximum(one.heights - HEIGHT, 0.0).sum() * PIXEL**2
     assert found.worn_volume == pytest.approx(lost, rel=1e-3)
 
@@ -127,7 +127,7 @@ def test_missing_points_and_another_pixel_size_are_allowed():
     before, after, lost = pair(7, (3.0, -2.0), 0.0)
     hole = np.zeros(before.shape, dtype=bool)
     hole[40:50, 60:70] = True
-    found = hs.registered(before.without(hole), after.at_resolution(0.8 * PIXEL))
+    found = hs.register_maps(before.without(hole), after.at_resolution(0.8 * PIXEL))
     assert np.array(found.shift) / PIXEL == pytest.approx((3.0, -2.0), abs=0.1)
     assert 0.9 * lost < found.worn_volume < 1.02 * lost
 

@@ -15,7 +15,7 @@ import xarray as xr
 from historysim.basics.arguments import DIRECTION
 from historysim.basics.fields import QuantityFields, list_fields
 from historysim.basics.registry import Registry
-from historysim.basics.wording import join_words, nearest, read_findings
+from historysim.basics.wording import brief, join_words, nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.layout import is_history, report_missing_variables, standard_layout
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, draw_on_target
@@ -512,5 +512,11 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
 
 
 def as_history_list(histories: Any) -> list[xr.Dataset]:
-    """Return one history, or several, as a list."""
-    return [histories] if isinstance(histories, xr.Dataset) else list(histories)
+    """Return one history, or several, as a list; InputError for other objects."""
+    listed = list(histories) if isinstance(histories, list | tuple) else [histories]
+    for history in listed:
+        if not isinstance(history, xr.Dataset):
+            raise InputError(
+                f"{brief(history)} is not a history; expected a Dataset from historysim"
+            )
+    return listed

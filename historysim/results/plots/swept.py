@@ -259,7 +259,7 @@ class CurvePicture(Panel):
 
 
 def _without_mean(sweep: xr.Dataset, quantity: str) -> tuple[xr.Dataset, str]:
-    """Return a sweep and a quantity; a mean of `historysim.spread` gets the name of its quantity."""
+    """Return a sweep and a quantity; a mean of `historysim.sweep_statistics` gets the name of its quantity."""
     numeric = [
         str(name)
         for name, values in sweep.data_vars.items()

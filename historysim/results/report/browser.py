@@ -98,8 +98,9 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
         return _from_steps(history)
     ensemble = job.ensemble
     if not isinstance(ensemble, Ensemble):
+        items = ensemble._nouns[1]  # noqa: SLF001 - words for messages
         raise InputError(
-            f"pages cannot compute {ensemble.nouns[1]} of this type; its pictures show what was recorded"
+            f"pages cannot compute {items} of this type; its pictures show what was recorded"
         )
     if ensemble.attracts:
         raise InputError("pages cannot compute attraction; its pictures show what was recorded")

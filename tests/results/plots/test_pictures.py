@@ -148,7 +148,7 @@ def test_pictures_without_patch_data_are_refused():
     moves = [hs.NormalDisplacement(0.0, 8e-8), hs.TangentialDisplacement(1.0, 1e-8)]
     for areas in (area, None):
         patches = hs.replay(
-            hs.Ensemble.from_normal_curves(PAIR, approach, load, area=areas, friction=0.2), moves
+            hs.Patches.from_normal_curves(PAIR, approach, load, area=areas, friction=0.2), moves
         )
         with pytest.raises(
             InputError, match="is of patches of an interacting contact, which have no"
