@@ -192,7 +192,7 @@ def rate_remedy(time: Floats) -> str:
         if duration > 0
         else ""
     )
-    return f"say the constant sampling rate in place of the time column{example}"
+    return f"give the constant sampling rate in place of the time column{example}"
 
 
 def _below_half(frequency: float, rate: float) -> float:

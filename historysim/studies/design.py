@@ -203,7 +203,7 @@ def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tu
     with located_errors(scenario.path.name), error_path("design"):
         if not unit:
             raise InputError(
-                f"{key} takes no plain number or quantity; expected one such as surface.rms_height"
+                f"{key} is not a number or a quantity; expected a key such as surface.rms_height"
             )
         with error_path("between"):
             low, high = (quantity(value, unit) for value in section.between)
@@ -240,8 +240,8 @@ def _notify_results(
     if len(roots) < required and any("seed" in name for name in points[0]):
         share, further = f"{problem.quantile:.0%}", len(roots) + 1
         notify(
-            f"{share} is asked of {len(roots)} points: it is the outermost of them, and one further point in {further} "
-            f"exceeds it. It takes {required} for {share}, and {sure} to be 95 % sure of it; give more seeds"
+            f"{share} of {len(roots)} points is their extreme value, which one further point in {further} exceeds; "
+            f"expected {required} points for {share}, or {sure} for a confidence of 95 %: add seeds"
         )
     limit = quantity_text(problem.target, problem.unit)
     for side in ("below", "above"):
@@ -253,7 +253,7 @@ def _notify_results(
 
 
 def _fewest(share: float) -> tuple[int, int]:
-    """Return how many points it takes for a share of all such points, and how many to be 95 % sure of it.
+    """Return the number of points for a share of all such points, and the number for a confidence of 95 %.
 
     A further point is within the greatest of n with the chance n/(n + 1), and the greatest is
     beyond a share q of all points with the confidence 1 - q^n, whatever the distribution (Wilks,

@@ -447,13 +447,13 @@ class _RowParser:
             _, lines, dropped = dropping._read_columns(most_rows)  # noqa: SLF001 - of the same class
         except InputError:
             # other rows cannot be read even if broken ones are dropped
-            return "mend it in the file"
+            return "correct it in the file"
         text = _dropped_text(dropped, lines.size)
         if len(dropped) > max(_MOST_NAMED, lines.size // 100):
             return f"export the file again with plain numbers; not readable: {text}"
         if _common_fault(dropped):
-            return f'mend it in the file; broken = "drop" would leave out {text}, and the rest is another record'
-        return f'mend it in the file, or broken = "drop" leaves out {text}'
+            return f'correct it in the file; broken = "drop" would leave out {text}, and the rest is another record'
+        return f'correct it in the file, or broken = "drop" leaves out {text}'
 
     def read(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[str]]:
         """Return the columns, the line numbers of the rows, and a notice of broken rows that are left out."""

@@ -54,8 +54,8 @@ class Heading:
         """
         if column.index is not None:
             raise InputError(
-                f"index = {column.index} counts the columns of a matrix, but this is a text; expected the name of the "
-                "column, or its position as in { column = 3 }"
+                f"index = {column.index} counts the columns of a matrix, but this is a text file; expected the name of "
+                "the column, or its position as in { column = 3 }"
             )
         name = column.column
         if isinstance(name, int):

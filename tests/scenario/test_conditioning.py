@@ -218,7 +218,7 @@ def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
     ):
         assert hs.run(write(plain)).sizes["step"] == 1200
     with pytest.raises(
-        InputError, match="rise from sample to sample; if the clock was rounded, say the constant"
+        InputError, match="rise from sample to sample; if the clock was rounded, give the constant"
     ):
         hs.load(write(plain, 'interval = "20 ms"')).measurement()
 

@@ -653,7 +653,7 @@ FINDINGS = (
     ),
     Finding(
         "broken cell (reading)",
-        "expected a finite number; mend it in the file",
+        "expected a finite number; correct it in the file",
         "a cell of a column that is read is no number",
         "none",
         "mend it; dropping rows comes second, with their number",

@@ -430,7 +430,7 @@ class RawRecord:
         except InputError as error:
             starts = int((np.diff(self.time) < 0).sum())
             raise InputError(
-                f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one of them, "
+                f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] selects one of them, "
                 'and run = "each" all'
             ) from error
         self.check_sizes(self.time)
