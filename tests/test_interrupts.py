@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.memory.binding import DISPLACED, LOAD, TOTALS
@@ -16,7 +17,7 @@ from historysim.studies.sweep import _Plan
 from historysim.studies.workers import Processes, ending
 
 PARTS = 4_000_000
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+
 SUMMITS = [0.0, -0.03, -0.04], [1.0, 2.0, 1.5]
 PLAIN = hs.Ensemble(PAIR, *SUMMITS, [0.5, 0.4, 0.5])
 WEARING = hs.Ensemble(PAIR, *SUMMITS, 0.4, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=0.1))

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from pairs import GLASS as PAIR
 
 import historysim as hs
 from historysim import errors
@@ -32,7 +33,6 @@ from historysim.studies.workers import BrokenError, Processes
 from historysim.surfaces.distribution import Gaussian, Tabulated
 from historysim.tables.columns import Column, Format, MissingValueError
 
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 EVENTS = (
     hs.NormalLoad(0.0, 50e-3),
     hs.NormalDisplacement(1.0, 1e-7),

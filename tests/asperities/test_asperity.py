@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from golden import check_messages
 from histories import random_contact, random_moves
+from pairs import GLASS as PAIR
 from scipy.integrate import quad
 
 import historysim as hs
@@ -18,7 +19,7 @@ from historysim.contact import hertz, mindlin
 
 EPS = np.finfo(float).eps
 
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+
 R, MU, LOAD = 2.5e-3, 0.2, 50e-3
 BALL = hs.Ensemble(PAIR, summit_height=0.0, summit_radius=R, friction=MU)
 DEPTH = float(hertz.approach(LOAD, summit_radius=R, contact_modulus=PAIR.contact_modulus))

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import UNIT as PAIR
 
 import historysim as hs
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 APPROACH = np.linspace(0.0, 0.1, 41)
 HERTZ = 4 / 3 * APPROACH**1.5
 EVENTS = [

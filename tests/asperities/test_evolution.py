@@ -4,13 +4,14 @@ import itertools
 
 import numpy as np
 import pytest
+from pairs import GLASS
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from tests.support.evolving_springs import EvolvingSprings
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
 TOP = float(HEIGHT.max())
 REACH = 0.12
@@ -457,7 +458,7 @@ def test_worn_asperities_first_slide_when_they_would_without_wear():
 # -- blunted wear, lift-off, slid distances
 # ----------------------------------------------------------
 
-GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+
 MODULUS, SHEAR = GLASS.contact_modulus, GLASS.shear_modulus
 
 

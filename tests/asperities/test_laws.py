@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import GLASS
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction  # noqa: F401 - of the messages
 from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw  # noqa: F401 - of the messages
 
-GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 BALL = 2.5e-3
 
 

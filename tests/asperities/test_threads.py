@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import UNIT as PAIR
 
 import historysim as hs
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 ASPERITIES, STEPS = 2000, 300
 # what the library takes for worth a thread
 assert ASPERITIES * STEPS > 1 << 19

@@ -2,11 +2,12 @@
 
 import attrs
 import pytest
+from golden import refused
 
 from historysim.asperities.laws import LAWS, FrictionLaw, register
 from historysim.basics.fields import Number, at_least
 from historysim.basics.registry import Registry
-from historysim.errors import InputError, MissingPackageError
+from historysim.errors import MissingPackageError
 
 
 @pytest.fixture
@@ -41,7 +42,7 @@ def test_what_a_script_registers_is_known_until_it_is_forgotten(own):
     assert "own" not in LAWS
     with pytest.raises(MissingPackageError, match=f"is of {__name__}, which is not there"):
         FrictionLaw.from_settings(settings)
-    with pytest.raises(InputError, match="cannot be written down: Own is not known by that name"):
+    with refused("cannot be written down: Own is not known by that name"):
         _ = own().settings
 
 
@@ -51,10 +52,10 @@ def test_a_name_belongs_to_one_class(own):
     class Other(FrictionLaw):
         kind = "own"
 
-    with pytest.raises(InputError, match=r"is .*Own already; expected another name"):
+    with refused(r"is .*Own already; expected another name"):
         register(Other)
     Other.kind = ""
-    with pytest.raises(InputError, match="Other has '' as its kind"):
+    with refused("Other has '' as its kind"):
         register(Other)
 
 
@@ -77,7 +78,7 @@ def test_a_name_of_this_package_is_never_replaced(tmp_path, monkeypatch):
 def test_an_entry_point_that_is_no_law_is_named(tmp_path, monkeypatch, points, said):
     entry(tmp_path, "a", points)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(InputError, match=said):
+    with refused(said):
         LAWS.lookup("other")
 
 
@@ -85,12 +86,12 @@ def test_one_name_of_two_packages_is_an_error(tmp_path, monkeypatch):
     entry(tmp_path, "a", "other = json:JSONEncoder")
     entry(tmp_path, "b", "other = json:JSONDecoder")
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(InputError, match=r"'other' is declared by . and .; uninstall one of them"):
+    with refused(r"'other' is declared by . and .; uninstall one of them"):
         LAWS.lookup("other")
 
 
 def test_an_empty_registry_has_nothing():
     empty = Registry("historysim.nothing", "builtins:object", "thing")
     assert list(empty) == []
-    with pytest.raises(InputError, match="none is expected here"):
+    with refused("none is expected here"):
         empty.lookup("a")

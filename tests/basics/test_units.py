@@ -7,6 +7,7 @@ import cf_units
 import numpy as np
 import pint
 import pytest
+from golden import refused
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -88,7 +89,7 @@ def test_units_agree_with_udunits(text):
                 given.convert(1.0, unit), rel=1e-6
             )
         else:
-            with pytest.raises(InputError, match="not a unit of"):
+            with refused("not a unit of"):
                 conversion_factor(text, unit)
 
 
@@ -158,7 +159,7 @@ def test_quantities_of_pint_become_numbers(registry, unit):
     assert to_si(registry.Quantity(3, other), unit) == pytest.approx(3 * factor, rel=1e-15)
     several = to_si(registry.Quantity(np.array([1.0, 2.0]), other), unit)
     np.testing.assert_allclose(several, np.array([1.0, 2.0]) * factor, rtol=1e-15)
-    with pytest.raises(InputError, match=r"'3 kelvin' has another unit; expected an? .* in "):
+    with refused(r"'3 kelvin' has another unit; expected an? .* in "):
         to_si(registry.Quantity(3, "K"), unit)
 
 
@@ -169,7 +170,7 @@ def test_a_toughness_has_the_root_of_a_metre(text):
 
 @pytest.mark.parametrize("text", ["0.75 MPa", "0.75 MPa √m √m"])
 def test_another_unit_is_no_toughness(text):
-    with pytest.raises(InputError, match="expected a unit such as"):
+    with refused("expected a unit such as"):
         quantity(text, "Pa m0.5")
 
 

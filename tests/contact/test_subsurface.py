@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import GLASS as PAIR
 
 import historysim as hs
 from historysim.contact.subsurface import (
@@ -12,8 +13,6 @@ from historysim.contact.subsurface import (
     von_mises,
 )
 from historysim.results.analysis.peak_stresses import find_peak, slip_amplitude
-
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 
 
 def unit(nu):

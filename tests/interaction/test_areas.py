@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import GLASS as PAIR
 
 import historysim as hs
 from historysim.contact.greenwood_williamson import summit_contact
@@ -20,7 +21,6 @@ from historysim.interaction.areas import (
 )
 from historysim.surfaces.surface_statistics import SpectralMoments
 
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 LOADS = (0.02, 0.1)
 MOMENTS = SpectralMoments(1.0, 1.0, 3.0)
 SLOPE = math.sqrt(2.0)

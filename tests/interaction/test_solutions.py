@@ -6,12 +6,13 @@ import pytest
 from dense_contact import DenseContact
 from golden import check_messages
 from half_space import HalfSpace as BruteForce
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.interaction.half_space import HalfSpace
 from historysim.interaction.solutions import NormalSolutions, label_patches
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)  # ν = 0: θ = 1
+# ν = 0: θ = 1
 MU = 0.2
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.loads import schedule
@@ -24,8 +25,6 @@ HELD = (0.0, 0.0)
 N, D = hs.NormalLoad, hs.NormalDisplacement
 T, U = hs.TangentialLoad, hs.TangentialDisplacement
 F = hs.FrictionChange
-
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
 
 class Path(NamedTuple):

@@ -7,6 +7,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from golden import refused
 
 import historysim as hs
 from historysim.log import result
@@ -113,19 +114,17 @@ class TestOfSummits:
     def test_sources_that_do_not_match_their_digest_are_refused(self, made, tmp_path):
         with netCDF4.Dataset(made, "a") as file:
             file["surface/log/event_value"][0] *= 1.5
-        with pytest.raises(hs.InputError, match="what it was made from does not match its digest"):
+        with refused("what it was made from does not match its digest"):
             hs.run(made, tmp_path / "again.nc")
         assert not (tmp_path / "again.nc").exists()
         assert not (tmp_path / "again.history").exists()
 
     def test_a_file_without_its_sources_is_refused(self, made, tmp_path):
         xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "other.nc")
-        with pytest.raises(
-            hs.InputError, match="is a netCDF or HDF5 file, and no result of historysim run"
-        ):
+        with refused("is a netCDF or HDF5 file, and no result of historysim run"):
             hs.run(tmp_path / "other.nc", tmp_path / "again.nc")
         (tmp_path / "half.nc").write_bytes(made.read_bytes()[:2000])
-        with pytest.raises(hs.InputError, match=r"half\.nc: is damaged"):
+        with refused(r"half\.nc: is damaged"):
             hs.run(tmp_path / "half.nc", tmp_path / "again.nc")
 
     def test_it_resumes_from_the_log_of_the_same_run_only(self, made, tmp_path):
@@ -138,9 +137,7 @@ class TestOfSummits:
         )
         (tmp_path / "o.toml").write_text(other, encoding="utf-8")
         hs.run(tmp_path / "o.toml", tmp_path / "o.nc").close()
-        with pytest.raises(
-            hs.InputError, match=r"was not made from .*o\.history, so the run cannot be resumed"
-        ):
+        with refused(r"was not made from .*o\.history, so the run cannot be resumed"):
             hs.run(made, tmp_path / "o.nc", resume=True)
 
     def test_a_large_result_is_reported_beforehand(self, made, tmp_path, monkeypatch):

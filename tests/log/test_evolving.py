@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.asperities import laws
@@ -12,7 +13,6 @@ from historysim.log import result as result_writer
 from historysim.log.canonical import from_columns, to_columns
 from historysim.log.header import LogHeader, parse_head
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
 
 OTHER = [

@@ -4,6 +4,7 @@ import attrs
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pairs import GLASS as PAIR
 
 import historysim as hs
 from historysim.contact import mindlin
@@ -12,7 +13,6 @@ from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.results import analysis
 
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 DISPLACEMENT_NOISE, LOAD_NOISE = 1e-9, 6e-6  # of the instruments
 LOOPS, AMPLITUDE, STEP = 40, 50e-9, 2.5e-9
 LOADS = {50e-3: 0.12, 90e-3: 0.2}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.contact import mindlin
@@ -81,7 +82,7 @@ def test_turning_points_by_hand(values, dead_band, kept):
 
 # ---------------------------------------------------------------- what it changes
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+
 NORMAL_LOAD = 0.01
 ENSEMBLES = [
     hs.Ensemble(PAIR, 0.0, 1.0, 0.5),

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import UNIT
 from polylines import Polylines
 
 import historysim as hs
@@ -13,7 +14,6 @@ from historysim.basics import limits
 from historysim.loads.friction_course import FrictionCourse
 from historysim.results import analysis
 
-UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 FRICTION = 0.5
 LIMIT = FRICTION * 4 / 3
 SPHERE = hs.Ensemble(UNIT, 0.0, 1.0, FRICTION)

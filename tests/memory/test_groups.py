@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
 from historysim.memory.binding import check, copy_state, drive, stack, take_ownership, view
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 SMALL = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 DRIVE = drive(1e-6, (0.0, 0.0), False)
 

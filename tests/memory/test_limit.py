@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pairs import UNIT
 from polylines import TIE, Polylines
 
 import historysim as hs
 
-UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 TWO = hs.Ensemble(UNIT, [0.0, -0.3], 1.0, [0.18, 0.8])
 
 

@@ -7,6 +7,8 @@ import pytest
 from histories import DrivenRow, build_ensemble, contacts, follow, histories, random_contact
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pairs import GLASS
+from pairs import UNIT as UNIT_PAIR
 from springs import Contact
 
 import historysim as hs
@@ -14,7 +16,7 @@ from historysim.contact import hertz, mindlin
 
 EPS = np.finfo(float).eps
 
-UNIT_PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+
 SPHERE = hs.Ensemble(UNIT_PAIR, summit_height=0.0, summit_radius=1.0, friction=0.5)
 MU, LOAD = 0.5, 0.01
 LIMIT = MU * LOAD
@@ -300,7 +302,7 @@ def test_units_change_results_by_rounding_only(drawn, exponents):
 
 # -- closed forms ----------------------------------------------------------------------------------
 
-GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+
 BALL = hs.Ensemble(GLASS, summit_height=1e-3, summit_radius=2.5e-3, friction=0.2)
 BALL_LOAD = 50e-3
 BALL_DEPTH = hertz.approach(BALL_LOAD, summit_radius=2.5e-3, contact_modulus=GLASS.contact_modulus)

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from histories import random_contact, random_moves, to_events
+from pairs import UNIT as PAIR
 
 import historysim as hs
 
 LARGEST_LOAD = 0.05
 FRICTION = 0.4
 TINY_TURN = 1e-9
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+
 SEEDS = [
     *range(2),
     *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 40)),

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 import scipy.optimize
 from c_core import SUPPORT, WARNINGS, compiled
+from pairs import UNIT
 
 import historysim as hs
-
-UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
 
 def surface(friction, **options):

@@ -8,6 +8,7 @@ from contextlib import suppress
 import netCDF4
 import numpy as np
 import pytest
+from pairs import UNIT as PAIR
 
 import historysim as hs
 from historysim.basics.files import WriterLock, write_errors
@@ -22,7 +23,6 @@ from historysim.recording.netcdf import (
     chunk_shape,
 )
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 STEPS, COLUMNS = 23, 7
 
 

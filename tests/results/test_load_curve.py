@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from golden import refused
 from numpy.testing import assert_allclose
+from pairs import GLASS as PAIR
 
 import historysim as hs
 from historysim.cli import main
-from historysim.errors import InputError
 
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 LOADS = [hs.NormalLoad(0.0, 20e-3), hs.NormalLoad(1.0, 5e-3)]
 
 
@@ -43,7 +43,7 @@ def test_many_summits_are_near_greenwood_and_williamson():
     axes = hs.plot(history, picture="load-curve").axes
     assert [len(each.lines) for each in axes] == [2, 2, 2]
     assert len(hs.plot(history, picture="load-curve", size=(90, 70)).axes) == 1
-    with pytest.raises(InputError, match="no normal load"):
+    with refused("no normal load"):
         hs.replay(
             hs.Ensemble(PAIR, 0.0, 1e-3, friction=0.2), [hs.NormalLoad(0.0, 0.0)]
         ).contact.load_curve()
@@ -69,5 +69,5 @@ def test_tables_over_time_have_totals_or_long_rows(tmp_path):
         at = history.isel(step=np.flatnonzero(history["time"].to_numpy() == time)[0])
         assert row["total_normal_load [N]"] == at["total_normal_load"]
         assert row["contact_radius [m]"] == at["contact_radius"].sel(asperity=label)
-    with pytest.raises(InputError, match="form is 'short'"):
+    with refused("form is 'short'"):
         history.contact.time_series(form="short")

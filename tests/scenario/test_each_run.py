@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import synthetic
 from click.testing import CliRunner
+from golden import refused
 from records import write_columns
 
 import historysim as hs
 from historysim.cli import main
-from historysim.errors import InputError
 from historysim.measured.loops import Loops
 from historysim.scenario import schema
 from historysim.scenario.record_search import each_run
@@ -65,9 +65,7 @@ def loaded(folder, run, name="s.toml"):
 
 
 def test_a_clock_that_starts_again_is_reported(folder):
-    with pytest.raises(
-        InputError, match=r"comes after .* if these are 3 runs, run = 1 to 3 in \[loading\]"
-    ):
+    with refused(r"comes after .* if these are 3 runs, run = 1 to 3 in \[loading\]"):
         loaded(folder, "").measurement()
 
 
@@ -218,10 +216,10 @@ def test_a_set_of_files_is_checked(cycles, monkeypatch):
         ('"c/*.txt"', "no file has such a name"),
         ('"c/*.csv"\nrun = 4', "there is no run 4; expected one of 1, 2, 3"),
     ):
-        with pytest.raises(InputError, match=rf"s.toml: loading\..*{problem}"):
+        with refused(rf"s.toml: loading\..*{problem}"):
             hs.loops(write_files_scenario(folder, files))
     scenario = hs.load(write_files_scenario(folder, '"c/*.csv"'))
-    with pytest.raises(InputError, match='"each"; expected one of the runs 1, 2, 3'):
+    with refused('"each"; expected one of the runs 1, 2, 3'):
         scenario.measurement()
     assert set(scenario.files) == {folder / "s.toml", *(folder / "c" / name for name in CYCLES)}
     for arguments, written in (

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from golden import refused
 
 import historysim as hs
 from historysim.cli import main
-from historysim.errors import InputError
 from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
@@ -146,9 +146,7 @@ def test_a_result_names_the_command_where_the_files_of_its_scenario_are_elsewher
         done = CliRunner().invoke(main, ["run", path.name, "-o", output, "-q", "--plot"])
         assert done.exit_code == 0, done.output
     assert len(hs.plot("s.nc").axes) >= 1
-    with pytest.raises(
-        InputError, match=r"picture map: .*results.map.txt is not there; .* plot SCENARIO.toml"
-    ):
+    with refused(r"picture map: .*results.map.txt is not there; .* plot SCENARIO.toml"):
         hs.plot("results/s.nc")
 
 
@@ -179,5 +177,5 @@ seed = 1""",
         labels = [axes.get_xlabel() for axes in figure.axes]
         assert len(figure.subfigs) == 3
         assert {"$x$ (µm)", "tangential displacement $U$ (nm)"} <= set(labels)
-    with pytest.raises(InputError, match="picture: the surface is not a height map"):
+    with refused("picture: the surface is not a height map"):
         hs.plot(hs.load(write(BALL + '[picture]\nkind = "map"\n')))

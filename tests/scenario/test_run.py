@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 import pytest
+from pairs import UNIT as PAIR
 
 import historysim as hs
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
 RADII = [1.0, 2.0, 1.0, 0.5, 1.5]
 

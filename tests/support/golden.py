@@ -15,12 +15,17 @@ import pytest
 import historysim as hs
 
 
+def refused(match):
+    """Expect an `InputError` whose message has a match."""
+    return pytest.raises(hs.InputError, match=match)
+
+
 def message(expression, names):
     """Return what is said of an expression; the type of the error precedes it unless it is `InputError`."""
-    with pytest.raises(hs.HistorySimError) as refused:
+    with pytest.raises(hs.HistorySimError) as caught:
         eval(expression, names)  # noqa: S307 - of a file of the tests
-    kind = type(refused.value).__name__
-    said = f"{kind}: {refused.value}".removeprefix("InputError: ")
+    kind = type(caught.value).__name__
+    said = f"{kind}: {caught.value}".removeprefix("InputError: ")
     return said.replace("\n", "\n    ")
 
 

@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from drawn_data import hidden_data
+from pairs import GLASS as PAIR
 from swept import BALL
 
 import historysim as hs
 from historysim.cli import main
 from historysim.results.plots import ticks
 from historysim.results.plots.canvas import draw_on_target, new_figure
-
-PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 
 
 def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):

@@ -6,6 +6,7 @@ import shutil
 import h5py
 import pytest
 import xarray as xr
+from golden import refused
 
 import historysim as hs
 
@@ -91,7 +92,7 @@ def test_without_its_events_it_is_refused(result):
     result.with_suffix(".history").unlink()
     with h5py.File(result, "a") as file:
         del file["surface/log"]
-    with pytest.raises(hs.InputError, match="contact maps need the event log"):
+    with refused("contact maps need the event log"):
         hs.plot(result, step=1)
 
 
@@ -109,5 +110,5 @@ def test_maps_of_a_step_carry_its_loads(result):
             assert bool((abs(maps["traction"]) <= 0.2 * maps["pressure"] * (1 + 1e-9)).all())
             assert maps["x"].values[[0, -1]].tolist() == pytest.approx([0.0, 31e-6])
         assert set(maps["contact_state"].values.ravel().tolist()) == {0, 1, 2}
-        with pytest.raises(hs.InputError, match="step 2: the history has 2 steps"):
+        with refused("step 2: the history has 2 steps"):
             history.contact.point_maps(2)

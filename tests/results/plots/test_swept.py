@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
+from golden import refused
 
 import historysim as hs
-from historysim.errors import InputError
 from historysim.results.plots.chart import MOVED
 
 VALUES = np.random.default_rng(1).normal(10e-9, 2e-9, (3, 2, 5))
@@ -34,7 +34,7 @@ def test_means_and_deviations_over_seeds():
     assert other.get_ylabel() == "drift (µm)"
     assert other.get_ylim()[0] == 0
     for options in ({"unit": "MPa"}, {"from_zero": True, "logarithmic": True}):
-        with pytest.raises(InputError, match=rf"^{next(iter(options))}: "):
+        with refused(rf"^{next(iter(options))}: "):
             hs.plots.curve(SWEEP, quantity="drift", **options)
     assert figure.legends[0].get_title().get_text() == r"friction coefficient $\mu$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2", MOVED]
@@ -79,7 +79,7 @@ def test_points_are_joined_in_their_order_or_not_at_all(over, along, drawn, line
 def test_a_sweep_is_drawn_by_the_name_of_its_number():
     assert hs.plot(SWEEP, picture="drift").axes[0].get_ylabel() == "drift (nm)"
     assert hs.plot(SWEEP, picture="count").axes[0].get_lines()[0].get_ydata().tolist() == [1, 2, 3]
-    with pytest.raises(InputError, match="quantity is 'height'"):
+    with refused("quantity is 'height'"):
         hs.plot(SWEEP, picture="height")
     # without a name, the first one
     assert hs.plot(SWEEP).axes[0].get_ylabel() == "drift (nm)"

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 import pytest
+from golden import refused
 
 import historysim as hs
-from historysim.errors import InputError
 from historysim.memory.paths import Goals, blank_rows, straight_paths
 from historysim.results.report import browser
 
@@ -319,7 +319,7 @@ def test_a_notebook_embeds_the_page_and_other_objects_are_refused(history):
         (totals, "of totals alone"),
         (history[["slip_state"]], "explore: Dataset; expected a history"),
     ):
-        with pytest.raises(InputError, match=message):
+        with refused(message):
             hs.explore(wrong)
 
 
@@ -335,9 +335,9 @@ def test_a_history_without_events_is_computed_from_its_steps_or_the_page_says_wh
     assert "straight between its recorded steps" in trajectory.note
     at_once = [*EVENTS, hs.TangentialDisplacement(3.0, 20e-9)]
     reversed_within = without_origin(hs.replay(ENSEMBLE, at_once, substeps=10))
-    with pytest.raises(InputError, match="recorded steps leave out part of the load path"):
+    with refused("recorded steps leave out part of the load path"):
         browser.find_trajectory(reversed_within)
-    with pytest.raises(InputError, match="in two directions the path between steps is unknown"):
+    with refused("in two directions the path between steps is unknown"):
         browser.find_trajectory(without_origin(hs.replay(ENSEMBLE, IN_PLANE)))
 
 
@@ -358,10 +358,7 @@ def test_of_a_large_ensemble_the_recorded_asperities_are_embedded(monkeypatch):
 
 def test_a_history_of_too_many_steps_is_refused_with_what_is_possible(history, monkeypatch):
     monkeypatch.setattr(browser, "MOST_STEPS", 20)
-    with pytest.raises(
-        InputError,
-        match=r"20 steps at most, and the history has 31; .* history.isel\(step=slice\(20\)\)",
-    ):
+    with refused(r"20 steps at most, and the history has 31; .* history.isel\(step=slice\(20\)\)"):
         browser.find_trajectory(history)
 
 
@@ -377,7 +374,7 @@ UNSUPPORTED = {
 @pytest.mark.parametrize("text", UNSUPPORTED)
 def test_histories_that_a_page_cannot_compute_are_refused(text):
     history = hs.replay(*UNSUPPORTED[text], substeps=4)
-    with pytest.raises(InputError, match=f"pages cannot compute {text}"):
+    with refused(f"pages cannot compute {text}"):
         hs.explore(history)
 
 
