@@ -16,7 +16,7 @@ hatch_build = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(hatch_build)
 
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Werror"]
-LINKING = ("-shared", "-Wl,")
+PROGRAM = ("-D", "-shared", "-Wl,")  # options that leave the core as it is
 SANITIZED = ["-O2", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
@@ -38,16 +38,12 @@ def core_objects(command, options, standard):
 
 def compiled(command, program, folder, *options, name="program", standard="-std=c11"):
     """Compile a C program with the memory's C by a compiler, in a folder; return what was made."""
-    # programs that differ in options of the linker alone share the objects of the core
-    linking = [option for option in options if option.startswith(LINKING)]
-    build, objects = core_objects(
-        tuple(command), tuple(each for each in options if each not in linking), standard
-    )
+    own = [option for option in options if option.startswith(PROGRAM)]
+    shared = tuple(option for option in options if option not in own)
+    build, objects = core_objects(tuple(command), shared, standard)
     made = folder / name
     sources = [program] if program else []
-    subprocess.run(
-        [*build, *sources, "-x", "none", *objects, *linking, "-lm", "-o", made], check=True
-    )
+    subprocess.run([*build, *own, *sources, "-x", "none", *objects, "-lm", "-o", made], check=True)
     return made
 
 
