@@ -9,16 +9,17 @@ import numpy as np
 
 from historysim.asperities.body import Feature
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.instrument import RIGID
 from historysim.asperities.law import FrictionGoal, Law
 from historysim.asperities.state import State
+from historysim.asperities.stepper import channel, make_path
 from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.fields import Quantity, SurfaceEnergy, at_least
 from historysim.basics.library import lib
 from historysim.basics.registry import Registry
 from historysim.basics.units import quantity_text
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, PullOffError
-from historysim.memory.binding import DISPLACED, LOAD, Memory
+from historysim.memory.binding import DISPLACED, LOAD, Memory, tangential_control
 from historysim.memory.paths import Paths, Rows, drop_rows
 
 __all__ = ["DMT", "JKR", "Attraction", "Meniscus", "register"]
@@ -314,19 +315,9 @@ class AttractingEnsemble(Ensemble):
         """Wrap a memory of this ensemble in a state that has not jumped."""
         return AttractedState.wrap(super()._wrap_memory(memory), self.pulls, 0, 0.0)
 
-    def with_friction(
-        self,
-        state: State,
-        friction: ArrayLike,
-        *,
-        asperities: ArrayLike | None = None,
-        instrument: Instrument = RIGID,
-    ) -> State:
+    def with_friction(self, state: State, friction: ArrayLike, **options: Any) -> State:
         """Return the state with new friction coefficients; see `Ensemble.with_friction`."""
-        return self._continue(
-            super().with_friction(state, friction, asperities=asperities, instrument=instrument),
-            state,
-        )
+        return self._continue(super().with_friction(state, friction, **options), state)
 
     def enter_plane(self, state: State) -> State:
         """Return a state in two tangential directions; see `IntegratedBody.enter_plane`."""
@@ -434,10 +425,13 @@ class AttractingEnsemble(Ensemble):
 
     def advance(self, state: State, **targets: Any) -> State:
         """Return the state after one joint straight path; see `Ensemble.advance`. Normal loads may be negative."""
-        names = ("normal_load", "normal_displacement", "tangential_load", "tangential_displacement")
-        given = {name: targets.pop(name, None) for name in names}
+        memory, goals = self._checked_memory(state), []
+        controls = memory.line.normal_control, tangential_control(memory)
+        for name, control in zip(("normal", "tangential"), controls, strict=True):
+            load, place = (targets.pop(f"{name}_{kind}", None) for kind in ("load", "displacement"))
+            goals.append(channel(name, load, place, control))
         friction = targets.pop("friction", None)
-        moved = self.advance_along(state, self.find_path(state, **given), **targets)
+        moved = self.advance_along(state, make_path(*goals), **targets)
         if friction is None:
             return moved
         return self.advance(

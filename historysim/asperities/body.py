@@ -12,7 +12,7 @@ import numpy as np
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import Law
-from historysim.asperities.stepper import Totals, channel, make_path, make_paths
+from historysim.asperities.stepper import Totals, make_paths
 from historysim.basics.arguments import ArrayLike, Booleans, Floats
 from historysim.basics.units import quantity_text, range_text, warn_large_radius
 from historysim.basics.wording import brief, count_text, html_table
@@ -170,23 +170,6 @@ class Body(abc.ABC):
     @abc.abstractmethod
     def read_controls(self, state: Any) -> tuple[int, int]:
         """Return how the normal and tangential channels were controlled last; InputError in two directions."""
-
-    def find_path(
-        self,
-        state: Any,
-        *,
-        normal_load: Any = None,
-        normal_displacement: Any = None,
-        tangential_load: Any = None,
-        tangential_displacement: Any = None,
-    ) -> Paths:
-        """Return the path to the targets of `advance`; channels without one are held."""
-        normal, tangential = self.read_controls(state)
-        least = -math.inf if self.attracts else 0.0
-        return make_path(
-            channel("normal", normal_load, normal_displacement, normal, least),
-            channel("tangential", tangential_load, tangential_displacement, tangential),
-        )
 
     @abc.abstractmethod
     def advance(

@@ -4,6 +4,7 @@ The asperities are paraboloids (a ≪ R), elastic, without adhesion, and indepen
 """
 
 import math
+from collections.abc import Iterator
 
 import attrs
 import numpy as np
@@ -13,6 +14,7 @@ from historysim.asperities.body import Body
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
+from historysim.asperities.line_contact import LineContact
 from historysim.asperities.patches import Patches
 from historysim.asperities.yielding import HARDNESS_OF_YIELD
 from historysim.basics.arguments import Booleans, Floats, Integers
@@ -45,6 +47,9 @@ MOST_ERROR = 0.01  # largest error of a normal curve, relative to its largest lo
 # peak pressure 0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for
 # ν = 0.3).
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
+# Largest pressure at which a cylinder begins to flow, over the yield stress (Johnson 1985, section
+# 6.2: von Mises), and its least length in half-widths for plane strain.
+ONSET_OF_LINE, LEAST_LENGTH = 1.79, 10.0
 
 
 @attrs.frozen
@@ -91,6 +96,8 @@ def findings(
     stress and surface energies of its materials, positions, nominal area) is not checked; patches
     of normal curves have `first_row` and `normal_curve` alone.
     """
+    if isinstance(ensemble, LineContact):
+        return tuple(_check_line(ensemble, approach, instrument))
     # patches with normal curves may interact, and are not spheres
     if isinstance(ensemble, Patches):
         return tuple(finding for finding in _check_curve(ensemble.curves) if finding is not None)
@@ -138,6 +145,38 @@ def _contact(ensemble: AsperitySet, approach: float, instrument: Instrument) -> 
 
 def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
     return Finding(name, value, limit, text) if value > limit else None
+
+
+def _check_line(line: LineContact, approach: float, instrument: Instrument) -> Iterator[Finding]:
+    """Yield the assumptions that a cylinder at an approach violates: small slopes, plane strain, no yielding."""
+    load = float(line.curves.total(max(approach, 0.0)))
+    width = float(line.half_width(load))
+    if width == 0.0:
+        return
+    if width > STEEPEST * line.radius:
+        text = (
+            f"the half-width is {_percent(width / line.radius)} of the radius, where Hertz' theory does not hold: "
+            "press less"
+        )
+        yield Finding("steep", width / line.radius, STEEPEST, text)
+    if line.length < LEAST_LENGTH * width:
+        text = (
+            f"the contact is {line.length / width:.2g} half-widths long, and plane strain needs {LEAST_LENGTH:g} or "
+            "more, since the ends of the cylinder carry otherwise: press less, or take a sphere"
+        )
+        yield Finding("plane_strain", width / line.length, 1.0 / LEAST_LENGTH, text)
+    pair = line.pair
+    limit = pair.yield_stress or (pair.hardness or 0.0) / HARDNESS_OF_YIELD
+    pressure = float(line.pressure(0.0, line.advance(line.initial_state(), normal_load=load)))
+    if limit and pressure > ONSET_OF_LINE * limit:
+        text = (
+            f"the pressure of {quantity_text(pressure, 'Pa', 3)} in the middle exceeds the elastic limit of "
+            f"{quantity_text(ONSET_OF_LINE * limit, 'Pa', 3)}: reduce the load"
+        )
+        yield Finding("yield", pressure / limit, ONSET_OF_LINE, text)
+    displacement = float(line.friction.max()) * approach
+    if 0.0 < displacement < instrument.displacement_resolution:
+        yield _resolution_finding(displacement, instrument)
 
 
 def _check_curve(curves: NormalCurves) -> list[Finding | None]:
@@ -291,14 +330,15 @@ def _near(centre: Floats, radius: Floats) -> tuple[Integers, Integers]:
 
 def _adhesion(contact: _Contact) -> Finding | None:
     work = contact.ensemble.pair.work_of_adhesion
-    if work is None:
+    if work is None or "attraction" in contact.ensemble.laws:
         return None
     unit = np.pi * work * contact.summit_radius
     share = float(1.5 * unit.sum() / contact.normal_load.sum())
     lightest = float(np.quantile(contact.normal_load / unit, 0.1))
     text = (
         f"adhesion, which is left out, could pull with {_percent(share)} of the normal load (JKR; N/(πWR) is "
-        f"{lightest:.2g} or less at the tenth of the contacts that is loaded least): press more, or see [adhesion]"
+        f"{lightest:.2g} or less at the tenth of the contacts that is loaded least): press more, "
+        "model it with [attraction], or see [adhesion]"
     )
     return _over("adhesion", share, MOST_LOAD, text)
 
@@ -309,6 +349,11 @@ def _resolution(contact: _Contact) -> Finding | None:
     displacement = ensemble.pair.displacement_ratio * product
     if not 0 < displacement < resolution:
         return None
+    return _resolution_finding(displacement, contact.instrument)
+
+
+def _resolution_finding(displacement: float, instrument: Instrument) -> Finding:
+    resolution = instrument.displacement_resolution
     text = (
         f"the preliminary displacement, {quantity_text(displacement, 'm', 3)}, is below what the instrument resolves, "
         f"{quantity_text(resolution, 'm')}: press more, or use a finer instrument"

@@ -140,6 +140,34 @@ def test_the_tangential_memory_is_that_of_the_contact_without_attraction():
     assert difference.values == pytest.approx(first.total_attraction.values, rel=1e-9)
 
 
+@pytest.mark.parametrize("held", ["tangential_load", "tangential_displacement"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_directions_are_those_of_the_contact_under_both_loads(held, seed):
+    """A sphere under N and F; a snap-in is a straight path in approach and displacement."""
+    rings = hs.Rings(8, 12)
+    ball = hs.Ensemble(PAIR, 0.0, RADIUS, FRICTION, attraction=DMT, rings=rings)
+    plain = hs.Ensemble(PAIR, 0.0, RADIUS, FRICTION, rings=rings)
+    random = np.random.default_rng(seed)
+    reach = {"tangential_load": 0.4 * FRICTION * PULL, "tangential_displacement": 4e-10}[held]
+    apart = {"normal_displacement": -1e-10, "tangential_displacement": (0.0, 0.0)}
+    attracted, pressed = (body.advance(body.initial_state(), **apart) for body in (ball, plain))
+    snap = {"tangential_displacement": tuple(random.uniform(-1, 1, 2) * 4e-10)}
+    attracted = ball.advance(attracted, normal_load=0.0, **snap)
+    assert attracted.jumps == 1
+    pressed = plain.advance(pressed, normal_displacement=attracted.approach, **snap)
+    for _ in range(8):
+        load, goal = PULL * random.uniform(-0.3, 3.0), tuple(random.uniform(-1, 1, 2) * reach)
+        attracted = ball.advance(attracted, normal_load=load, saturate=True, **{held: goal})
+        pressed = plain.advance(pressed, normal_load=load + PULL, saturate=True, **{held: goal})
+        assert attracted.contact_load == pytest.approx(pressed.normal_load, rel=1e-9)
+        for name in ("tangential_load", "tangential_displacement"):
+            found, expected = (np.array(getattr(state, name)) for state in (attracted, pressed))
+            scale = FRICTION * pressed.normal_load if name == "tangential_load" else 4e-10
+            assert found == pytest.approx(expected, abs=2e-3 * scale)
+    assert attracted.jumps == 1
+    assert np.hypot(*attracted.tangential_load) <= FRICTION * attracted.contact_load * (1 + 1e-9)
+
+
 @pytest.mark.parametrize("substeps", [1, 7])
 def test_a_ramp_of_both_loads_crosses_jumps(substeps):
     ensemble = rough()

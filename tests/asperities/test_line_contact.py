@@ -40,6 +40,26 @@ def masing_energy(load, amplitude, depth):
     return 4 * amplitude * displacement(amplitude) - 8 * rise
 
 
+RECORD = f"""
+materials = {{ contact_modulus = {MODULUS}, shear_modulus = 2.9e10 }}
+surface = {{ kind = "cylinder", radius = {RADIUS}, length = {LENGTH}, reference_depth = 0.01 }}
+friction = {{ coefficient = 0.3 }}
+instrument = {{ lateral_stiffness = 1e8 }}
+fit = {{ parameters = ["friction", "lateral_stiffness"] }}
+
+[loading]
+file = "m.csv"
+
+[loading.columns]
+time = {{ column = "t", unit = "s" }}
+normal_load = {{ column = "N", unit = "N" }}
+tangential_displacement = {{ column = "u", unit = "m" }}
+
+[loading.response]
+tangential_load = {{ column = "T", unit = "N" }}
+"""
+
+
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3, 0.6, 0.9, 0.999, 1.0])
 def test_the_half_widths_are_those_of_cattaneo(ratio):
     contact, load = cylinder(), 500.0
@@ -162,6 +182,30 @@ def test_springs_of_an_instrument_add_their_deflection():
         FRICTION * (approach(500, 0.01) - approach(500 - held / FRICTION, 0.01)), rel=1e-7
     )
     assert held + 1e7 * (moved + held / 1e9) == pytest.approx(120, rel=1e-9)
+
+
+def test_a_noisy_record_is_fitted(tmp_path):
+    """Truth: Cattaneo's contact in strokes beyond sliding, behind a spring, at a load that varies."""
+    truth, spring = hs.LineContact(PAIR, RADIUS, LENGTH, 0.42, 0.01), hs.Instrument(2e8)
+    time = np.linspace(0, 4, 801)
+    loads, moved = 500 + 60 * np.sin(2 * time), 5e-6 * np.sin(2 * np.pi * time)
+    pressed = truth.advance(truth.initial_state(), normal_load=500.0, tangential_displacement=0.0)
+    held = []
+    for load, place in zip(loads.tolist(), moved.tolist(), strict=True):
+        pressed = truth.advance(
+            pressed, normal_load=load, tangential_displacement=place, instrument=spring
+        )
+        held.append(pressed.tangential_load)
+    noisy = held + np.random.default_rng(0).normal(0, 0.5, time.size)
+    columns = np.column_stack([time, loads, moved, noisy])
+    np.savetxt(tmp_path / "m.csv", columns, delimiter=",", header="t,N,u,T", comments="")
+    path = tmp_path / "s.toml"
+    path.write_text(RECORD, encoding="utf-8")
+    found = hs.fit(path)
+    for parameter, value in zip(found.parameters, (0.42, 2e8), strict=True):
+        assert parameter.low < value < parameter.high
+        assert parameter.high - parameter.low < 0.02 * value
+    assert found.comparison.residuals.rms == pytest.approx(0.5, rel=0.1)
 
 
 def test_a_fit_varies_its_friction_and_no_shear_modulus():

@@ -120,6 +120,39 @@ def test_adhesion_is_reported_from_the_pull_off_load_of_jkr():
     # 9 pull-offs of 1.5 πWR
     assert "N/(πWR) is 14 or less" in found.text
     assert findings(ensemble, ensemble.approach_at(11 * pull_off)) == ()
+    # the attraction is in the model
+    attracted = hs.Ensemble(
+        ensemble.pair, 0.0, radius, 0.2, attraction=hs.attraction.DMT(work_of_adhesion=work)
+    )
+    assert findings(attracted, ensemble.approach_at(9 * pull_off)) == ()
+
+
+# half-width of the limit over the radius: √ of 4 P R/(π E* l), p = E* b/(2 R)
+CYLINDER_LIMITS = {"steep": 0.3, "plane_strain": 0.02, "yield": 2 * 1.79 * 0.5e9 / 50e9}
+
+
+@pytest.mark.parametrize("name", CYLINDER_LIMITS)
+@pytest.mark.parametrize("nu", [0.0, 0.4])
+def test_the_limits_of_a_cylinder(name, nu):
+    stress = {"yield_stress": 0.5e9} if name == "yield" else {}
+    pair = hs.MaterialPair.from_moduli(
+        contact_modulus=50e9, shear_modulus=50e9 * (1 - nu) / 2, **stress
+    )
+    radius, length = 0.01, 0.2 * 0.01 if name == "plane_strain" else 0.1
+    cylinder = hs.LineContact(pair, radius, length, 0.3, 0.1)
+    for factor, reported in ((0.99, False), (1.01, True)):
+        load = math.pi * 50e9 * length * radius * (factor * CYLINDER_LIMITS[name]) ** 2 / 4
+        found = findings(cylinder, cylinder.approach_at(load))
+        assert names(found) == [name] * reported
+    slip = 0.3 * cylinder.approach_at(1.0)  # θ = 1 for every ν
+    assert names(
+        findings(
+            cylinder, cylinder.approach_at(1.0), Instrument(displacement_resolution=1.01 * slip)
+        )
+    )
+    assert not findings(
+        cylinder, cylinder.approach_at(1.0), Instrument(displacement_resolution=0.99 * slip)
+    )
 
 
 def test_what_the_instrument_does_not_resolve_is_reported():
