@@ -572,23 +572,28 @@ def _load_moves(
     """Return the range of N over its largest value on the moving part of a branch, and including the rest before."""
     displacement, normal_load = trace.displacement, trace.normal_load
     assert normal_load is not None  # noqa: S101 - its caller has looked
-    near = min(dead_band, AT_REST * abs(displacement[end_sample] - displacement[start_sample]))
-    rest_start, move_start, move_end = start_sample, start_sample, end_sample
-    while rest_start > 0 and abs(displacement[rest_start - 1] - displacement[start_sample]) <= near:
-        rest_start -= 1
-    while (
-        move_start < end_sample - 1
-        and abs(displacement[move_start + 1] - displacement[start_sample]) <= near
-    ):
-        move_start += 1
-    while (
-        move_end > move_start + 1
-        and abs(displacement[move_end - 1] - displacement[end_sample]) <= near
-    ):
-        move_end -= 1
+    start, end = displacement[start_sample], displacement[end_sample]
+    near = min(dead_band, AT_REST * abs(end - start))
+    rest_start = start_sample - _rest_length(displacement[:start_sample][::-1], start, near)
+    move_start = start_sample + _rest_length(
+        displacement[start_sample + 1 : end_sample], start, near
+    )
+    move_end = end_sample - _rest_length(displacement[move_start + 1 : end_sample][::-1], end, near)
     return _relative_range(normal_load[move_start : move_end + 1]), _relative_range(
         normal_load[rest_start : move_end + 1]
     )
+
+
+def _rest_length(displacement: Floats, centre: float, near: float) -> int:
+    """Return the number of samples up to the first one that is not near a displacement."""
+    count = 64
+    while True:
+        far = np.abs(displacement[:count] - centre) > near
+        if far.any():
+            return int(far.argmax())
+        if count >= displacement.size:
+            return displacement.size
+        count *= 8
 
 
 def _relative_range(load: Floats) -> float:
