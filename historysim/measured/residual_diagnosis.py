@@ -64,26 +64,6 @@ class BranchSamples:
         )
         return position_bin + POSITION_BINS * int(self.sign < 0)
 
-    def project_residual(self, fault: "Fault", size: float) -> tuple[Floats, Floats]:
-        """Compute model less load for a fault of a size, and the derivative by it, both less nuisance parameters."""
-        lag, added_load = fault.lag(self), fault.added_load(self)
-        position = self.moved - size * lag
-        model, slope = (
-            np.interp(position, self.moved, values) for values in (self.model, self.slope)
-        )
-        nuisance = np.column_stack(
-            [
-                np.ones(position.size),
-                model - self.moved * slope,
-                self.moved * slope,
-                slope * (model - model[0]),
-            ]
-        )
-        basis = np.linalg.qr(nuisance / np.maximum(np.linalg.norm(nuisance, axis=0), 1e-300))[0]
-        columns = np.column_stack([model + size * added_load - self.load, added_load - slope * lag])
-        columns -= basis @ (basis.T @ columns)
-        return columns[:, 0], columns[:, 1]
-
 
 def _no_effect(branch: BranchSamples) -> Floats:
     return np.zeros(branch.moved.size)
@@ -145,6 +125,39 @@ class Effect:
     change: float  #: largest change of the load over the largest load
 
 
+def project_residuals(
+    fault: Fault, branches: Sequence[BranchSamples], size: float
+) -> tuple[Floats, Floats]:
+    """Compute model less load for a fault of a size, and the derivative by it, both less nuisance parameters.
+
+    Both are (branch, sample), with zeros behind the last sample of a branch, which change nothing.
+    """
+    most_samples = max(branch.moved.size for branch in branches)
+    names = "one", "moved", "load", "model", "slope", "lag", "added_load"
+    table = np.zeros((len(names), len(branches), most_samples))
+    for row, branch in enumerate(branches):
+        lag = fault.lag(branch)
+        position = branch.moved - size * lag
+        table[:, row, : position.size] = (
+            np.ones(position.size),
+            branch.moved,
+            branch.load,
+            np.interp(position, branch.moved, branch.model),
+            np.interp(position, branch.moved, branch.slope),
+            lag,
+            fault.added_load(branch),
+        )
+    one, moved, load, model, slope, lags, added_loads = table
+    nuisance = np.stack(
+        [one, model - moved * slope, moved * slope, slope * (model - model[:, :1])], axis=-1
+    )
+    scale = np.maximum(np.linalg.norm(nuisance, axis=1, keepdims=True), 1e-300)
+    basis = np.linalg.qr(nuisance / scale)[0]
+    columns = np.stack([model + size * added_loads - load, added_loads - slope * lags], axis=-1)
+    columns -= basis @ (basis.transpose(0, 2, 1) @ columns)
+    return columns[..., 0], columns[..., 1]
+
+
 def diagnose_residuals(branches: Sequence[BranchSamples], place_deviation: float) -> list[str]:
     """Return a note on the fault that explains most of the residuals, with the key that corrects it; or none.
 
@@ -191,17 +204,10 @@ def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
     from scipy.optimize import minimize_scalar
 
     def sum_squares(size: float) -> float:
-        return sum(
-            float(residual @ residual)
-            for residual, _ in (branch.project_residual(fault, size) for branch in branches)
-        )
+        residuals, _ = project_residuals(fault, branches, size)
+        return float(np.sum(residuals**2))
 
-    unfitted, rates = (
-        np.concatenate(arrays)
-        for arrays in zip(
-            *(branch.project_residual(fault, 0.0) for branch in branches), strict=True
-        )
-    )
+    unfitted, rates = project_residuals(fault, branches, 0.0)
     # the scale: a size that shifts some branch by its whole stroke, or adds as much as its largest
     # load
     unit = min(fault.largest(branch) for branch in branches)
@@ -210,7 +216,7 @@ def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
         limit = SIZES[-1] * unit
         size = float(
             np.clip(
-                -(rates @ unfitted) / ((rates @ rates) or 1.0),
+                -np.sum(rates * unfitted) / (np.sum(rates**2) or 1.0),
                 -limit if fault.two_sided else 0.0,
                 limit,
             )
@@ -223,24 +229,25 @@ def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
                 sum_squares, bounds=tried[[best - 1, best + 1]], options={"xatol": 1e-4 * unit}
             ).x
         )
-    fits = [branch.project_residual(fault, size) for branch in branches]
-    residual, slope = (np.concatenate(arrays) for arrays in zip(*fits, strict=True))
-    squares = float(slope @ slope) or 1.0
-    share = np.array([slope @ slope for _, slope in fits]) / squares
-    moves = np.array([slope @ residual for residual, slope in fits]) / squares
+    residuals, slopes = project_residuals(fault, branches, size)
+    share = np.sum(slopes**2, axis=1)
+    squares = float(share.sum()) or 1.0
+    share /= squares
+    moves = np.sum(slopes * residuals, axis=1) / squares
     reach = intervals.compute_wander(
         moves - share * moves.sum(), np.maximum(share, 1e-9), SURE
     ).reach
+    in_branch = np.arange(residuals.shape[1]) < [[branch.moved.size] for branch in branches]
     position_bin = np.concatenate([branch.position_bin for branch in branches])
     count = np.maximum(np.bincount(position_bin, minlength=2 * POSITION_BINS), 1)
     squares_unfitted, squares_fitted = (
-        float(np.sum(np.bincount(position_bin, values, 2 * POSITION_BINS) ** 2 / count))
-        for values in (unfitted, residual)
+        float(np.sum(np.bincount(position_bin, values[in_branch], 2 * POSITION_BINS) ** 2 / count))
+        for values in (unfitted, residuals)
     )
     largest = max(float(np.abs(branch.load).max()) for branch in branches)
     return Effect(
         size,
         sure=abs(size) > reach,
         explained=1 - squares_fitted / squares_unfitted if squares_unfitted > 0 else 0.0,
-        change=float(np.abs(size * slope).max()) / largest,
+        change=float(np.abs(size * slopes).max()) / largest,
     )
