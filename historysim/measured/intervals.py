@@ -4,6 +4,7 @@ README.md of this folder, "How intervals are found", has the statistics and thei
 """
 
 import math
+from collections.abc import Callable
 
 import attrs
 import numpy as np
@@ -18,7 +19,8 @@ FEW_PIECES = 10
 MOST_PIECES = 48  # largest number of pieces of a record; more pieces change nothing
 SURE = 0.99  # confidence above which a record drifts
 _MOST_CORRELATED = 0.97
-_ANGLES = (np.arange(256) + 0.5) / 256 * math.pi / 2
+_SQUARED_COSINES = np.cos((np.arange(256) + 0.5) / 256 * math.pi / 2) ** 2
+_MOST_ROOTS = 1e6  # largest critical value
 _CORRELATIONS = np.linspace(0, 0.95, 20)
 _DECADES_OF_SCATTER = 3
 # prior odds of noise alone against scatter beyond noise
@@ -54,7 +56,9 @@ def compute_wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     line = TrendLine(share, trend=True)
     line_correlation, root = line.correlation(moves), math.sqrt(line.variance(moves))
     rise = float(line.rise @ moves)
-    drifts = abs(rise) > root * line.critical_value(line.rise, line_correlation, SURE)
+    chance = line.tail_probability(line.rise, line_correlation)
+    least_root = max(root, abs(rise) / _MOST_ROOTS)
+    drifts = rise != 0 and chance(math.log(abs(rise) / least_root)) < 1 - SURE
     rise_reach = root * line.critical_value(line.rise, line_correlation, confidence)
     if drifts:
         reach, correlation = (
@@ -241,22 +245,32 @@ class TrendLine:
         """Compute c such that ± c √V is the interval of a weighted sum of the influence values (piece)."""
         from scipy.optimize import brentq
 
-        independent = np.linalg.cholesky(self._covariance(correlation))
-        along, form = independent.T @ weights, independent.T @ self._form @ independent
+        tail = self.tail_probability(weights, correlation)
         outside = 1 - confidence
-
-        def excess_probability(logarithm: float) -> float:
-            sizes = np.linalg.eigvalsh(np.outer(along, along) - math.exp(2 * logarithm) * form)
-            # in the tail the largest eigenvalue is lost in rounding, and the probability with it
-            ratios = np.maximum(-sizes[:-1], 0.0) / max(sizes[-1], 1e-12 * -sizes[0], 1e-300)
-            inside = np.log1p(ratios[:, None] / np.cos(_ANGLES) ** 2)
-            return float(np.mean(np.exp(-inside.sum(axis=0) / 2))) - outside
-
-        largest = math.log(1e6)
-        if excess_probability(largest) > 0:
+        largest = math.log(_MOST_ROOTS)
+        if tail(largest) > outside:
             # one piece has nearly all the information, so the others show no scatter
             return math.inf
-        return math.exp(float(brentq(excess_probability, math.log(1e-2), largest, xtol=1e-4)))
+        bracket = math.log(1e-2), largest
+        return math.exp(float(brentq(lambda at: tail(at) - outside, *bracket, xtol=1e-4)))
+
+    def tail_probability(self, weights: Floats, correlation: float) -> Callable[[float], float]:
+        """Return the probability that a weighted sum of influence values exceeds c √V, as a function of log c."""
+        independent = np.linalg.cholesky(self._covariance(correlation))
+        along, form = independent.T @ weights, independent.T @ self._form @ independent
+        squared = np.outer(along, along)
+
+        def probability(logarithm: float) -> float:
+            sizes = np.linalg.eigvalsh(squared - math.exp(2 * logarithm) * form)
+            # in the tail the largest eigenvalue is lost in rounding, and the probability with it
+            ratios = np.maximum(-sizes[:-1], 0.0) / max(sizes[-1], 1e-12 * -sizes[0], 1e-300)
+            # a product beyond the largest float is a probability of 0
+            with np.errstate(over="ignore"):
+                return float(
+                    np.mean(np.prod(1 + ratios[:, None] / _SQUARED_COSINES, axis=0) ** -0.5)
+                )
+
+        return probability
 
     def _covariance(self, correlation: float) -> Floats:
         covariance: Floats = np.power(correlation, self._lag) * np.outer(self._root, self._root)
