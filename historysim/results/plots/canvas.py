@@ -306,7 +306,9 @@ def _fits(figure: "Figure") -> bool:
     """Lay out a figure and return whether all of its panels can be read."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        figure.draw_without_rendering()
+        # the layout alone: nothing is drawn before the figure is saved
+        if (layout := figure.get_layout_engine()) is not None:
+            layout.execute(figure)
     if any("not applied" in str(warning.message) for warning in caught):
         return False
     inch = figure.dpi / MILLIMETRES_PER_INCH
