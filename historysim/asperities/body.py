@@ -5,13 +5,13 @@ import math
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, TypedDict, Unpack
 
 import attrs
 import numpy as np
 
-from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.law import Law
+from historysim.asperities.instrument import Instrument
+from historysim.asperities.law import FrictionGoal, Law
 from historysim.asperities.stepper import Totals, make_paths
 from historysim.basics.arguments import ArrayLike, Booleans, Floats
 from historysim.basics.units import quantity_text, range_text, warn_large_radius
@@ -35,6 +35,25 @@ Feature = Literal[
     "step in place",
     "fit",
 ]
+
+
+class Drive(TypedDict, total=False):
+    """Options of a path: tangential loads are held at the limit; instrument in series with the contact."""
+
+    saturate: bool
+    instrument: Instrument
+
+
+class PathOptions(Drive, total=False):
+    """Options of `Body.advance_along`."""
+
+    rows: Rows | None  #: rows to fill, in SI (see `blank_rows`)
+    asperities: ArrayLike  #: asperities of the columns of ``rows``, by index
+    until: float  #: fraction of each path to follow
+    friction: FrictionGoal | None  #: friction that varies linearly along the path
+    threads: (
+        int  #: threads that share the work on many asperities, with the same bits for any number
+    )
 
 
 def check_pair(pair: MaterialPair) -> MaterialPair:
@@ -180,8 +199,7 @@ class Body(abc.ABC):
         normal_displacement: float | None = None,
         tangential_load: float | tuple[float | None, float | None] | None = None,
         tangential_displacement: float | tuple[float | None, float | None] | None = None,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
+        **drive: Unpack[Drive],
     ) -> Any:
         """Return the state after one joint straight path; ``state`` itself is not changed."""
 
@@ -190,15 +208,9 @@ class Body(abc.ABC):
         self,
         state: Any,
         paths: Paths,
-        *,
-        rows: Rows | None = None,
-        asperities: ArrayLike = (),
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-        until: float = 1.0,
-        threads: int = 1,
+        **options: Unpack[PathOptions],
     ) -> Any:
-        """Advance a state along load paths and record rows; see `Ensemble.advance_along`."""
+        """Advance a state along load paths and record rows; see `PathOptions`."""
 
     @abc.abstractmethod
     def slide_time(self, state: Any) -> Floats:
@@ -222,8 +234,7 @@ class Body(abc.ABC):
         normal_displacement: ArrayLike | None = None,
         tangential_load: ArrayLike | None = None,
         tangential_displacement: ArrayLike | None = None,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
+        **drive: Unpack[Drive],
     ) -> tuple[Any, Totals]:
         """Advance a state along straight paths in sequence; return it with the totals at the end of each path.
 
@@ -238,9 +249,7 @@ class Body(abc.ABC):
             least=-math.inf if self.attracts else 0.0,
         )
         rows = blank_rows(paths.size, None)
-        state = self.advance_along(
-            state, paths, rows=rows, saturate=saturate, instrument=instrument
-        )
+        state = self.advance_along(state, paths, rows=rows, **drive)
         return state, Totals.from_row(rows.totals)
 
     def load_state(self, path: str | Path) -> Any:

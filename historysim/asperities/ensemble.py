@@ -4,14 +4,14 @@ import inspect
 import json
 from contextlib import AbstractContextManager
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
 
 import attrs
 import numpy as np
 
 from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.asperity_set import AsperitySet, per_asperity, summit_fields
-from historysim.asperities.body import check_pair
+from historysim.asperities.body import Drive, PathOptions, check_pair
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
 from historysim.asperities.integration import IntegratedBody, return_path
@@ -27,7 +27,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory import binding
 from historysim.memory.binding import Memory, check, copy_state, view
-from historysim.memory.paths import Paths, Rows
+from historysim.memory.paths import Paths
 
 if TYPE_CHECKING:
     from historysim.interaction.solutions import NormalSolutions
@@ -290,8 +290,7 @@ class Ensemble(AsperitySet, IntegratedBody):
         summit_height: ArrayLike | None = None,
         summit_radius: ArrayLike | None = None,
         asperities: ArrayLike | None = None,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
+        **drive: Unpack[Drive],
     ) -> State:
         """Return the state with new summits, each of which is a new contact.
 
@@ -331,41 +330,21 @@ class Ensemble(AsperitySet, IntegratedBody):
                     memory, pointer(height), pointer(radius), pointer(fresh), evolution
                 )
             )
-        back = return_path(state.memory, as_instrument(instrument))
-        return self.advance_along(
-            self._wrap_memory(memory), back, saturate=saturate, instrument=instrument
-        )
+        back = return_path(state.memory, as_instrument(drive.get("instrument", RIGID)))
+        return self.advance_along(self._wrap_memory(memory), back, **drive)
 
     def advance_along(
         self,
         state: State,
         paths: Paths,
-        *,
-        rows: Rows | None = None,
-        asperities: ArrayLike = (),
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-        until: float = 1.0,
-        friction: FrictionGoal | None = None,
-        threads: int = 1,
+        **options: Unpack[PathOptions],
     ) -> State:
-        """Advance a state along load paths and record rows.
+        """Advance a state along load paths and record rows; see `PathOptions`.
 
-        Pairs of tangential targets convert any state to two directions. Rows of asperities, by
-        index in the order of their columns, are written to ``rows`` in SI (see `blank_rows`). A
-        fraction ``until`` of each path is followed; ``friction`` varies linearly along it. Threads
-        share the work on many asperities; results are bit-identical for any number. `saturate`,
-        `instrument` and errors are as for `advance`; errors have the index of the path.
+        Pairs of tangential targets convert any state to two directions. Errors are as for
+        `advance`, with the index of the path.
         """
-        options: dict[str, Any] = {
-            "rows": rows,
-            "asperities": asperities,
-            "saturate": saturate,
-            "until": until,
-        }
-        return self._integrate(
-            state, paths, instrument=instrument, friction=friction, threads=threads, **options
-        )
+        return self._integrate(state, paths, **options)
 
     def asperity(self, index: int, state: State) -> Asperity:
         """Return one asperity with its memory in a state; InputError if the index is out of range.

@@ -4,7 +4,7 @@ import math
 import struct
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, Unpack
 
 import attrs
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.asperity_set import AsperitySet, per_asperity, summit_fields
-from historysim.asperities.body import Feature
+from historysim.asperities.body import Feature, PathOptions
 from historysim.asperities.facets import BodyPosition, Facet, interpolate
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import FrictionLaw
@@ -24,7 +24,7 @@ from historysim.basics.limits import is_workable
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, are_in_plane
-from historysim.memory.paths import Goals, Paths, Rows, blank_rows, drop_rows, straight_paths
+from historysim.memory.paths import Goals, Paths, blank_rows, drop_rows, straight_paths
 
 # Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of
 # the load.
@@ -306,27 +306,15 @@ class InclinedEnsemble(AsperitySet):
         self,
         state: InclinedState,
         paths: Paths,
-        *,
-        rows: Rows | None = None,
-        asperities: npt.ArrayLike = (),
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-        until: float = 1.0,
-        threads: int = 1,
+        **options: Unpack[PathOptions],
     ) -> InclinedState:
-        """Advance a state along load paths and record rows; see `Ensemble.advance_along`, `advance`."""
+        """Advance a state along load paths and record rows; see `PathOptions` and `advance`."""
+        rows, instrument = options.get("rows"), options.get("instrument", RIGID)
         self.check_state(state)
         if are_in_plane(paths):
             raise InputError(_unsupported_text("second tangential direction"))
         if not self.slope.any():
-            options: dict[str, Any] = {
-                "saturate": saturate,
-                "instrument": instrument,
-                "threads": threads,
-            }
-            level = self.facets[0].advance_along(
-                state.facets[0], paths, rows=rows, asperities=asperities, until=until, **options
-            )
+            level = self.facets[0].advance_along(state.facets[0], paths, **options)
             controls = level.memory.line.normal_control, level.memory.line.tangential_control
             return InclinedState(
                 (level,), self._axes, level.approach, level.tangential_displacement, *controls
@@ -340,11 +328,12 @@ class InclinedEnsemble(AsperitySet):
             error = InputError(_unsupported_text("given tangential load"))
             error.path = int(load_driven[0])
             raise error
-        legs = self._body_legs(state, paths, until)
+        legs = self._body_legs(state, paths, options.get("until", 1.0))
         if rows is None:
             rows, legs = blank_rows(0, None), drop_rows(legs)
         ends = np.stack([legs["normal_target"], legs["tangential_target"][:, 0]])
-        columns, facets = np.asarray(asperities, dtype=np.int64), []
+        columns, facets = np.asarray(options.get("asperities", ()), dtype=np.int64), []
+        threads = options.get("threads", 1)
         rows.totals[:] = np.zeros((), rows.totals.dtype)
         along = np.zeros(len(rows.totals))
         for facet, start in zip(self.facets, state.facets, strict=True):

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, Unpack
 
 import attrs
 import numpy as np
 
-from historysim.asperities.body import Feature, check_pair, warn_if_unlikely
+from historysim.asperities.body import Feature, PathOptions, check_pair, warn_if_unlikely
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.asperities.integration import EVOLVED, IntegratedBody
@@ -196,31 +196,21 @@ class Patches(IntegratedBody):
         self,
         state: State,
         paths: Paths,
-        *,
-        rows: Rows | None = None,
-        asperities: ArrayLike = (),
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-        until: float = 1.0,
-        threads: int = 1,
+        **options: Unpack[PathOptions],
     ) -> State:
-        """Advance a state along load paths and record patches; see `Ensemble.advance_along`."""
+        """Advance a state along load paths and record patches; see `PathOptions`."""
+        rows = options.get("rows")
+        chosen = np.asarray(options.get("asperities", ()), dtype=np.int64)
         if rows is not None and EVOLVED & rows.each.keys():
             raise InputError(_STEADY)
         self.check_reach(paths)
-        options: dict[str, Any] = {
-            "saturate": saturate,
-            "instrument": instrument,
-            "until": until,
-            "threads": threads,
-        }
         if rows is None:
             return self._integrate(state, paths, **options)
-        chosen = np.asarray(asperities, dtype=np.int64)
         # the first element is sufficient to locate the slip front
         columns = np.arange(self._column_count if chosen.size else 1)
         elements = blank_rows(len(rows.totals), columns.size, planar=bool(rows.vectors))
-        advanced_state = self._integrate(state, paths, rows=elements, asperities=columns, **options)
+        options["rows"], options["asperities"] = elements, columns
+        advanced_state = self._integrate(state, paths, **options)
         self._project(elements, float(advanced_state.friction[0]), chosen, rows)
         return advanced_state
 
