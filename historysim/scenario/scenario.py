@@ -342,14 +342,6 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
         return Scenario(path, *read_sections(path, values))
 
 
-def scenario_from_document(document: Mapping[str, Any], name: str) -> Scenario:
-    """Build a scenario from tables, as if read from a file of that name in this folder; errors as for `load`."""
-    import tomlkit
-
-    with located_errors(name):
-        return Scenario(Path(name), tomlkit.dumps(document), structure_sections(document))
-
-
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     """Return a scenario, read from its file if a path is given; errors as for `load`."""
     return scenario if isinstance(scenario, Scenario) else load(scenario)

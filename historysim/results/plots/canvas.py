@@ -28,7 +28,6 @@ FigureOrAxes = Any  # the new figure, or the figure or axes that were given
 COLUMN, TWO_COLUMNS = 90.0, 180.0  # widths [mm] of one column and of both in a journal
 LEAST_SIDE, MOST_SIDE = 20.0, 2000.0  # sides of a figure [mm]
 LEAST_PANEL = 13.0, 8.0  # width and height of the smallest panel that can be read [mm]
-HIGHEST_LEGEND = 0.3  # fraction of the height that the legend may fill
 LABELS, LETTER = 10.0, 1.4  # height of the labels of a panel, width of a letter of the legend [mm]
 MILLIMETRES_PER_INCH = 25.4
 # A hyphen in place of a minus sign, and that sign.

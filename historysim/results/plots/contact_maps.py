@@ -1,6 +1,5 @@
 """Pictures of the contact at a step: summits, or zones of a map with interacting asperities."""
 
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -90,14 +89,6 @@ class ContactMapPicture(Picture):
                 data, lambda origin: _solved_sheet(origin, origin.state(at), at)
             )
         return surface_sheet(surface, read_contact(surface, data, step))
-
-
-def compute_zones(history: xr.Dataset, steps: Sequence[int]) -> tuple[list[Floats], Extent]:
-    """Return maps of `STICKS`, `SLIPS` and NaN at steps, and their extent [m]; of a history from its file."""
-    times = [float(history["time"].values[step]) for step in steps]
-    return query_map_source(
-        history, lambda origin: ([_zone(origin, origin.state(at)) for at in times], _extent(origin))
-    )
 
 
 def _zone(origin: ReplaySource, state: State) -> Floats:

@@ -40,8 +40,6 @@ CURVES = {
     "normal_stiffness": r"stiffness $\mathrm{d}N/\mathrm{d}\delta$",
 }
 MOST_WORN = 8  # asperities with a separate line: those with the greatest wear
-FRACTIONS = np.linspace(0.0, 1.0, 201)
-MOST_MARKED = 100  # asperities up to which each has a mark
 THEORY: dict[str, Any] = {"color": LINES[1][0], "linestyle": "--"}
 BLUE: dict[str, Any] = {"color": LINES[0][0]}
 
