@@ -158,24 +158,27 @@ class Replay:
         A block of paths has at most ``most_rows``; ``on_event`` gets cursor and state of each block
         that ends at an event.
         """
-        # slide times are needed for recorded asperities, and for states from which a later replay
-        # starts
-        timed = isinstance(target, StateOnly) or any(
-            item is not None for item in (target.asperities, start, on_event)
-        )
+        has_asperities = target.asperities is not None
+        # a later replay starts from the state of an event
+        is_continued = start is not None or on_event is not None
+        needs_slide_times = has_asperities or is_continued or isinstance(target, StateOnly)
+
         start = start or schedule.Start(self.ensemble.initial_state())
-        state, columns = start.state, () if target.asperities is None else target.asperities
+        state = start.state
+        how: dict[str, Any] = {"threads": self.threads}
+        if has_asperities:
+            how["asperities"] = target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.paths(
             self.events, self.substeps, at_once, start=start.cursor, until=seconds(until)
         )
-        how: dict[str, Any] = {"asperities": columns, "threads": self.threads}
-        with progress_bar(
+        bar = progress_bar(
             progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2
-        ) as done:
+        )
+        with bar as done:
             for block in plan:
                 rows = target.blank(block.row_time.size)
-                paths = block.paths if timed else drop_slide_times(block.paths)
+                paths = block.paths if needs_slide_times else drop_slide_times(block.paths)
                 state = self.advance_over(attrs.evolve(block, paths=paths), state, rows=rows, **how)
                 target.record(block.row_time)
                 if on_event is not None and block.cursor is not None:
