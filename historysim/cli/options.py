@@ -114,14 +114,15 @@ def output_option(help: str, **options: Any) -> "Decorator":  # noqa: A002 - cli
     return path_option("-o", "--output", help=help, **options)
 
 
-def outputs_option(help: str) -> "Decorator":  # noqa: A002 - click's word
+def outputs_option(help: str, default: str = "") -> "Decorator":  # noqa: A002 - click's word
     """Return the option ``-o`` for a file and pictures of it, passed as ``outputs``."""
     return path_option(
         "-o",
         "--output",
         "outputs",
         multiple=True,
-        help=f"{help} A picture if it ends with .png, .pdf or .svg; may be given several times.",
+        help=f"{help} A picture if it ends with .png, .pdf or .svg; may be given several times."
+        + (f" [default: {default}]" if default else ""),
     )
 
 

@@ -393,7 +393,7 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
 @click.command()
 @options.common("scenario")
 @options.outputs_option(
-    "The fitted scenario (.toml), and its picture. [default: SCENARIO's name with _fitted.toml and .png]"
+    "The fitted scenario (.toml).", "SCENARIO's name with _fitted.toml and .png"
 )
 @options.common("size", "quiet", "json", "force", "set")
 def fit(scenario: Path, outputs: tuple[Path, ...], size: "Size", values: dict[str, Any]) -> None:

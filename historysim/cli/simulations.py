@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 @click.command()
 @options.common("scenario")
 @options.outputs_option(
-    "The result (netCDF, or a zarr store: .zarr). [default: SCENARIO's name with .nc, here]"
+    "The result (netCDF, or a zarr store: .zarr).", "SCENARIO's name with .nc, here"
 )
 @options.flag("--plot", "with_picture", help="Also draw the result, next to it, with .png.")
 @options.common("quiet")
