@@ -31,7 +31,7 @@ def alone(monkeypatch):
 def process_state():
     """Return what a test shares with those that run later in its process."""
     names = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
-    return Path.cwd(), names, dict(mpl.rcParams), np.geterr(), repr(getcontext())
+    return Path.cwd(), names, dict(mpl.rcParams), np.geterr(), getcontext().prec
 
 
 @pytest.fixture(autouse=True)

@@ -145,7 +145,11 @@ def test_a_rising_normal_load_changes_neither_displacement_nor_energy(contact, s
     ensemble, limit = build_ensemble(contact), units(contact, "loads", LOAD)[1]
     before = ramped(ensemble, (LOAD, 0.0), *((LOAD, share * limit) for share in shares))
     after = ramped(ensemble, (rise * LOAD, shares[-1] * limit), state=before)
-    assert after.tangential_displacement == before.tangential_displacement
+    # a load below the rounding of its limit moves the contact by rounding
+    slide = units(contact, "displacements", LOAD)[1]
+    assert after.tangential_displacement == pytest.approx(
+        before.tangential_displacement, rel=0.0, abs=EPS * slide
+    )
     assert after.dissipated_energy == before.dissipated_energy
 
 
