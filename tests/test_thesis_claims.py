@@ -112,6 +112,38 @@ def test_one_ball():
     repeats("767 mN/µm at 10 mN; mean 350 (4.4)", f"{1.5 * secant:.1f}; secant {secant:.0f}")
 
 
+def test_a_ball_that_is_attracted():
+    """2πRW and 4πRγ by hand; loads from outside, and T/N at sliding, from histories."""
+    silicon = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    laws = {
+        2 * np.pi * 2.5e-3 * 0.1213: hs.attraction.DMT(work_of_adhesion=0.1213),
+        4 * np.pi * 2.5e-3 * 0.072: hs.attraction.Meniscus(
+            surface_tension=0.072, contact_angles=(0.0, 0.0)
+        ),
+    }
+    pulls, held = [], []
+    for force, law in laws.items():
+        ball = hs.Ensemble(silicon, 0.0, 2.5e-3, 0.12, attraction=law)
+        loads = np.array([0.0, 10e-3, 30e-3, 50e-3, 70e-3, 90e-3])
+        events = [hs.NormalLoad(float(time), load) for time, load in enumerate(loads.tolist())]
+        history = hs.replay(ball, events)
+        assert history.friction_limit.values == pytest.approx(0.12 * (loads + force), rel=1e-9)
+        pulls.append(-1e3 * history.contact.pull_off().attrs["pull_off_load"])
+        assert pulls[-1] == pytest.approx(1e3 * force, rel=1e-9)
+        held.append(1e3 * float(history.friction_limit[0]))
+        ratios = history.friction_limit.values[1:] / (0.12 * loads[1:])
+        if law.kind == "dmt":
+            listed_ratios = ", ".join(f"{ratio:.3f}" for ratio in ratios)
+    repeats(
+        "meniscus and atomic forces hold a ball when the load is gone (2.2)",
+        f"pull-off of DMT {pulls[0]:.3f}, of water {pulls[1]:.3f} mN; T up to {held[0]:.3f}, {held[1]:.3f} mN at N = 0",
+    )
+    repeats(
+        "friction is high at low load, then level: adhesion (4.6)",
+        f"T/N at sliding {listed_ratios} μ at 10 to 90 mN",
+    )
+
+
 def test_rough_surfaces_that_no_figure_shows():
     found, functions = calculated("claims_on_rough")
     heading, *rows = functions["rows"](found)

@@ -203,3 +203,25 @@ def test_7_the_worn_volume_and_the_displacements_agree_with_the_formula(typed):
     assert "worn volume              76.5 ± 0.041 µm³" in next(iter(outputs.values()))
     assert Path("lost.png").is_file()
     assert Path("wear.png").is_file()
+
+
+@pytest.mark.slow
+def test_8_a_fretting_record_gives_cycles_energy_and_stress(typed):
+    """A loop beyond sliding at 50 N has 4 μN (3 µm - u) + 0.8 μN u, with u = θ μ δ; the load varies by a fifth."""
+    names, outputs = typed("8_fretting_record.md")
+    assert "samples before are not compared" in outputs["fit rig.toml"]
+    ball, limit = names["ball"], 0.6 * 50.0
+    slip = ball.pair.displacement_ratio * 0.6 * ball.approach_at(50.0)
+    large = names["closed"].dissipated_energy.values[names["size"] > 4e-6]
+    expected = 4 * limit * (3e-6 - slip) + 0.8 * limit * slip
+    assert large == pytest.approx(expected, rel=0.1)
+    cycles = names["cycles"].dissipated_energy.sum()
+    assert float(cycles) == pytest.approx(
+        float(names["history"].total_dissipated_energy[-1]), rel=1e-12
+    )
+    assert float(names["peak"].tensile_x) == pytest.approx(
+        float(names["some"].contact_radius.max()), rel=0.1
+    )
+    assert "*AMPLITUDE" in Path("rig.inp").read_text(encoding="utf-8")
+    for name in ("loop", "cycles", "stress"):
+        assert Path(f"{name}.png").is_file()

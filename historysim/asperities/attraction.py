@@ -277,7 +277,8 @@ class AttractingEnsemble(Ensemble):
         "yielding": _refusal("yielding"),
         "geometry change": _refusal("a change of summits"),
         "friction ramp": _refusal("friction that changes along a path"),
-        "step in place": "a stepper has no attraction; expected advance",
+        "step in place": "steppers, and with them reduced models and units of co-simulation, have no attraction; "
+        "expected advance or hs.replay, or a contact without attraction",
         "fit": "a fit has no attraction; expected an ensemble without it",
     }
 

@@ -265,7 +265,7 @@ def test_a_scenario_has_the_section(tmp_path):
 def test_a_scenario_is_refused_with_the_reason(tmp_path, given, reason):
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO.format(**given), encoding="utf-8")
-    with pytest.raises(hs.InputError, match=reason):
+    with refused(reason):
         hs.run(path)
 
 
@@ -283,6 +283,13 @@ def test_the_pull_off_of_a_history_and_its_picture():
     )
     assert history.total_normal_load.values.min() >= curve.attrs["pull_off_load"]
     hs.plot(history, picture="pull-off")
+    assert (
+        "peak normal load, which is that from outside"
+        in dict(history.contact.summary())["attraction"]
+    )
+    plain = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, 1e-6)])
+    with refused("no attraction"):
+        plain.contact.pull_off()
 
 
 def test_the_laws_are_registered():

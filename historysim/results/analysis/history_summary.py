@@ -7,7 +7,7 @@ import numpy as np
 
 from historysim.basics.arguments import Floats
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import Finding, read_findings
+from historysim.basics.wording import Finding, count_text, read_findings
 from historysim.errors import InputError
 from historysim.recording.unknown_past import forgotten_lines
 from historysim.results.analysis.preliminary import Capacity, capacity
@@ -149,6 +149,13 @@ def _evolution_lines(history: History) -> list[tuple[str, str]]:
                 quantity_text(history["total_slid_distance"].values[-1], "m"),
             )
         )
+    if "total_attraction" in history:
+        peak = int(history["total_normal_load"].values.argmax())
+        pull = quantity_text(float(history["total_attraction"].values[peak]), "N")
+        lost = quantity_text(float(history["jump_energy"].values[-1]), "J")
+        jumps = count_text(int(history["jumps"].values[-1]), "jump", "jumps")
+        text = f"{pull} at the peak normal load, which is that from outside; {jumps} lost {lost}"
+        lines.append(("attraction", text))
     if "worn_volume" in history:
         worn = history["worn_volume"].isel(step=-1).values
         lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
