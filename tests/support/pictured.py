@@ -227,6 +227,21 @@ def cycled():
     return hs.replay(ensemble, events).assign_attrs(title=TITLE)
 
 
+@cache
+def attracted():
+    """Asperities that attract are pressed, and pulled apart."""
+    random = np.random.default_rng(1)
+    ensemble = hs.Ensemble(
+        PAIR,
+        -random.uniform(0, 8e-9, 12),
+        20e-6,
+        0.2,
+        attraction=hs.attraction.DMT(work_of_adhesion=0.05),
+    )
+    loads = (hs.NormalDisplacement(0.0, -1e-9), hs.NormalLoad(1.0, 50e-6))
+    return hs.replay(ensemble, [*loads, hs.NormalDisplacement(2.0, -1e-9)], substeps=60)
+
+
 PICTURES = {
     "cycles": lambda **p: hs.plots.cycles(cycled(), **p),
     "history": lambda **p: hs.plot(rough(), picture="history", **p),
@@ -240,6 +255,7 @@ PICTURES = {
     "traction": lambda **p: hs.plot(rough(), picture="traction", **p),
     "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", **p),
     "stress": lambda **p: hs.plot(rough(), picture="stress", poissons_ratio=0.28, **p),
+    "pull-off": lambda **p: hs.plot(attracted(), picture="pull-off", **p),
     "stiffness": lambda **p: hs.plot(rough(), picture="stiffness", **p),
     "wear": lambda **p: hs.plots.wear(worn(), **p),
     "yielding": lambda **p: hs.plot(yielded(), picture="yielding", **p),
