@@ -83,12 +83,14 @@ def _friction_event(state: State, friction: float) -> list[Event]:
 def _last_waypoints(state: State, vertices: Array, time: float) -> list[Event]:
     """Return the waypoints of the edge, which leave each channel under its last control."""
     line = state.memory.line
-    normal: Event = NormalDisplacement(time, state.approach)
+    normal: list[Event] = [NormalDisplacement(time, state.approach)]
     if line.normal_control == LOAD:
-        normal = NormalLoad(time, state.normal_load)
+        # with attraction several approaches carry one load
+        place = normal if hasattr(state, "attraction") else []
+        normal = [*place, NormalLoad(time, state.normal_load)]
     # while all springs slide the load does not determine the displacement
     slides = vertices.size == 2 and abs(vertices["slope"][-1]) == line.friction[0]
     tangential: Event = TangentialDisplacement(time, state.tangential_displacement)
     if line.tangential_control == LOAD and not slides and line.excess == 0.0:
         tangential = TangentialLoad(time, state.tangential_load)
-    return [normal, tangential]
+    return [*normal, tangential]

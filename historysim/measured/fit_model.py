@@ -19,11 +19,11 @@ Model = Callable[[Mapping[str, float]], tuple[Body, Instrument]]
 
 def build_model(ensemble: Body, instrument: Instrument) -> Model:
     """Return contact and instrument as a function of fitted parameters; InputError if they cannot be fitted."""
+    require(ensemble, "fit")
     if ensemble.evolves or ensemble.laws:
         raise InputError(
             "friction or geometry evolves in this scenario; expected constant ones for a fit"
         )
-    require(ensemble, "fit")
 
     def model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
         springs = {

@@ -14,7 +14,7 @@ from historysim.asperities.state import State
 from historysim.basics.arguments import Array, Booleans, Integers
 from historysim.basics.files import replacing
 from historysim.basics.wording import brief
-from historysim.errors import CurveEndError, FrictionLimitError, InputError
+from historysim.errors import CurveEndError, FrictionLimitError, InputError, PullOffError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import is_planar
 from historysim.loads.events import (
@@ -127,7 +127,8 @@ def _check(job: Replay) -> None:
         raise InputError(f"shortest: {TWO_DIRECTIONS}")
     if not isinstance(ensemble, Ensemble | Patches):
         raise InputError("shortest: the asperities are inclined; expected level ones, hs.Ensemble")
-    if getattr(ensemble, "laws", {}) or getattr(ensemble, "follow_sliding", False):
+    # with attraction the memory is a function of the approach as without
+    if {*ensemble.laws} - {"attraction"} or getattr(ensemble, "follow_sliding", False):
         raise InputError(f"shortest: {EVOLVES}")
     if schedule.friction_changes(job.events) or schedule.changes_geometry(job.events):
         raise InputError(
@@ -267,7 +268,7 @@ class _Waypoints:
         )
         try:
             reached = self._advance(self.start, straight_paths(normal, tangential, recorded=False))
-        except (FrictionLimitError, CurveEndError):
+        except (FrictionLimitError, CurveEndError, PullOffError):
             return False
         return _is_same(reached, end)
 

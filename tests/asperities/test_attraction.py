@@ -6,6 +6,7 @@ from golden import check_messages
 
 import historysim as hs
 from historysim.asperities.attraction import ATTRACTIONS
+from historysim.measured.fit_model import build_model
 
 MODULUS, RADIUS, WORK, FRICTION = 1e11, 1e-5, 0.05, 0.3
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=MODULUS, shear_modulus=0.25 * MODULUS)
@@ -267,6 +268,41 @@ def test_a_scenario_is_refused_with_the_reason(tmp_path, given, reason):
     path.write_text(SCENARIO.format(**given), encoding="utf-8")
     with refused(reason):
         hs.run(path)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("held", [hs.TangentialLoad, hs.TangentialDisplacement])
+def test_shortest_histories_lead_to_the_same_place(seed, held):
+    ensemble, random = rough(seed), np.random.default_rng(seed)
+    reach = PULL if held is hs.TangentialLoad else 2e-9
+    events = [hs.NormalLoad(0.0, 12 * PULL), held(0.0, 0.0)]
+    for time in range(1, 13):
+        events += [
+            hs.NormalLoad(float(time), random.uniform(0, 25) * PULL),
+            held(float(time), random.uniform(-1, 1) * reach),
+        ]
+    end = hs.Replay(ensemble, events, saturate=True).state()
+    shortened = hs.shortest(hs.Replay(ensemble, events, saturate=True))
+    assert len(shortened) <= len(events)
+    for retraced in (shortened, end.shortest_history()):
+        reached = hs.Replay(ensemble, retraced, saturate=True, hold=True).state()
+        for name in ("approach", "normal_load", "tangential_displacement", "tangential_load"):
+            scale = {"approach": 1e-9, "tangential_displacement": 1e-9}.get(name, PULL)
+            expected = getattr(end, name)
+            assert getattr(reached, name) == pytest.approx(expected, rel=1e-9, abs=1e-9 * scale)
+        onward = {"normal_displacement": 1.1 * end.approach, "tangential_displacement": -1e-9}
+        first, second = (ensemble.advance(state, **onward) for state in (end, reached))
+        assert second.tangential_load == pytest.approx(first.tangential_load, rel=1e-8)
+
+
+def test_reasons_name_attraction():
+    history = hs.replay(rough(), [hs.NormalLoad(0.0, 5 * PULL)])
+    with pytest.raises(hs.InputError, match="attraction the contact jumps"):
+        history.contact.cycles()
+    with pytest.raises(hs.InputError, match="a fit has no attraction"):
+        build_model(rough(), hs.Instrument())
+    with pytest.raises(hs.InputError, match=r"reduced models .* have no attraction"):
+        rough().stepper()
 
 
 def test_the_pull_off_of_a_history_and_its_picture():

@@ -503,6 +503,11 @@ def _check(job: Replay, asperity: int | None) -> None:
         raise InputError(
             "cycles need level asperities, and these are inclined; expected hs.Ensemble, without slopes"
         )
+    if ensemble.attracts:
+        raise InputError(
+            "cycles need a normal load that rises with the approach, and with attraction the contact jumps at some "
+            "loads; expected a contact without attraction. `energy_per_cycle` gives the energy of each friction loop"
+        )
     laws = getattr(ensemble, "laws", {})
     if laws or getattr(ensemble, "follow_sliding", False):
         cause = " and ".join(laws) or "follow_sliding"
