@@ -316,11 +316,16 @@ def _node_places(
 def _sort_between(displacement: Floats, nodes: Integers) -> tuple[Floats, Integers]:
     """Return displacements that are monotone between nodes, and the sample that each of them is from."""
     target, order = displacement.copy(), np.arange(displacement.size)
-    for start, stop in itertools.pairwise(nodes):
-        between = np.clip(target[start + 1 : stop], *sorted((target[start], target[stop])))
-        ranks = np.argsort(between if target[stop] >= target[start] else -between, kind="stable")
-        target[start + 1 : stop] = between[ranks]
-        order[start + 1 : stop] = start + 1 + ranks
+    starts, stops = target[nodes[:-1]], target[nodes[1:]]
+    branch = np.repeat(np.arange(nodes.size - 1), np.diff(nodes))
+    # a node is the first of its branch in any case
+    samples = slice(nodes[0], nodes[-1])
+    low, high = np.minimum(starts, stops), np.maximum(starts, stops)
+    between = np.clip(target[samples], low[branch], high[branch])
+    sign = np.where(stops >= starts, 1.0, -1.0)
+    ranks = np.lexsort((sign[branch] * between, branch))
+    target[samples] = between[ranks]
+    order[samples] = nodes[0] + ranks
     return target, order
 
 
@@ -344,14 +349,22 @@ class ModelResponse:
 
     displacement: Floats  #: (sample) Displacement of the drive, close to the measured one [m]
     tangential_load: Floats  #: (sample) [N]
-    #: (sample) Slope of the load over the displacement of the drive [N/m]: the largest one within
-    #: the noise of the displacement.
-    stiffness: Floats
     #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
     slope: Floats
     friction_limit: Floats  #: (sample) [N]
     #: (sample) Load of a spring in parallel, which is part of the tangential load [N]
     parallel_load: Floats
+    order: Integers  #: (sample) Samples in the order in which the model passes them
+    displacement_noise: float  #: of the observation [m]
+
+    @property
+    def stiffness(self) -> Floats:
+        """Largest slope of the load within the noise of the displacement (sample) [N/m]."""
+        greatest = np.empty_like(self.slope)
+        greatest[self.order] = _max_recent_stiffness(
+            self.displacement[self.order], self.slope[self.order], 2 * self.displacement_noise
+        )
+        return greatest
 
     @property
     def contact_load(self) -> Floats:
@@ -412,10 +425,9 @@ def compute_response(
         displacement=displacement,
         tangential_load=restore_order(load) + parallel_load,
         parallel_load=parallel_load,
-        stiffness=restore_order(
-            _max_recent_stiffness(target, stiffness, 2 * observation.displacement_noise)
-        ),
         friction_limit=restore_order(limit),
+        order=order,
+        displacement_noise=observation.displacement_noise,
     )
 
 
