@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import json
 import math
 import re
 import subprocess
@@ -14,16 +15,39 @@ import numpy as np
 import pytest
 import score
 
+from historysim.errors import InputError
+from historysim.exchange.certified import write_reference
+
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "data" / "certified"
 # digest of the hash file of each published version; a changed number is a new version, with a new
 # line here
-VERSIONS = {"histories-1.0": "9ca88c6a9f39fbe28ca62773fa5ea1e6dc5a2415693f94e31ba083dc5ec417e1"}
+VERSIONS = {
+    "histories-1.0": "9ca88c6a9f39fbe28ca62773fa5ea1e6dc5a2415693f94e31ba083dc5ec417e1",
+    "histories-1.1": "2c6036438a31da1dbb6c83ba1424b2de8095ed2db1aec16be237c0750e9cc401",
+}
 CASES = score.list_cases()
-LINE = [name for name in CASES if name < "16"]
+BUILT = make.build_cases()
+LINE = [name for name in CASES if make.case_is_line(BUILT[name])]
+PROVEN = [name for name in LINE if not make.is_measured(BUILT[name])]
 WITH_LOADS = [name for name in LINE if score.read_case(name)[0]["control"][0] == "N"]
 # accuracy that historysim states: rounding along a line, the tolerance of `Rings` in the plane
-ACCURACY = {"T": 1e-3, "E": 1e-3, "N": 0.0}
+ACCURACY = {"T": 1e-3, "u": 1e-3, "E": 1e-3, "q": 5e-3, "N": 0.0, "d": 0.0}
+# and beyond: steps of a dither add up, asperities share classes of height, ν > 0 is neglected
+BEYOND = {
+    "24_dither": {"T": 5e-4},
+    "31_plane_ensemble": {"T": 5e-4},
+    "32_poisson_03": {"T": 2e-3, "E": 1e-2},
+}
+TIGHT = {"T": 1e-4, "E": 2e-4, "N": 1e-12, "d": 1e-12, "u": 1e-4, "q": 1e-4}
+WIDER = {
+    "26_plane_normal_load": {"T": 2e-4},
+    "27_plane_tangential_load": {"u": 3e-4, "E": 3e-4},
+    "28_plane_lift_off": {"T": 2e-4},
+    "29_plane_saturation": {"u": 2e-4},
+    "31_plane_ensemble": {"T": 3e-4, "E": 3e-4},
+    "38_plane_tractions": {"q": 4e-3},
+}
 # stated accuracy of the energy where both loads are controlled, of μN and full slip
 RAMP_ENERGY = 1e-8
 
@@ -37,9 +61,14 @@ def run_score(*arguments):
     )
 
 
-def test_there_are_24_cases():
-    assert len(CASES) == 24
-    assert list(make.build_cases()) == CASES
+def write_columns(path, columns):
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, "%.17g", ",", header=",".join(columns), comments="")
+
+
+def test_there_are_38_cases():
+    assert len(CASES) == 38
+    assert list(BUILT) == CASES
 
 
 def test_files_agree_with_the_version():
@@ -62,11 +91,11 @@ def test_a_changed_number_is_a_new_version():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.slow) if name in WITH_LOADS else name for name in LINE],
+    [pytest.param(name, marks=pytest.mark.slow) if name in WITH_LOADS else name for name in PROVEN],
 )
 def test_the_script_makes_the_file(name):
-    case, expected = make.build_cases()[name], score.read_case(name)[1]
-    found = make.solve_line(case)
+    case, expected = BUILT[name], score.read_case(name)[1]
+    found = make.methods_of(case)[0](case)
     for column in make.answer_columns(case):
         np.testing.assert_allclose(
             found[column], expected[column], rtol=1e-13, atol=1e-14 * make.column_unit(case, column)
@@ -74,9 +103,9 @@ def test_the_script_makes_the_file(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["16_corner", "21_square_varying_load"])
+@pytest.mark.parametrize("name", ["16_corner", "21_square_varying_load", "29_plane_saturation"])
 def test_the_script_makes_the_file_in_the_plane(name):
-    case, expected = make.build_cases()[name], score.read_case(name)[1]
+    case, expected = BUILT[name], score.read_case(name)[1]
     found = make.solve_plane(case)
     for column in make.answer_columns(case):
         np.testing.assert_allclose(
@@ -88,9 +117,10 @@ def test_the_script_makes_the_file_in_the_plane(name):
 def test_bounds_hold_the_second_method(name):
     case, _ = score.read_case(name)
     for column, difference in case["second_method_difference"].items():
-        # springs and cells have errors of their own: along a line they confirm, in the plane they
-        # are the bound
-        allowed = 2e-6 if name in LINE else case["bounds"][column]
+        # springs have errors of their own, which Abel's transformation enlarges: they confirm;
+        # where nothing is proven the difference is the bound
+        springs = 1e-3 if column == "q" else 2e-6
+        allowed = springs if name in PROVEN else case["bounds"][column]
         assert difference <= allowed, column
 
 
@@ -101,7 +131,15 @@ def test_historysim_is_within_the_bound_and_its_accuracy(name):
     assert set(errors) == set(case["expected"])
     for column, error in errors.items():
         accuracy = (RAMP_ENERGY if column == "E" else 0.0) if name in LINE else ACCURACY[column[0]]
+        accuracy += BEYOND.get(name, {}).get(column[0], 0.0)
         assert error <= case["bounds"][column] + accuracy, column
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name not in LINE])
+def test_bounds_in_the_plane_are_small(name):
+    bounds = score.read_case(name)[0]["bounds"]
+    for column, bound in bounds.items():
+        assert bound <= WIDER.get(name, {}).get(column[0], TIGHT[column[0]]), column
 
 
 def test_descriptions_are_yaml():
@@ -130,12 +168,43 @@ def test_the_measured_impact_rebounds_as_measured():
 def test_an_error_is_found(name):
     case, columns = score.read_case(name)
     load = next(column for column in case["expected"] if column.startswith("T"))
+    bound = case["bounds"][load]
+    within = columns | {load: columns[load] + 9 * bound * case["units"][load]}
+    assert score.verdict(score.compute_errors(within, name), case["bounds"]) == "exact"
     wrong = columns | {load: columns[load] + 0.01 * case["units"][load]}
     assert score.verdict(score.compute_errors(columns, name), case["bounds"]) == "exact"
     errors = score.compute_errors(wrong, name)
     assert errors[load] == pytest.approx(0.01)
     assert score.verdict(errors, case["bounds"], tolerance=0.011) == "passes"
     assert score.verdict(errors, case["bounds"], tolerance=0.005) == "fails"
+    found = score.compute_score(wrong, name, tolerance=0.011)
+    assert found["columns"][load]["rms"] == pytest.approx(0.01)
+    assert found["ratio"] == pytest.approx(0.01 / bound)
+
+
+def test_the_angle_of_a_turned_load_is_its_error():
+    name = "19_circle_07"
+    _, columns = score.read_case(name)
+    turned = (columns["Tx"] + 1j * columns["Ty"]) * np.exp(1j * np.radians(2.0))
+    result = {"Tx": turned.real, "Ty": turned.imag}
+    assert score.compute_angle(result, name) == pytest.approx(2.0)
+    assert score.compute_angle(columns, "02_nested_reversals") is None
+
+
+def test_the_one_number_is_a_geometric_mean_and_counts_failures(tmp_path):
+    for name, bounds in (("02_nested_reversals", 1e4), ("19_circle_07", 100), ("16_corner", 0)):
+        case, columns = score.read_case(name)
+        load = next(column for column in case["expected"] if column.startswith("T"))
+        columns[load] = columns[load] + bounds * case["bounds"][load] * case["units"][load]
+        write_columns(tmp_path / f"{name}.csv", columns)
+    done = run_score("--all", tmp_path, "--json", "--tolerance", "0.001")
+    found = json.loads(done.stdout)
+    assert done.returncode == 1
+    assert found["geometric_mean"] == pytest.approx((1e4 * 100 * 1) ** (1 / 3), rel=1e-3)
+    # 1e-8 passes; 0.01 fails, and the other cases have no result
+    assert found["verdicts"] == {"no result": 35, "passes": 1, "exact": 1, "fails": 1}
+    assert found["failures"] == 36
+    assert found["cases"]["01_mindlin_deresiewicz"] is None
 
 
 @pytest.mark.parametrize(
@@ -156,14 +225,14 @@ def test_a_result_passes_only_with_the_whole_answer(changes, words, status, tmp_
             del columns[column]
         else:
             columns[column] = columns[column] + error * case["units"][column]
-    rows = np.column_stack(list(columns.values()))
-    np.savetxt(tmp_path / f"{name}.csv", rows, "%.17g", ",", header=",".join(columns), comments="")
+    write_columns(tmp_path / f"{name}.csv", columns)
     done = run_score(tmp_path / f"{name}.csv", name)
     assert [line.split()[-1] for line in done.stdout.splitlines()[1:]] == words
     assert done.returncode == status
     table = run_score("--all", tmp_path)
     assert table.stdout.splitlines()[2].split()[-1] == words[-1]
-    assert table.returncode == status
+    # the other cases have no result
+    assert table.returncode == 1
 
 
 def test_no_number_is_an_error():
@@ -189,8 +258,65 @@ def test_a_folder_of_results_is_a_table():
     done = run_score("--all", FOLDER)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == CASES
-    assert all(line.endswith("exact") for line in lines[1:])
+    assert [line.split()[0] for line in lines[1:-1]] == CASES
+    assert all(line.endswith("exact") for line in lines[1:-1])
+    assert lines[-1] == "geometric mean of error over bound: 1; 38 exact"
+
+
+def test_the_page_of_scores_is_as_the_script_makes_it():
+    done = run_score("--page", FOLDER / "results")
+    assert done.stdout == (FOLDER / "results" / "README.md").read_text(encoding="utf-8")
+
+
+def test_results_of_codes_agree_with_the_codes(tmp_path):
+    example = subprocess.run(
+        [sys.executable, FOLDER / "example.py", tmp_path], capture_output=True, check=False
+    )
+    assert not example.returncode, example.stderr
+    codes = {"vector_springs": lambda name: score.read_csv(tmp_path / f"{name}.csv")}
+    codes["mindlin_deresiewicz"] = adapters.LAWS["mindlin-deresiewicz"]
+    for code, run in codes.items():
+        for name in ("02_nested_reversals", "21_square_varying_load"):
+            stored = score.read_csv(FOLDER / "results" / code / f"{name}.csv")
+            units = score.read_case(name)[0]["units"]
+            for column, values in run(name).items():
+                np.testing.assert_allclose(stored[column], values, atol=1e-6 * units[column])
+
+
+def test_the_incremental_law_is_exact_in_its_first_loop():
+    # Mindlin and Deresiewicz: virgin loading and one reversal at constant N are their closed form
+    name = "34_steady_cycles"
+    case, _ = score.read_case(name)
+    moved = np.concatenate([np.linspace(0, 0.6, 3000), np.linspace(0.6, -0.5, 6000)])
+    full = case["contact_modulus"] / (4 * case["shear_modulus"]) * case["friction"] * 1e-7
+    motion = adapters.Motion(
+        case["contact_modulus"], case["shear_modulus"], np.full(moved.size, case["friction"]),
+        np.array(case["summit_radius"]), np.full((moved.size, 1), 1e-7), moved * full,
+    )  # fmt: skip
+    loads, _ = adapters.mindlin_deresiewicz(motion)
+    limit = case["friction"] * motion.normal_load[0, 0]
+    virgin = limit * (1 - 0.4**1.5)
+    back = virgin - 2 * limit * (1 - (1 - 1.1 / 2) ** 1.5)
+    assert loads[2999] == pytest.approx(virgin, abs=1e-3 * limit)
+    assert loads[-1] == pytest.approx(back, abs=1e-3 * limit)
+
+
+def test_the_shell_writes_the_reference(tmp_path):
+    folder = tmp_path / "reference"
+    written = write_reference(folder)
+    assert {path.name for path in folder.glob("*.yaml")} == {f"{name}.yaml" for name in CASES}
+    assert not any("__pycache__" in path.parts for path in written)
+    done = subprocess.run(
+        [sys.executable, folder / "score.py", "--all", folder], capture_output=True, check=False
+    )
+    assert done.returncode == 0
+    with pytest.raises(InputError, match="exists already; expected the name of a new or empty"):
+        write_reference(folder)
+    with pytest.raises(InputError, match="does not exist; create it first"):
+        write_reference(tmp_path / "missing" / "reference")
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="exists already"):
+        write_reference(tmp_path / "file")
 
 
 @pytest.mark.parametrize(

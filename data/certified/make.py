@@ -1,20 +1,24 @@
 """Generate the certified load histories: CSV, YAML and the hash file.
 
-    python make.py [CASE …]     # all cases by default; the plane ones take some minutes each
+    python make.py [CASE …]     # all cases by default; the plane ones take a minute each
+    python make.py --cells CASE …     # compare plane cases with square cells on a half-space
 
 Needs numpy, scipy, and two oracles of `tests/support`: rows of springs, which confirm the cases
-along one line, and square cells on a half-space, which confirm those in the plane and give their
-bounds. Nothing of historysim is imported.
+along one line, and square cells on a half-space. Nothing of historysim is imported.
 """
 
+import copy
 import hashlib
 import math
 import sys
+from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from references import Annuli, Profile
+from plane_references import Annuli, Rings
+from references import Profile
+from scipy.optimize import brentq
 
 FOLDER = Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER.parents[1] / "tests" / "support"))
@@ -22,23 +26,30 @@ sys.path.insert(0, str(FOLDER.parents[1] / "tests" / "support"))
 from planar_half_space import PlanarHalfSpace  # noqa: E402 - of the folder added above
 from springs import Contact, SpringRow  # noqa: E402
 
-VERSION = "histories-1.0"
+VERSION = "histories-1.1"
 SPRINGS = 2000  # of the second method along a line, on each half of an asperity
-ANNULI = 80  # of the reference in the plane
+LEVELS = (1, 2, 4)  # of the annuli and their steps, which are extrapolated
+
+
+# two methods may err in common: bounds are at least so large, by the first letter of the column
+LEAST_BOUND = {"T": 1e-7}
+LEAST_PLANE_BOUND = {"T": 1e-4, "E": 2e-4}
 
 
 class Resolution(NamedTuple):
-    """Parts of a leg for the extrapolation of the annuli; cells on a side of the second method, and parts of a leg."""
+    """Annuli and rings at the first level, and steps of a leg."""
 
-    parts: tuple[int, ...]
-    cells: int
-    cell_parts: int
+    annuli: int
+    rings: int
+    steps: int
 
     @classmethod
     def of(cls, case):
-        if len(case.path) > 15:  # chords of a curve: short legs
-            return cls((4, 8, 16), case.cells, 3)
-        return cls((8, 16, 32), case.cells, 12 if np.ptp(case.path[:, 0]) > 0 else 6)
+        if len(case.height) > 1:  # each asperity is solved alone
+            return cls(8, 40, 4)
+        if case.control[1][0] in "TR":  # each step is searched for
+            return cls(20, 100, 8)
+        return cls(case.annuli, 120, case.steps)
 
 
 class Case(NamedTuple):
@@ -50,17 +61,20 @@ class Case(NamedTuple):
     path: np.ndarray
     contact_modulus: float = 44e9
     shear_modulus: float = 13.75e9
-    friction: float = 0.2
+    friction: float | tuple[float, ...] = 0.2  # of all asperities, or of each
     height: tuple[float, ...] = (0.0,)
     radius: tuple[float, ...] = (2.5e-3,)
     time: tuple[float, ...] = ()
     dimensionless: bool = False
-    cells: int = 40  # on a side, of the second method in the plane
+    poisson_ratio: float = 0.0  # of both bodies
+    annuli: int = 32  # at the first level; best so that the approaches of the path divide it evenly
+    steps: int = 8  # of a leg, at the first level
+    saturate: bool = False  # requests of loads beyond the limit: rows of `saturated_moves`
     notes: tuple[tuple[str, object], ...] = ()  # more lines of the description
 
     @property
     def plane(self):
-        return "uy" in self.control
+        return len(self.control) > 2 and self.control[2] in {"uy", "Ty", "Ry"}
 
     @property
     def loads(self):
@@ -69,30 +83,50 @@ class Case(NamedTuple):
     @property
     def slip(self):
         """θ μ: full slip over approach."""
-        return self.contact_modulus / (4 * self.shear_modulus) * self.friction
+        return self.contact_modulus / (4 * self.shear_modulus) * max(np.atleast_1d(self.friction))
+
+    @property
+    def lag(self):
+        """Depths of the summits below the highest."""
+        return max(self.height) - np.array(self.height)
+
+    def loads_at(self, d):
+        """Hertz load of each asperity."""
+        root = np.sqrt(self.radius)
+        return 4 / 3 * self.contact_modulus * root * np.maximum(d - self.lag, 0.0) ** 1.5
 
     def load(self, d):
-        lag = max(self.height) - np.array(self.height)
-        return (
-            4
-            / 3
-            * self.contact_modulus
-            * float(np.sqrt(self.radius) @ np.maximum(d - lag, 0.0) ** 1.5)
-        )
+        return float(self.loads_at(d).sum())
 
     def largest_approach(self):
-        if not self.loads:
-            return float(self.path[:, 0].max())
-        return (
-            0.75 * self.path[:, 0].max() / self.contact_modulus / math.sqrt(self.radius[0])
-        ) ** (2 / 3)
+        largest = float(self.path[:, 0].max())
+        return self.approach(largest) if self.loads else largest
+
+    def approach(self, load):
+        """Approach at a total load."""
+        single = (0.75 * load / self.contact_modulus / math.sqrt(self.radius[0])) ** (2 / 3)
+        if len(self.height) == 1:
+            return single
+        top = single + max(self.lag)
+        return float(brentq(lambda d: self.load(d) - load, 0, top, xtol=1e-16 * top, rtol=1e-15))
 
     def units(self):
         """Units of errors: the largest N and d of the case, μN, full slip, and their product."""
         d = self.largest_approach()
         load = self.load(d)
-        values = {"d": d, "N": load, "T": self.friction * load, "u": self.slip * d}
+        limit = float(self.loads_at(d) @ np.broadcast_to(self.friction, len(self.height)))
+        values = {"d": d, "N": load, "T": limit, "u": self.slip * d}
         return values | {"E": values["T"] * values["u"]}
+
+
+class Derived(NamedTuple):
+    """Answers along the path of another case: rows of inputs, such as instants and radii."""
+
+    title: str
+    path_of: str
+    control: tuple[str, ...]
+    expected: tuple[str, ...]
+    rows: np.ndarray | None = None  # None: the method gives them
 
 
 # -- contacts and paths ----------------------------------------------------------------------------
@@ -295,11 +329,11 @@ def build_cases():
         (1, 2.6),
     ]  # fmt: skip
     limit = [0, 0.999, -0.999, 0.999, 0, 0.5, -0.999, 0.999, -0.5, 0]
-    dither = [(1, 0, 0), (1, 1.5, 0)] + [(1, 1.5, y) for y in (0.3, -0.3) * 4] + [(1, 1.8, 0)]
     equal = {"height": (0.0,) * 12, "radius": (10e-6,) * 12}
     many = rough(15, 200, 20e-9, (5e-6, 15e-6))
+    own = [(20, 0), (40, 4), (30, -2), (60, 8), (40, 2), (50, 5), (30, 2), (60, -6), (60, 9)]
     corner = plane([(1, 0, 0), (1, 0.6, 0), (1, 0.6, 0.3), (1, 0.6, 0.6), (1, 0.6, 0)])
-    return {
+    cases = {
         "01_mindlin_deresiewicz": Case(
             "The eleven paths of Mindlin and Deresiewicz", loads, eleven, time=times
         ),
@@ -349,17 +383,20 @@ def build_cases():
         "15_gaussian_ensemble": Case(
             "Two hundred asperities of Gaussian heights", du, rough_path(40e-9, 6e-9), **many
         ),
-        "16_corner": Case("L: along x, then along y", duu, corner, **PLANE, cells=56),
+        "16_corner": Case("L: along x, then along y", duu, corner, **PLANE),
         "17_square": Case(
             "Square",
             duu,
             plane([(1, 0, 0), (1, 0.5, 0), (1, 0.5, 0.5), (1, 0, 0.5), (1, 0, 0), (1, 0.5, 0)]),
             **PLANE,
-            cells=56,
         ),
-        "18_circle_03": Case("Circle of 0.3 of full slip", duu, circle(0.3, 16, 1.125), **PLANE),
-        "19_circle_07": Case("Circle of 0.7 of full slip", duu, circle(0.7, 24, 1), **PLANE),
-        "20_spiral": Case("Spiral out to full slip", duu, spiral(), **PLANE),
+        "18_circle_03": Case(
+            "Circle of 0.3 of full slip", duu, circle(0.3, 16, 1.125), **PLANE, steps=4
+        ),
+        "19_circle_07": Case(
+            "Circle of 0.7 of full slip", duu, circle(0.7, 24, 1), **PLANE, annuli=20
+        ),
+        "20_spiral": Case("Spiral out to full slip", duu, spiral(), **PLANE, annuli=20),
         "21_square_varying_load": Case(
             "Square with N varying",
             duu,
@@ -371,11 +408,150 @@ def build_cases():
         "22_random_constant_load": Case(
             "Random way points at constant N", duu, random_points(22, 8, (1.0, 1.0)), **PLANE
         ),
-        "23_random_varying_load": Case("Random way points with N varying", duu, random_12, **PLANE),
-        "24_dither": Case(
-            "Dither across a contact that has slid", duu, plane(dither), **PLANE, cells=56
+        "23_random_varying_load": Case(
+            "Random way points with N varying", duu, random_12, **PLANE, annuli=40
+        ),
+        **new_plane_cases(),
+        "33_own_friction": Case(
+            "Both loads controlled, each asperity with a friction coefficient of its own",
+            loads,
+            1e-3 * np.array(own),
+            height=(0.0, -5e-9, -1.2e-8, -2e-8),
+            radius=(1e-5, 1.5e-5, 8e-6, 2e-5),
+            friction=(0.15, 0.3, 0.45, 0.2),
+        ),
+        "34_steady_cycles": Case(
+            "Steady cycles of d and u with inner loops", du, ball(steady_cycles())
+        ),
+        "35_cycle_energies": Derived(
+            "Closed loops of the steady cycles: moment of closing and energy",
+            "34_steady_cycles",
+            ("t",),
+            ("closed", "E"),
+        ),
+        "36_tractions": Derived(
+            "Traction profiles along a line",
+            "03_nested_varying_load",
+            ("t", "r"),
+            ("q",),
+            profile_rows((2, 4, 6, 9, 14), (0.0, 0.15, 0.3, 0.45, 0.6, 0.7, 0.8, 0.9), 1.0),
+        ),
+        "37_stick_radii": Derived(
+            "Stick radii along a line",
+            "03_nested_varying_load",
+            ("t",),
+            ("c",),
+            # at 7 and 9 all springs touch along the slip limit: neither stick nor slip
+            np.array([1.0, 2, 3, 4, 5, 6, 8, 10, 11, 12, 13, 14])[:, None],
+        ),
+        "38_plane_tractions": Derived(
+            "Traction profiles in the plane",
+            "21_square_varying_load",
+            ("t", "r"),
+            ("qx", "qy"),
+            profile_rows(
+                (2, 3, 5), (0.2, 0.3, 0.35, 0.45, 0.55, 0.6, 0.65, 0.85), math.sqrt(2.5e-3 * D0)
+            ),
         ),
     }
+    return dict(sorted(cases.items()))
+
+
+def new_plane_cases():
+    """Cases in the plane since version 1.1."""
+    duu = ("d", "ux", "uy")
+    largest = float(f"{4 / 3 * 40e9 * math.sqrt(2.5e-3) * D0**1.5:.6g}")
+    unit = np.array([largest, 0.2 * largest, 0.2 * largest])
+    # approaches 1, 0.64, 0.36, 0.81
+    both = [
+        (0.512, 0, 0), (1, 0.5, 0), (1, 0.5, 0.6), (0.729, -0.2, 0.5),
+        (1, -0.6, -0.2), (0.512, 0.1, -0.4), (1, 0.7, 0.3),
+    ]  # fmt: skip
+    normal = [
+        (0.512, 0, 0), (1, 0.5, 0), (0.729, 0.3, 0.5),
+        (1, -0.4, 0.2), (0.216, -0.4, -0.1), (1, 0.2, -0.6),
+    ]  # fmt: skip
+    tangential = [
+        (1, 0, 0), (1, 0.6, 0), (0.8, 0.1, 0.6),
+        (1, -0.5, 0.3), (0.6, -0.2, -0.3), (1, 0.3, -0.7),
+    ]  # fmt: skip
+    lift = [
+        (1, 0, 0), (1, 0.5, 0.2), (0.4, 0.3, 0.5), (-0.2, 0.1, 0.6), (0.5, -0.3, 0.4), (1, -0.3, -0.4),
+        (0.6, 0.2, -0.2),
+        (-0.1, 0.5, 0.5), (-0.3, 0, 0), (0.7, 0.4, -0.3), (0.7, 0.4, 0.3),
+    ]  # fmt: skip
+    falls = [
+        (1, 0, 0, 0.2), (1, 0.5, 0, 0.2), (1, 0.5, 0.5, 0.2), (1, 0.2, 0.5, 0.2), (1, 0.2, 0.5, 0.12),
+        (1, -0.1, 0.2, 0.12), (1, -0.1, 0.5, 0.12), (1, -0.1, 0.5, 0.06), (1, 0.2, 0.5, 0.06),
+    ]  # fmt: skip
+    many = [
+        (0.5, 0, 0), (1, 0.4, 0), (1, 0.4, 0.4), (0.6, 0.1, 0.5),
+        (1, -0.3, 0.1), (1, -0.2, -0.6), (0.4, 0.1, -0.2),
+    ]  # fmt: skip
+    poisson = [(0.7, 0, 0), (1, 0.5, 0), (0.6, 0.5, 0.5), (0.9, 0, 0.5), (0.5, 0, 0), (1, 0.5, 0)]
+    dither = [(1, 0, 0), (1, 1.5, 0)] + [(1, 1.5, y) for y in (0.3, -0.3) * 4] + [(1, 1.8, 0)]
+    theta = 1.7 / 1.4  # E*/4G* of equal bodies of ν = 0.3
+    return {
+        "24_dither": Case(
+            "Dither across a contact that has slid", duu, plane(dither), **PLANE, annuli=20, steps=16
+        ),
+        "25_plane_both_loads": Case(
+            "Both loads controlled in the plane", ("N", "Tx", "Ty"), np.array(both) * unit, **PLANE
+        ),
+        "26_plane_normal_load": Case(
+            "Mixed control: N and u", ("N", "ux", "uy"), np.array(normal) * (largest, 0.2 * D0, 0.2 * D0), **PLANE
+        ),
+        "27_plane_tangential_load": Case(
+            "Mixed control: d and T", ("d", "Tx", "Ty"), np.array(tangential) * (D0, *unit[1:]), **PLANE
+        ),
+        "28_plane_lift_off": Case(
+            "Lift-off and new touch in the plane", duu, plane(lift), **PLANE, annuli=40
+        ),
+        "29_plane_saturation": Case(
+            "A request beyond the limit while N falls, then turns", ("N", "Rx", "Ry"),
+            np.array(SATURATION) * unit, **PLANE, saturate=True,
+        ),
+        "30_plane_friction_falls": Case(
+            "Friction falls at rest after turns", (*duu, "mu"),
+            np.array(falls) * (D0, 0.2 * D0, 0.2 * D0, 1.0), **PLANE,
+        ),
+        "31_plane_ensemble": Case(
+            "Twenty asperities in the plane", duu, np.array(many) * (4e-8, 8e-9, 8e-9), **PLANE,
+            **rough(31, 20, 1e-8, (5e-6, 15e-6)),
+        ),
+        "32_poisson_03": Case(
+            "Square with N varying, ν = 0.3", duu, np.array(poisson) * (D0, 0.24 * D0, 0.24 * D0),
+            40e9, float(f"{40e9 / 4 / theta:.9g}"), poisson_ratio=0.3,
+        ),
+    }  # fmt: skip
+
+
+# rows of N and T over their units: the direction (0.8, 0.6), then turns
+SATURATION = (
+    (1, 0, 0), (1, 0.64, 0.48), (0.512, 0.64, 0.48), (0.9, 0.64, 0.48), (0.9, -0.4, -0.3), (0.9, -0.3, 0.4),
+    (0.729, -0.3, 0.4), (1, 0.5, 0.3),
+)  # fmt: skip
+
+
+def steady_cycles():
+    """Three blocks of an outer loop with two inner ones, one in the other; slightly wider each time."""
+    rows = [(1, 0), (1, 0.5)]
+    for wider in (0, 0.01, 0.02):
+        rows += [
+            (0.8, 0.1),
+            (0.9, 0.3),
+            (0.6, -0.4 - wider),
+            (0.75, -0.1),
+            (0.7, -0.3),
+            (0.75, -0.2),
+            (1, 0.51 + wider),
+        ]
+    return rows
+
+
+def profile_rows(times, shares, edge):
+    """Instants and radii of profiles, the radii with four digits."""
+    return np.array([(time, float(f"{share * edge:.4g}")) for time in times for share in shares])
 
 
 # -- answers ---------------------------------------------------------------------------------------
@@ -438,46 +614,404 @@ def check_line(case):
     return dict(zip(("d", "u", "N", "T", "E"), np.array(rows).T, strict=True))
 
 
-def plane_columns(case, loads, energy):
-    """Columns in SI from dimensionless loads and energies (E* = R = θ = μ = 1, largest approach 1)."""
+def plane_moves(case):
+    """Moves of every row over the units of a case: kind, approach, two values, friction."""
+    if case.saturate:
+        return saturated_moves()
     unit = case.units()
-    load = np.array([case.load(each) for each in case.path[:, 0]])
-    tx, ty = 0.75 * np.array(loads).T * unit["T"]
-    names = dict(zip(case.control, case.path.T, strict=True))
-    return names | {"N": load, "Tx": tx, "Ty": ty, "E": 0.75 * np.array(energy) * unit["E"]}
+    columns = dict(zip(case.control, case.path.T, strict=True))
+    depth = columns["d"] / unit["d"] if "d" in columns else (columns["N"] / unit["N"]) ** (2 / 3)
+    friction = columns.get("mu", np.full(len(case.path), case.friction)) / case.friction
+    if "ux" in columns:
+        kind, values = "u", np.column_stack([columns["ux"], columns["uy"]]) / unit["u"]
+    else:
+        kind = "loads" if "N" in columns else "T"
+        values = np.column_stack([columns["Tx"], columns["Ty"]]) / unit["T"]
+    rows = [[(kind, *row)] for row in zip(depth, values, friction, strict=True)]
+    rows[0] = [("u", depth[0], np.zeros(2), 1.0)]
+    return rows
 
 
-def solve_plane(case):
-    """Columns by annuli: implicit Euler in three numbers of parts, extrapolated."""
-    unit = case.units()
-    path = case.path / (unit["d"], unit["u"], unit["u"])
-    runs = []
-    for parts in Resolution.of(case).parts:
-        annuli, rows = Annuli(ANNULI), []
-        for step, (d, *u) in enumerate(path):
-            annuli.to(d, u, parts if step else 1)
-            rows.append((*annuli.tangential_load, annuli.dissipated))
-        runs.append(np.array(rows))
-    found = 8 / 3 * runs[2] - 2 * runs[1] + runs[0] / 3
-    return plane_columns(case, found[:, :2], found[:, 2])
+def saturated_moves():
+    """Moves of case 29, cut where the request crosses the limit.
+
+    While it is beyond, the contact slides: u rests while N falls, and follows d while N rises.
+    """
+    unit = np.array([0.8, 0.6])
+    lowest, limit = 0.64, 0.8 ** (2 / 3)  # approaches at N = 0.512 and 0.8
+    slid = limit * unit
+    followed = slid + (limit - lowest) * unit
+
+    def loads(row):
+        normal, *tangential = SATURATION[row]
+        return ("loads", normal ** (2 / 3), np.array(tangential), 1.0)
+
+    near = ("loads", 0.81 ** (2 / 3), 0.8 * unit, 1.0)
+    return [
+        [("u", 1.0, np.zeros(2), 1.0)], [loads(1)], [near, ("u", limit, slid, 1.0), ("u", lowest, slid, 1.0)],
+        [("u", limit, followed, 1.0), loads(3)], *([loads(row)] for row in range(4, len(SATURATION))),
+    ]  # fmt: skip
+
+
+def follow(reference, moves, steps):
+    """Rows of d, u, T and E over the units; and what `reference` reports on the way."""
+    rows = []
+    for number, row in enumerate(moves):
+        for kind, depth, values, friction in row:
+            parts = steps if number else 1
+            if kind == "u":
+                reference.to(depth, values, parts, friction)
+            elif kind == "loads":
+                reference.to_loads(depth, 4 / 3 * values, parts)
+            else:
+                reference.to_loads(depth, 4 / 3 * values, parts, power=1)
+        rows.append((
+            reference.d, *reference.u, *(0.75 * reference.tangential_load), 0.75 * reference.dissipated,
+        ))  # fmt: skip
+    return np.array(rows)
+
+
+def annuli_at(resolution, depths, level):
+    """Annuli of a level: they refine with the steps where the edge of contact moves."""
+    if np.ptp(depths) > 0:
+        return Annuli(resolution.annuli, depths, level)
+    return Annuli(resolution.annuli * LEVELS[-1], depths)
+
+
+def by_annuli(case, moves):
+    """Rows by annuli: implicit Euler in three levels, extrapolated."""
+    resolution = Resolution.of(case)
+    depths = [depth for row in moves for _, depth, _, _ in row]
+    first, second, third = (
+        follow(annuli_at(resolution, depths, level), moves, level * resolution.steps)
+        for level in LEVELS
+    )
+    return 8 / 3 * third - 2 * second + first / 3
+
+
+def by_rings(case, moves):
+    """Rows by rings: SDIRK2 in two numbers of steps, extrapolated."""
+    resolution = Resolution.of(case)
+    first, second = (
+        follow(Rings(resolution.rings), moves, level * resolution.steps) for level in (1, 2)
+    )
+    return (4 * second - first) / 3
+
+
+def by_cells(case, moves, count, steps=6):
+    """Rows by square cells with the kernel of Cerruti, SDIRK2; paths of d and u."""
+    cells, rows, before = PlanarHalfSpace(count, case.poisson_ratio), [], None
+    for ((_, depth, values, _),) in moves:
+        after = np.array([depth, *values])
+        parts = steps if before is not None else 1
+        before = after if before is None else before
+        for part in np.arange(1, parts + 1) / parts:
+            at = before + part * (after - before)
+            cells.to(at[1:], at[0])
+        rows.append((*after, *(0.75 * cells.tangential_load), 0.75 * cells.dissipated))
+        before = after
+    return np.array(rows)
+
+
+def poisson_effect(case, moves, count):
+    """Difference that Poisson's ratio makes, by cells of one size."""
+    return by_cells(case, moves, count) - by_cells(case._replace(poisson_ratio=0.0), moves, count)
+
+
+def solve_plane(case, method=by_annuli, cells=40):
+    """Columns of all quantities in SI; asperities of an ensemble one after the other."""
+    unit, moves = case.units(), plane_moves(case)
+    total, depth = 0.0, case.largest_approach()
+    loads = case.loads_at(depth)
+    for lag, load in zip(case.lag, loads / loads.sum(), strict=True):
+        share = 1 - lag / depth  # largest approach of the asperity
+        if share <= 0:
+            continue
+        own = [
+            [(kind, (d - lag / depth) / share, values / share, mu) for kind, d, values, mu in row]
+            for row in moves
+        ]
+        rows = method(case, own)
+        total = total + rows[:, 3:] * (load, load, load * share)
+    d, ux, uy = rows[:, :3].T
+    if case.poisson_ratio:
+        total = total + poisson_effect(case, moves, cells)[:, 3:]
+    columns = {
+        "d": d * unit["d"], "ux": ux * unit["u"], "uy": uy * unit["u"],
+        "Tx": total[:, 0] * unit["T"], "Ty": total[:, 1] * unit["T"], "E": total[:, 2] * unit["E"],
+    }  # fmt: skip
+    columns |= dict(zip(case.control, case.path.T, strict=True))
+    if "N" not in columns:
+        columns["N"] = np.array([case.load(each) for each in columns["d"]])
+    return columns
 
 
 def check_plane(case):
-    """The same columns by square cells with the kernel of Cerruti, in steps of second order."""
-    unit = case.units()
-    path = case.path / (unit["d"], unit["u"], unit["u"])
-    _, count, parts = Resolution.of(case)
-    cells, rows = PlanarHalfSpace(count), []
-    before = path[0]
-    cells.to(before[1:], before[0])
-    for after in path:
-        for part in np.arange(1, parts + 1) / parts if (after != before).any() else ():
-            at = before + part * (after - before)
-            cells.to(at[1:], at[0])
-        rows.append((*cells.tangential_load, cells.dissipated))
-        before = after
-    found = np.array(rows)
-    return plane_columns(case, found[:, :2], found[:, 2])
+    """The same columns by the second method."""
+    return solve_plane(case, by_rings, cells=28)
+
+
+def compare_cells(name, case, count=40):
+    """Print the difference between the file of a case and square cells, of the units."""
+    found = solve_plane(
+        case._replace(poisson_ratio=0.0), lambda case, moves: by_cells(case, moves, count)
+    )
+    answer = np.genfromtxt(FOLDER / f"{name}.csv", delimiter=",", names=True)
+    load = max(np.abs(found[key] - answer[key]).max() for key in ("Tx", "Ty"))
+    energy = np.abs(found["E"] - answer["E"]).max()
+    print(f"{name},{load / case.units()['T']:.1e},{energy / case.units()['E']:.1e}", flush=True)
+
+
+# -- several coefficients: chords -----------------------------------------------------------------
+
+
+class Groups:
+    """Asperities with coefficients of their own, as one `Profile` each; ramps of both loads in chords."""
+
+    def __init__(self, case):
+        self.case = case
+        # the lag of an asperity is that below the highest of all, since the approach is common
+        self.profiles = [
+            Profile(case.contact_modulus, case.shear_modulus, [lag], [radius], friction)
+            for lag, radius, friction in zip(case.lag, case.radius, case.friction, strict=True)
+        ]
+        self.d = self.u = self.load = self.tangential = 0.0
+
+    def _tangential(self, d, u):
+        total = Decimal(0)
+        for profile in self.profiles:
+            total += profile.load_of(profile.vertices_at(Decimal(d), Decimal(u)))
+        return float(total)
+
+    def to(self, load, tangential, chords):
+        start = self.load, self.tangential
+        for share in np.arange(1, chords + 1) / chords:
+            d = self.case.approach(start[0] + share * (load - start[0]))
+            target = start[1] + share * (tangential - start[1])
+            reach = self.case.slip * 2 * max(d, self.d)
+            u = self.u
+            if target or self.tangential:
+                u = brentq(
+                    lambda u, d=d, target=target: self._tangential(d, u) - target,
+                    self.u - reach, self.u + reach, xtol=1e-15 * reach, rtol=1e-14,
+                )  # fmt: skip
+            for profile in self.profiles:
+                profile.to(d, u)
+            self.d, self.u = d, u
+        self.load, self.tangential = load, tangential
+
+    @property
+    def dissipated(self):
+        return float(sum(profile.dissipated for profile in self.profiles))
+
+
+def solve_groups(case):
+    """Columns of a case with several coefficients: chords in two numbers, extrapolated."""
+    runs = []
+    for chords in (8, 16):
+        groups, rows = Groups(case), []
+        for number, (load, tangential) in enumerate(case.path):
+            groups.to(load, tangential, chords if number else 1)
+            rows.append((groups.d, groups.u, groups.dissipated))
+        runs.append(np.array(rows))
+    d, u, energy = ((4 * runs[1] - runs[0]) / 3).T
+    return {"d": d, "u": u, "N": case.path[:, 0], "T": case.path[:, 1], "E": energy}
+
+
+# -- answers along the path of another case --------------------------------------------------------
+
+
+def solve_derived(case):
+    """Columns of a derived case by the closed form, or by annuli in the plane."""
+    base = build_cases()[case.path_of]
+    if base.plane:
+        return plane_tractions(case, base, by_levels=True)
+    profile = Profile(base.contact_modulus, base.shear_modulus, [0.0], base.radius, base.friction)
+    return METHODS[case.expected[-1]][0](case, base, profile)
+
+
+def check_derived(case):
+    """The same columns by springs, or by rings in the plane."""
+    base = build_cases()[case.path_of]
+    if base.plane:
+        return plane_tractions(case, base, by_levels=False)
+    contact = Contact.build(
+        base.contact_modulus, base.shear_modulus, base.height, base.radius, base.friction
+    )
+    springs = SpringRow(contact, base.largest_approach() * (1 + 1e-9), SPRINGS)
+    return METHODS[case.expected[-1]][1](case, base, springs)
+
+
+def move_exactly(profile, base):
+    """Follow the path of a case; yields after every row."""
+    for number, row in enumerate(base.path):
+        d, u = (float(f"{each:.12g}") for each in row)
+        profile.to(d, u if number else 0.0)
+        yield number
+
+
+def move_springs(springs, base):
+    for number, (d, u) in enumerate(base.path):
+        springs.apply(("displacement", d), ("displacement", u))
+        yield number
+
+
+def tractions(case, base, profile):
+    values = []
+    for number in move_exactly(profile, base):
+        radii = case.rows[case.rows[:, 0] == number, 1]
+        values += [float(profile.traction(radius)) for radius in radii]
+    return inputs_of(case) | {"q": np.array(values)}
+
+
+def tractions_of_springs(case, base, springs):
+    """Tractions by Abel's transformation of the forces of the springs, linear between them."""
+    values = []
+    x = springs.spacing[0] * (np.arange(SPRINGS) + 0.5)
+    for number in move_springs(springs, base):
+        force = 4 * base.shear_modulus * springs._deflection[0]
+        slope = np.diff(force, append=0.0) / springs.spacing[0]
+        ends = np.append(x, x[-1] + springs.spacing[0])
+        for radius in case.rows[case.rows[:, 0] == number, 1]:
+            area = np.arccosh(np.maximum(ends / max(radius, 1e-9 * x[0]), 1.0))
+            values.append(-(slope * np.diff(area)).sum() / np.pi)
+    return inputs_of(case) | {"q": np.array(values)}
+
+
+def stick_radii(case, base, profile):
+    rows = move_exactly(profile, base)
+    found = [
+        math.sqrt(base.radius[0] * float(profile.front_of(profile.vertices, profile.d)))
+        for _ in rows
+    ]
+    return inputs_of(case) | {"c": np.array(found)[case.rows[:, 0].astype(int)]}
+
+
+def stick_radii_of_springs(case, base, springs):
+    found = [springs.stick_radius[0] for _ in move_springs(springs, base)]
+    return inputs_of(case) | {"c": np.array(found)[case.rows[:, 0].astype(int)]}
+
+
+def cycles(case, base, profile):  # noqa: ARG001 - the methods have one signature
+    """Closed loops by the closed form: the slip front reaches the place where that of the excursion stopped."""
+    path = base.path
+
+    def on_leg(start, leg, share):
+        end_d, end_u = (Decimal(float(f"{each:.12g}")) for each in path[leg])
+        return start.d + share * (end_d - start.d), start.u + share * (end_u - start.u)
+
+    def front(leg, share):
+        d, u = on_leg(profile, leg, share)
+        return profile.front_of(profile.vertices_at(d, u), d)
+
+    def energy(leg, share):
+        part = copy.copy(profile)
+        part.to(*on_leg(part, leg, share))
+        return part.dissipated
+
+    def advance(leg):
+        profile.to(*(float(f"{each:.12g}") for each in path[leg]))
+
+    return find_loops(path, front, energy, advance, Decimal(1), Decimal("1e-25"))
+
+
+def cycles_of_springs(case, base, springs):  # noqa: ARG001 - as above
+    """Closed loops by springs, whose front is their stick radius."""
+    path = base.path
+
+    def at(leg, share):
+        part = copy.deepcopy(springs)
+        start = np.array([springs.approach, springs.tangential_displacement])
+        d, u = start + share * (path[leg] - start)
+        part.apply(("displacement", d), ("displacement", u))
+        return part
+
+    def front(leg, share):
+        return at(leg, share).stick_radius[0] ** 2 / base.radius[0]
+
+    def energy(leg, share):
+        return at(leg, share).dissipated_energy.sum()
+
+    def advance(leg):
+        springs.apply(*(("displacement", each) for each in path[leg]))
+
+    return find_loops(path, front, energy, advance, 1.0, 1e-12)
+
+
+class Reversal:
+    """Reversal of an open loop: row, energy there and in loops closed since, and where its front stopped."""
+
+    def __init__(self, row, energy):
+        self.row, self.energy, self.inner, self.stop = row, energy, 0, None
+
+
+def find_loops(path, front, energy, advance, one, tolerance):
+    """Rows of loops: the reversal that opened each, when it closed, and its energy.
+
+    Legs turn the slip round at every row: |du| > θμ |dd|. The next reversal but one closes the loop
+    when its front arrives where the front of the excursion stopped; both reversals are forgotten.
+    """
+    advance(0)
+    stack, loops, signs = [], [], np.sign(np.diff(path[:, 1]))
+    for leg in range(1, len(path)):
+        if leg > 1 and signs[leg - 1] != signs[leg - 2]:
+            stack.append(Reversal(leg - 1, energy(leg, 0 * one)))
+        reached = front(leg, one)
+        # a repeated cycle closes at its end: what arrives within rounding has arrived
+        while len(stack) > 1 and stack[-2].stop >= reached - tolerance:
+            low, high = 0 * one, one
+            for _ in range(60):
+                middle = (low + high) / 2
+                low, high = (
+                    (low, middle) if front(leg, middle) <= stack[-2].stop else (middle, high)
+                )
+            turned, opened = stack.pop(), stack.pop()
+            total = energy(leg, high) - opened.energy
+            loops.append(
+                (opened.row, leg - 1 + float(high), float(total - opened.inner - turned.inner))
+            )
+            if stack:
+                stack[-1].inner += total
+        advance(leg)
+        if stack:
+            stack[-1].stop = reached
+    rows = sorted(loops)
+    return dict(zip(("t", "closed", "E"), np.array(rows).T, strict=True))
+
+
+def inputs_of(case):
+    return dict(zip(case.control, case.rows.T, strict=True))
+
+
+METHODS = {
+    "q": (tractions, tractions_of_springs),
+    "c": (stick_radii, stick_radii_of_springs),
+    "E": (cycles, cycles_of_springs),
+}
+
+
+def plane_tractions(case, base, *, by_levels):
+    """Tractions at instants and radii by annuli, or by rings."""
+    moves, resolution = plane_moves(base), Resolution.of(base)
+    depths = [depth for row in moves for _, depth, _, _ in row]
+    unit = base.units()
+    edge = math.sqrt(base.radius[0] * unit["d"])
+    # T over the square of the edge of contact
+    scale = 0.75 * unit["T"] / edge**2
+    runs = []
+    for level in LEVELS[1:] if by_levels else (1, 2):
+        kind = annuli_at(resolution, depths, level) if by_levels else Rings(resolution.rings)
+        rows = []
+        for number, row in enumerate(moves):
+            ((_, depth, values, friction),) = row
+            kind.to(depth, values, level * resolution.steps if number else 1, friction)
+            radii = case.rows[case.rows[:, 0] == number, 1] / edge
+            rows += list(kind.traction_at(radii)) if radii.size else []
+        runs.append(np.array(rows))
+    # annuli are of first order beside the kinks of a traction
+    weights = (-1, 2) if by_levels else (-1 / 3, 4 / 3)
+    found = scale * sum(weight * run for weight, run in zip(weights, runs, strict=True))
+    return inputs_of(case) | {"qx": found[:, 0], "qy": found[:, 1]}
 
 
 # -- files -----------------------------------------------------------------------------------------
@@ -485,12 +1019,23 @@ def check_plane(case):
 
 def answer_columns(case):
     """Columns that are the answer, in the order of the file."""
-    if case.loads:
-        return ("d", "u", "E")
-    return ("N", "Tx", "Ty", "E") if case.plane else ("N", "T", "E")
+    if isinstance(case, Derived):
+        return case.expected
+    plane, line = ("d", "ux", "uy", "N", "Tx", "Ty", "E"), ("d", "u", "N", "T", "E")
+    every = plane if case.plane else line
+    return tuple(column for column in every if column not in case.control)
 
 
 def column_unit(case, column):
+    """Unit of the error of a column."""
+    if isinstance(case, Derived):
+        base = build_cases()[case.path_of]
+        unit = base.units()
+        edge = math.sqrt(base.radius[0] * unit["d"])
+        peak = 1.5 * unit["T"] / (math.pi * edge**2)
+        return {"q": peak, "c": edge, "closed": 1.0, "E": unit["E"]}[
+            "q" if column[0] == "q" else column
+        ]
     return case.units()[column[0]]
 
 
@@ -501,17 +1046,69 @@ def round_up(number):
 
 
 def derive_bounds(case, difference):
-    """Bounds of the answer over its units: proven along a line, the difference of two discretisations in the plane."""
-    if case.plane:
-        loads = round_up(max(difference["Tx"], difference["Ty"]))
-        return {"N": 1e-12, "Tx": loads, "Ty": loads, "E": round_up(difference["E"])}
-    return {
-        column: 1e-9 if column == "E" and case.loads else 1e-12 for column in answer_columns(case)
-    }
+    """Bounds of the answer over its units: proven along a line, the difference of two methods otherwise."""
+    columns = answer_columns(case)
+    measured = is_measured(case)
+    if not measured:
+        loads = isinstance(case, Case) and case.loads
+        return {column: 1e-9 if column == "E" and loads else 1e-12 for column in columns}
+    groups = {}
+    for column in columns:
+        groups[column[0]] = max(groups.get(column[0], 0.0), difference[column])
+    least = LEAST_BOUND if case_is_line(case) else LEAST_PLANE_BOUND
+    bounds = {}
+    for column in columns:
+        # N is a function of d alone, and d of N: rounding
+        exact = column in {"N", "d"}
+        bounds[column] = (
+            1e-12 if exact else max(round_up(groups[column[0]]), least.get(column[0], least["T"]))
+        )
+    return bounds
+
+
+def case_is_line(case):
+    return not (build_cases()[case.path_of] if isinstance(case, Derived) else case).plane
+
+
+def is_measured(case):
+    """Tell if the bound is the difference of two methods."""
+    return not case_is_line(case) or (
+        isinstance(case, Case) and len(np.atleast_1d(case.friction)) > 1
+    )
 
 
 def describe(case, difference):
     """Text of the YAML file."""
+    texts = describe_derived(case) if isinstance(case, Derived) else describe_case(case)
+    texts |= describe_methods(case)
+    notes = () if isinstance(case, Derived) else case.notes
+    lines = [f"{key}: {_text(value)}" for key, value in (texts | dict(notes)).items()]
+    units = {column: column_unit(case, column) for column in answer_columns(case)}
+    for key, values in (
+        ("units", units), ("bounds", derive_bounds(case, difference)), ("second_method_difference", difference)
+    ):  # fmt: skip
+        lines.append(f"{key}:")
+        lines += [
+            f"  {column}: {value:.{1 if key != 'units' else 14}e}"
+            for column, value in values.items()
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def describe_derived(case):
+    return {
+        "title": case.title,
+        "version": VERSION,
+        "licence": "CC0-1.0",
+        "path_of": case.path_of,
+        "control": list(case.control),
+        "expected": list(case.expected),
+    }
+
+
+def describe_case(case):
+    tangential = "u" if case.control[1].startswith("u") else "T"
+    normal = "N" if case.loads and tangential == "T" else "d"
     texts = {
         "title": case.title,
         "version": VERSION,
@@ -523,43 +1120,64 @@ def describe(case, difference):
         "contact_modulus": case.contact_modulus,
         "shear_modulus": case.shear_modulus,
         "moduli": "E*, and G* with 1/G* = Σ (2 - ν)/G, so that the stiffness without slip is 8 G* a",
-        "friction": case.friction,
+        "friction": list(case.friction) if isinstance(case.friction, tuple) else case.friction,
         "summit_height": list(case.height),
         "summit_radius": list(case.radius),
         "control": list(case.control),
         "expected": list(answer_columns(case)),
-        "path": "straight in (N, T) between rows"
-        if case.loads
-        else "straight in (d, u) between rows",
+        "path": f"straight in ({normal}, {tangential}) between rows",
         "start": "untouched, u = 0; the first row is reached by d or N alone",
-        "equation": "T = Σ Δm_j N(a_j), Jäger (1995) and Ciavarella (1998); E by the work of slip",
-        "bound_type": "proven: closed form in 40 digits, printed with 15"
-        + ("; E measured: error estimate of an adaptive quadrature" if case.loads else ""),
-        "second_method": f"{SPRINGS} springs on each half of an asperity, 400 substeps where both loads vary",
     }
-    if case.plane:
-        parts, cells, cell_parts = Resolution.of(case)
-        texts |= {
-            "equation": "half-space of ν = 0, |q| ≤ μp at every point, slip along q; friction by implicit steps",
-            "bound_type": "measured: difference of two independent discretisations, rounded up",
-            "method": f"{ANNULI} annuli with exact energy; implicit Euler, {parts} parts of a leg, extrapolated",
-            "second_method": f"{cells}² square cells with the kernel of Cerruti, SDIRK2, {cell_parts} parts of a leg",
-        }
+    if case.poisson_ratio:
+        texts["poisson_ratio"] = case.poisson_ratio
     if case.time and 0.0 in case.time[1:]:
         texts["start"] += "; t = 0 begins a new, untouched contact"
     if "mu" in case.control:
-        texts["path"] += "; mu falls at the beginning of its row's path, before d and u move"
-    lines = [f"{key}: {_text(value)}" for key, value in (texts | dict(case.notes)).items()]
-    units = {column: column_unit(case, column) for column in answer_columns(case)}
-    for key, values in (
-        ("units", units), ("bounds", derive_bounds(case, difference)), ("second_method_difference", difference)
-    ):  # fmt: skip
-        lines.append(f"{key}:")
-        lines += [
-            f"  {column}: {value:.{1 if key != 'units' else 14}e}"
-            for column, value in values.items()
-        ]
-    return "\n".join(lines) + "\n"
+        texts["path"] += (
+            "; mu falls straight between rows, at rest"
+            if case.plane
+            else "; mu falls at the beginning of its row's path, before d and u move"
+        )
+    if case.saturate:
+        texts["path"] += (
+            "; (Rx, Ry) is the requested load: beyond μN the load is the request shortened to μN, and u moves"
+            " no further than the load demands"
+        )
+    return texts
+
+
+def describe_methods(case):
+    """How the answer was found and confirmed."""
+    if not is_measured(case):
+        both = isinstance(case, Case) and case.loads
+        return {
+            "equation": "T = Σ Δm_j N(a_j), Jäger (1995) and Ciavarella (1998); E by the work of slip",
+            "bound_type": "proven: closed form in 40 digits, printed with 15"
+            + ("; E measured: error estimate of an adaptive quadrature" if both else ""),
+            "second_method": f"{SPRINGS} springs on each half of an asperity",
+        }
+    if case_is_line(case):
+        return {
+            "equation": "T = Σ Δm_j N(a_j) of every asperity at a common u, in chords of each leg",
+            "bound_type": "measured: difference of two methods, rounded up; at least 1e-7",
+            "method": "8 and 16 chords of a leg, extrapolated",
+            "second_method": f"{SPRINGS} springs on each half of an asperity, 400 substeps",
+        }
+    base = build_cases()[case.path_of] if isinstance(case, Derived) else case
+    annuli, rings, steps = Resolution.of(base)
+    moving = base.loads or np.ptp(base.path[:, 0]) > 0
+    levels = ", ".join(str(annuli * level) for level in (LEVELS if moving else LEVELS[-1:]))
+    texts = {
+        "equation": "half-space of ν = 0, |q| ≤ μp at every point, slip along q; friction by implicit steps",
+        "bound_type": "measured: difference of two independent discretisations, rounded up; at least 1e-4, E 2e-4",
+        "method": f"about {levels} annuli with exact energy; implicit Euler, steps of a leg from {steps}, extrapolated",
+        "second_method": f"{rings} rings by Abel's transformation; SDIRK2, {steps} and {2 * steps} steps of a leg",
+    }
+    if isinstance(case, Case) and case.poisson_ratio:
+        texts["equation"] = texts["equation"].replace("ν = 0", "ν = 0.3")
+        texts["method"] += "; plus the effect of ν by 40² square cells with the kernel of Cerruti"
+        texts["second_method"] += "; plus the effect of ν by 28² cells"
+    return texts
 
 
 def _text(value):
@@ -574,19 +1192,30 @@ def _text(value):
 
 def write(name, case):
     """Calculate a case by both methods and write its two files."""
-    answer, check = (solve_plane, check_plane) if case.plane else (solve_line, check_line)
+    answer, check = methods_of(case)
     found, second = answer(case), check(case)
     difference = {
         column: float(np.abs(found[column] - second[column]).max() / column_unit(case, column))
         for column in answer_columns(case)
     }
-    columns = {"t": np.array(case.time or np.arange(float(len(case.path))))}
-    columns |= dict(zip(case.control, case.path.T, strict=True)) | {
-        column: found[column] for column in answer_columns(case)
-    }
+    if isinstance(case, Derived):
+        columns = {column: found[column] for column in case.control}
+    else:
+        columns = {"t": np.array(case.time or np.arange(float(len(case.path))))}
+        columns |= dict(zip(case.control, case.path.T, strict=True))
+    columns |= {column: found[column] for column in answer_columns(case)}
     save(name, columns, case.control)
     (FOLDER / f"{name}.yaml").write_text(describe(case, difference), encoding="utf-8")
     print(name, {column: f"{value:.1e}" for column, value in difference.items()}, flush=True)
+
+
+def methods_of(case):
+    """The method that gives the answer, and the one that confirms it."""
+    if isinstance(case, Derived):
+        return solve_derived, check_derived
+    if case.plane:
+        return solve_plane, check_plane
+    return (solve_line if isinstance(case.friction, float) else solve_groups), check_line
 
 
 def save(name, columns, inputs):
@@ -616,6 +1245,10 @@ def write_hashes():
 
 if __name__ == "__main__":
     every = build_cases()
-    for chosen in sys.argv[1:] or every:
-        write(chosen, every[chosen])
-    write_hashes()
+    if "--cells" in sys.argv:
+        for chosen in sys.argv[2:]:
+            compare_cells(chosen, every[chosen])
+    else:
+        for chosen in sys.argv[1:] or every:
+            write(chosen, every[chosen])
+        write_hashes()

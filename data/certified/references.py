@@ -1,15 +1,13 @@
-"""Reference solutions of the cases: a closed form along one line, radial boundary elements in the plane.
+"""Reference solutions of the cases along one line: the closed form, in decimal arithmetic.
 
-`Profile` evaluates the superposition of Jäger and Ciavarella exactly, in decimal arithmetic.
-`Annuli` is a half-space with Coulomb's law on every annulus. Neither shares code with historysim;
-each case is confirmed by a second method.
+`Profile` evaluates the superposition of Jäger and Ciavarella exactly. It shares no code with
+historysim; each case is confirmed by a second method.
 """
 
 from decimal import Decimal, getcontext
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import ellipe, ellipk
 
 getcontext().prec = 40
 GAUSS_3 = [
@@ -85,6 +83,42 @@ class Profile:
     @property
     def tangential_load(self):
         return self._integral(self._labels(), lambda a: interpolate(self.vertices, a))
+
+    def load_of(self, vertices):
+        """Tangential load of a polyline: its slopes times the differences of N."""
+        total = sum(
+            (v1 - v0) / (a1 - a0) * (self.normal_load_at(a1) - self.normal_load_at(a0))
+            for (a0, v0), (a1, v1) in pairwise(vertices)
+            if a1 > a0
+        )
+        return -total * 4 * self.shear_modulus / self.contact_modulus
+
+    def traction(self, radius):
+        """Traction at a radius of the one asperity: slopes times differences of Hertz pressures."""
+        ((_, curvature),) = self.asperities
+        radius = Decimal(float(radius))
+        pi = Decimal("3.141592653589793238462643383279502884197")
+
+        def pressure(a):
+            root = max(a - radius * radius / curvature, Decimal(0)).sqrt()
+            return 2 * self.contact_modulus / (pi * curvature.sqrt()) * root
+
+        total = sum(
+            (v1 - v0) / (a1 - a0) * (pressure(a1) - pressure(a0))
+            for (a0, v0), (a1, v1) in pairwise(self.vertices)
+            if a1 > a0
+        )
+        return -total * 4 * self.shear_modulus / self.contact_modulus
+
+    def front_of(self, vertices, d):
+        """Label where the slip that begins at the edge ends; `d` without slip."""
+        front, side = d, 0
+        for a, v in reversed(vertices[:-1]):
+            here = (v > 0) - (v < 0)
+            if abs(v) < self.slope * (d - a) * (1 - Decimal("1e-25")) or side not in {0, here}:
+                return front
+            front, side = a, here
+        return front
 
     @property
     def stored(self):
@@ -179,20 +213,7 @@ class Profile:
         """Displacement at the end of a straight path to approach d at which T reaches a load, by false position."""
 
         def excess(u):
-            vertices = self.vertices_at(d, u)
-            # T = Σ slope of a piece times the difference of N(a) at its ends
-            pieces = pairwise(vertices)
-            return (
-                -sum(
-                    (v1 - v0) / (a1 - a0) * (self.normal_load_at(a1) - self.normal_load_at(a0))
-                    for (a0, v0), (a1, v1) in pieces
-                    if a1 > a0
-                )
-                * 4
-                * self.shear_modulus
-                / self.contact_modulus
-                - load
-            )
+            return self.load_of(self.vertices_at(d, u)) - load
 
         reach = self.slope * (2 * max(d, self.d) + abs(d - self.d))
         low, high = self.u - reach, self.u + reach
@@ -257,90 +278,3 @@ def clip(vertices, d, slope):
         fine += [(a0 + s * (a1 - a0), v0 + s * (v1 - v0)) for s in sorted(crossings)]
         fine.append((a1, v1))
     return [(a, max(-slope * (d - a), min(slope * (d - a), v))) for a, v in fine]
-
-
-class Annuli:
-    """One sphere moved in two tangential directions, ν = 0: vector tractions on annuli, Coulomb's law on each.
-
-    Units: E* = R = θ = μ = 1, approaches of at most 1, so that |u| = 1 is full slip at the largest.
-    Constant traction on annuli of equal area, the exact energy of a half-space, one implicit Euler
-    step for each part of a path.
-    """
-
-    def __init__(self, count):
-        edge = np.sqrt(np.linspace(0, 1, count + 1))
-        self.edge, self.area = edge, np.pi * np.diff(edge**2)
-        # mean displacement of annulus i under annulus j; the points crowd at the edges, where the
-        # integrand is singular
-        node, weight = np.polynomial.legendre.leggauss(24)
-        share, weight = (
-            (1 - np.cos(np.pi * (node + 1) / 2)) / 2,
-            weight * np.pi / 4 * np.sin(np.pi * (node + 1) / 2),
-        )
-        r = edge[:-1, None] + np.diff(edge)[:, None] * share
-        ring = 2 * np.pi * r * np.diff(edge)[:, None] * weight
-        discs = np.stack([(ring * _disc_displacement(r, a)).sum(axis=1) for a in edge], axis=1)
-        energy = np.diff(discs, axis=1)
-        self.energy = (energy + energy.T) / 2
-        self.scale = 1 / np.sqrt(np.diag(self.energy))
-        self.matrix = self.scale[:, None] * self.energy * self.scale
-        self.step = 1 / np.linalg.eigvalsh(self.matrix).max()
-        self.traction = np.zeros((count, 2))
-        self.d, self.u, self.dissipated = 0.0, np.zeros(2), 0.0
-
-    @property
-    def tangential_load(self):
-        return self.area @ self.traction
-
-    def limits(self, d):
-        """Mean friction limit of every annulus."""
-        inside = np.maximum(d - self.edge**2, 0.0) ** 1.5
-        return 4 / 3 * (inside[:-1] - inside[1:]) / self.area
-
-    def to(self, d, u, parts):
-        """Follow a straight path to (d, u) in equal parts."""
-        start, rise, shift = (self.d, self.u), d - self.d, np.asarray(u) - self.u
-        stored, work, load = self._stored(), 0.0, self.tangential_load
-        for k in range(1, parts + 1):
-            pull = self.energy @ self.traction + self.area[:, None] * shift / parts
-            self.traction = self._minimum(pull, self.limits(start[0] + rise * k / parts))
-            work += (load + self.tangential_load) @ shift / (2 * parts)
-            load = self.tangential_load
-        self.d, self.u = d, np.asarray(u, dtype=float)
-        self.dissipated += work - (self._stored() - stored)
-
-    def _stored(self):
-        return 0.5 * float((self.traction * (self.energy @ self.traction)).sum())
-
-    def _minimum(self, pull, limit):
-        """Minimum of ½ q·A q - q·pull under |q| ≤ limit: accelerated projected gradients with restart."""
-        pull, limit = pull * self.scale[:, None], limit / self.scale
-        x = _project(self.traction / self.scale[:, None], limit)
-        y, momentum = x, 1.0
-        tolerance = 1e-9 * limit.max()
-        for _ in range(20000):
-            following = _project(y - self.step * (self.matrix @ y - pull), limit)
-            if np.abs(following - y).max() < tolerance:
-                return following * self.scale[:, None]
-            if ((y - following) * (following - x)).sum() > 0:
-                y, momentum = x, 1.0
-                continue
-            grown = (1 + np.sqrt(1 + 4 * momentum**2)) / 2
-            y = following + (momentum - 1) / grown * (following - x)
-            x, momentum = following, grown
-        raise RuntimeError("the tractions did not converge")
-
-
-def _project(q, limit):
-    size = np.hypot(q[:, 0], q[:, 1])
-    return q * np.where(size > limit, limit / np.where(size > 0, size, 1.0), 1.0)[:, None]
-
-
-def _disc_displacement(r, a):
-    """Displacement at radius r under unit traction on a disc of radius a, E* = 1 (Johnson, 1985, section 3.4)."""
-    if a == 0:
-        return np.zeros_like(r)
-    k = np.minimum(r / a, 1.0) ** 2
-    m = np.minimum(a / r, 1.0) ** 2
-    outside = r * (ellipe(m) - (1 - m) * ellipk(np.minimum(m, 1 - 1e-16)))
-    return 4 / np.pi * np.where(r < a, a * ellipe(k), outside)

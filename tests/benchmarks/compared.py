@@ -44,12 +44,12 @@ LAWS = {
 }
 LOOP = 40  # steps of a loop
 # runs that `elsewhere.csv` holds
-ELSEWHERE = {"LAMMPS": "LAMMPS 20250722", "DEMPLA": "DEMPLA 0.2.5"}
+ELSEWHERE = {"DEMPLA": "DEMPLA 0.2.5"}
 
 
 def largest_load_error(errors):
     """Largest error of the loads, over μN, or of the displacement where loads are prescribed, over full slip."""
-    return max((error for column, error in errors.items() if column[0] in "Tu"), default=None)
+    return max((error for column, error in errors.items() if column[0] in "Tuqc"), default=None)
 
 
 def score_laws():
@@ -64,6 +64,10 @@ def score_laws():
         found[label] = {
             name: (largest_load_error(each), each.get("E")) for name, each in errors.items()
         }
+    stored = score.score_folder(score.FOLDER / "results" / "lammps")["cases"]
+    found["LAMMPS"] = {
+        name: (score.largest_of(each, "T") if each else None, None) for name, each in stored.items()
+    }
     for label, program in ELSEWHERE.items():
         with (score.FOLDER / "elsewhere.csv").open(encoding="utf-8", newline="") as file:
             rows = {
@@ -73,7 +77,9 @@ def score_laws():
             }
         found[label] = {name: (rows.get(name), None) for name in names}
     bounds = {name: score.read_case(name)[0]["bounds"] for name in names}
-    found["bound"] = {name: (largest_load_error(each), each["E"]) for name, each in bounds.items()}
+    found["bound"] = {
+        name: (largest_load_error(each), each.get("E")) for name, each in bounds.items()
+    }
     return found
 
 
