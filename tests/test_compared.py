@@ -1,9 +1,11 @@
 """The pages on other programs and on the cost of a run: their errors, sizes and lines of Python."""
 
+import json
 import re
 from pathlib import Path
 
 import compared
+import make_paper
 import numpy as np
 import pytest
 
@@ -44,6 +46,29 @@ def test_errors_of_the_page_agree_with_the_laws(scored):
                 assert (
                     was is None or max(was, value) < 1e-8 or value == pytest.approx(was, rel=0.12)
                 ), before[0]
+
+
+def test_the_paper_has_the_numbers_of_its_results():
+    results = json.loads(make_paper.RESULTS.read_text(encoding="utf-8"))
+    assert make_paper.PAGE.read_text(encoding="utf-8") == make_paper.write_page(results)
+    assert make_paper.score_codes() == results["codes"]
+    text = make_paper.TEXT.read_text(encoding="utf-8")
+    measured = text[text.index("## The memory") : text.index("## Make it again")]
+    # all that is measured comes by name: what is left are counts, names and full slip
+    written = re.findall(r"\d+\.\d+", re.sub(r"\{\w+\}", "", measured))
+    assert set(written) <= {"0.7", "0.3"}
+    shown = set(re.findall(r"pictures/(\w+)\.png", text))
+    assert shown == set(make_paper.FIGURES)
+    for name in shown:
+        assert (make_paper.PICTURES / f"{name}.png").exists()
+
+
+def test_the_paper_is_right_on_steps():
+    results = json.loads(make_paper.RESULTS.read_text(encoding="utf-8"))["steps"]
+    found = make_paper.measure_steps()
+    for law in ("vector_springs", "mindlin_deresiewicz", "slider"):
+        assert found[law] == pytest.approx(results[law], rel=1e-6)
+    assert max(found["historysim"]) < 1e-12
 
 
 def test_a_file_has_as_many_bytes_as_the_page_says(tmp_path):
