@@ -2,7 +2,7 @@ import pickle
 
 import numpy as np
 import pytest
-from golden import check_messages
+from golden import check_messages, refused
 
 import historysim as hs
 from historysim.asperities.attraction import ATTRACTIONS
@@ -323,9 +323,6 @@ def test_the_pull_off_of_a_history_and_its_picture():
         "peak normal load, which is that from outside"
         in dict(history.contact.summary())["attraction"]
     )
-    plain = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.2), [hs.NormalLoad(0, 1e-6)])
-    with refused("no attraction"):
-        plain.contact.pull_off()
 
 
 def test_the_laws_are_registered():

@@ -230,7 +230,7 @@ def test_changed_bounds_are_found(scenario, tmp_path, name):
 
 
 def test_a_scenario_states_its_past(scenario):
-    assert "unknown" in dict(hs.validate(scenario))["past"]
+    assert "unknown" in dict(hs.show(scenario))["past"]
 
 
 REFUSED_KEYS = {
