@@ -27,7 +27,7 @@ import historysim as hs
 
 TABLE = Path(__file__).with_name("instructions.json")
 #: entry points of the core that integrate paths
-COUNTED = ("hs_integrate",)
+COUNTED = ("hs_integrate", "hs_set_friction")
 #: functions that start and stop counting, in the measured process itself
 SWITCH = """
 #include <valgrind/callgrind.h>
@@ -108,12 +108,30 @@ def circle(steps, radius, turns=1.0):
     ]
 
 
-def cases():
-    """Yield the cases: name, ensemble, events, what is recorded, and the number of asperities times steps."""
+def cliffs(case, contact, normal):
+    """Yield cases of falling friction, and of a limit that falls below a held load, with neighbours."""
+    pressed = [hs.NormalLoad(1.0, normal), hs.TangentialLoad(1.0, 0.15 * normal)]
+    turned = [hs.NormalLoad(2.0, normal), hs.NormalLoad(3.0, normal)]
+    turned += [hs.TangentialLoad(2.0 + k, sign * 0.1 * normal) for k, sign in enumerate((-1, 1))]
+    fall = hs.FrictionChange(5.0, 0.15)
+    yield case("friction falls, load", contact, together(pressed, turned, [fall]))
+    at_rest = [hs.TangentialDisplacement(4.0, 0.0), fall]
+    yield case("friction falls, displacement", contact, together(pressed, turned, at_rest))
+    for name, share in (
+        ("load, normal load falls", 0.05),
+        ("saturated load, normal load falls", 0.15),
+    ):
+        withdrawn = [hs.NormalLoad(2.0, 0.5 * normal), hs.TangentialLoad(2.0, share * normal)]
+        yield case(name, contact, [*pressed, *withdrawn], saturate=True)
 
-    def case(name, contact, events, record="totals"):
+
+def cases():
+    """Yield the cases: name, ensemble, events, options of the replay, and the number of asperities times steps."""
+
+    def case(name, contact, events, record="totals", **options):
         size = len({event.time for event in events}) * len(contact)
-        return name, contact, [hs.NormalDisplacement(0.0, APPROACH), *events], record, size
+        events = [hs.NormalDisplacement(0.0, APPROACH), *events]
+        return name, contact, events, {"record": record, **options}, size
 
     many, few, one, own = (
         ensemble(2000),
@@ -143,6 +161,8 @@ def cases():
     )
     yield case("approach and displacement", many, together(approaches(10), displacements(10)))
     yield case("own coefficients, load", own, loads(4, 0.15 * load[own]))
+    two = ensemble(20, np.tile((0.15, 0.25), 10))
+    yield case("2 coefficients, ramps of 10 %", two, ramps(4, load[few], 0.1))
     yield case("20 coefficients, ramps of 0.1 %", few, ramps(10, load[few], 1e-3))
     yield case("20 coefficients, ramps of 10 %", few, ramps(2, load[few], 0.1))
     law = hs.laws.PowerLaw(coefficient=0.2, reference_load=1e-6, exponent=-0.2)
@@ -151,7 +171,16 @@ def cases():
     yield case("law of friction", ensemble(50, law), moves)
     yield case("law of friction, all", ensemble(20, law), moves, "all")
     yield case("wear", ensemble(50, wear=wear), displacements(3))
-    yield case("yielding", ensemble(50, yielding=hs.yielding.JacksonGreen()), moves)
+    yields = ensemble(50, yielding=hs.yielding.JacksonGreen())
+    yield case("yielding", yields, moves)
+    for name, contact in (
+        ("law of friction", ensemble(50, law)),
+        ("wear", ensemble(50, wear=wear)),
+        ("yielding", yields),
+    ):
+        state = contact.advance(contact.initial_state(), normal_displacement=APPROACH)
+        yield case(f"{name}, ramps of 2 %", contact, ramps(4, state.normal_load, 0.02, 0.05))
+    yield from cliffs(case, many, load[many])
     plane = ensemble(20)
     limit = 0.2 * plane.advance(plane.initial_state(), normal_displacement=APPROACH).normal_load
     turn = [hs.TangentialDisplacement(0.5, (SWING, 0.0))]
@@ -214,8 +243,8 @@ def count_here(switch):
     module = importlib.import_module("historysim.asperities.integration")
     module.lib = CountedLibrary(module.lib, library.toggle)
     library.start()
-    for name, contact, events, record, size in everything:
-        hs.replay(contact, events, record=record, threads=1)
+    for name, contact, events, options, size in everything:
+        hs.replay(contact, events, threads=1, **options)
         library.dump(name.encode())
         print(json.dumps([name, size]))
 
