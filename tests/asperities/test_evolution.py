@@ -642,10 +642,12 @@ def hertz_load(depth):
 
 @pytest.mark.parametrize("control", ["normal_displacement", "normal_load"])
 @pytest.mark.parametrize("reach", [0.5, 0.8, 1.2, 2.0])
-def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach):
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach, tolerance):
     """Bowden and Tabor's law on a sphere: all sticks until T = μN ∝ N^(2/3) meets x y^(3/2), at y = (μ/μ0 x)²."""
     load, rise = 4 / 3 * DEPTH**1.5, 1.1
-    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, PowerLaw(0.3 * rise, load, -1 / 3))
+    law = PowerLaw(0.3 * rise, load, -1 / 3)
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, law, tolerance=tolerance)
     target = DEPTH if control == "normal_displacement" else load
     state = ensemble.advance(
         ensemble.initial_state(), **{control: target}, tangential_displacement=reach * FULL_SLIP
@@ -659,7 +661,9 @@ def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach)
     stored = min(stored, 0.4 * reach**2)
     unit = 0.3 * load * FULL_SLIP
     assert state.stored_energy / unit == pytest.approx(stored, rel=1e-6)
-    assert state.dissipated_energy / unit == pytest.approx(work - stored, abs=1e-3 * stored)
+    # energies are tolerated 1000 times coarser than displacements
+    bound = 1e3 * tolerance * stored
+    assert state.dissipated_energy / unit == pytest.approx(work - stored, abs=bound)
 
 
 @pytest.mark.parametrize(
