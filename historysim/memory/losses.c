@@ -202,3 +202,20 @@ double hs_elastic_energy(const hs_line *memory, double *asperity_energy) {
     }
     return total;
 }
+
+HS_WIDE static void add_loads(const double *restrict gap, const double *restrict weight,
+                              int64_t count, int labels, const double *restrict label,
+                              const double *restrict factor, double *restrict part) {
+    for (int k = 0; k < labels; ++k) {
+        const double a = label[k], f = factor[k];
+        for (int64_t i = 0; i < count; ++i) {
+            double depth = hs_max(a - gap[i], 0.0);
+            part[i] += weight[i] * (f * (depth * sqrt(depth)));
+        }
+    }
+}
+
+void hs_add_loads(const double *gap, const double *weight, int64_t count, int labels,
+                  const double *label, const double *factor, double *part) {
+    add_loads(gap, weight, count, labels, label, factor, part);
+}

@@ -61,5 +61,8 @@ void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t 
 /* Elastic energy ½ ∫ v² N'' da of a memory, dimensionless, added by position to `asperity_energy`
  * unless NULL. */
 double hs_elastic_energy(const hs_line *memory, double *asperity_energy);
+/* Add factors times P of each asperity at labels. */
+void hs_add_loads(const double *gap, const double *weight, int64_t count, int labels,
+                  const double *label, const double *factor, double *part);
 
 #endif

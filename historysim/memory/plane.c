@@ -10,8 +10,6 @@
 #include "move.h"
 #include "readout.h"
 
-static const hs_vector zero_vector = {0.0, 0.0};
-
 /* scale a. */
 static hs_vector scale_vector(double scale, hs_vector a) {
     return hs_add_scaled(zero_vector, scale, a);

@@ -149,6 +149,44 @@ static inline double hs_friction_at(const hs_body *body, int64_t group, double f
     return hs_toward(body->initial_friction[group], body->friction[group], fraction);
 }
 
+/* ---- cells.c ---- */
+
+/* New body at the state of a line, without classes; NULL if out of memory. */
+hs_body *hs_body_new(const hs_line *line, int64_t rings_per_class, double tolerance);
+hs_body *hs_body_copy(const hs_body *body);
+void hs_body_free(hs_body *body);
+/* Reserve nodes of a class; returns a status. */
+int hs_reserve_nodes(hs_ring_class *ring_class, int64_t node_count);
+hs_node hs_node_at(const hs_ring_class *ring_class, double label, hs_vector deflection);
+/* Copy state and nodes to a body with the same classes, without data of asperities; returns a
+ * status. */
+int hs_assign_body(hs_body *target, const hs_body *source);
+/* Copy a body for a trial step, without data of asperities; NULL if out of memory. */
+hs_body *hs_copy_for_trial(const hs_body *body);
+/* Split wide cells and merge narrow ones, with an error of at most `merge_error` of the friction
+ * limit. The error is increased up to MAX_MERGE_ERROR while there are too many nodes: a larger one
+ * would not decrease as steps are halved. Returns a status. */
+int hs_regrid(hs_ring_class *ring_class, int64_t rings_per_class, double friction,
+              double merge_error);
+/* Split cells in which slip begins on a displacement increment, without effect on v. Cells at the
+ * slip front then are as small as its distance from the edge, so that small turns are resolved.
+ * Returns a status. */
+int hs_refine_front(hs_ring_class *ring_class, double friction, hs_vector increment);
+/* Add nodes that touch as the approach grows, and reserve the problem; returns a status. */
+int hs_add_touching_nodes(hs_ring_class *ring_class, double from, double to,
+                          int64_t rings_per_class);
+/* ½ ∫ |v|² P'' da between two nodes, without boundary terms that cancel in the sum over intervals.
+ */
+double hs_interval_energy(const hs_node *outer, const hs_node *inner);
+/* Elastic energy of the springs of a class. */
+double hs_class_elastic_energy(const hs_ring_class *ring_class);
+/* Label to which slip extends from the edge inward: -HUGE_VAL if all springs slip, HUGE_VAL if none
+ * does. */
+double hs_slip_front(const hs_body *body, const hs_ring_class *ring_class);
+/* Largest error of the tangential load by merging cells, over the friction limit; chosen. */
+#define MAX_MERGE_ERROR 1e-5
+static const hs_vector zero_vector = {0.0, 0.0};
+
 /* ---- plane_path.c ---- */
 
 /* Target of the tangential channel: rigid V + compliance T = value, component by component. A load
@@ -195,18 +233,6 @@ double hs_next_cut(const hs_body *body, hs_plane_path *path, int *is_straight);
 
 /* ---- classes.c ---- */
 
-/* New body at the state of a line, without classes; NULL if out of memory. */
-hs_body *hs_body_new(const hs_line *line, int64_t rings_per_class, double tolerance);
-hs_body *hs_body_copy(const hs_body *body);
-void hs_body_free(hs_body *body);
-/* Reserve nodes of a class; returns a status. */
-int hs_reserve_nodes(hs_ring_class *ring_class, int64_t node_count);
-hs_node hs_node_at(const hs_ring_class *ring_class, double label, hs_vector deflection);
-/* Elastic energy of the springs of a class. */
-double hs_class_elastic_energy(const hs_ring_class *ring_class);
-/* Label to which slip extends from the edge inward: -HUGE_VAL if all springs slip, HUGE_VAL if none
- * does. */
-double hs_slip_front(const hs_body *body, const hs_ring_class *ring_class);
 /* Path fractions at which the state is read; they do not change the state at the end of the path.
  */
 typedef struct hs_stops {

@@ -91,16 +91,6 @@ def test_what_a_state_belongs_to_is_the_same_in_another_process():
     assert [int(word) for word in done.stdout.split()] == here
 
 
-def test_a_virgin_height_that_no_summit_had_is_refused():
-    state = pressed(YIELDING, 5e-2)
-    virgin = state.yielded.virgin_height
-    content = bytearray(state.to_bytes())
-    at = content.index(virgin.tobytes())
-    struct.pack_into("=d", content, at, virgin[0] + 1.0)
-    with refused("does not fit its summit"):
-        hs.State.from_bytes(sealed(content))
-
-
 def test_a_forged_identity_does_not_open_another_ensemble():
     content = bytearray(pressed(MANY).to_bytes())
     struct.pack_into("=Q", content, IDENTITY, THREE.initial_state().memory.line.identity)
