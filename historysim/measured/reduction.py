@@ -463,6 +463,9 @@ class Measurement:
             for channel, values in self.channels.items()
         }
         values, replayed = self.channels[name], self.replayed_indices()
+        if np.ptp(values) <= 2 * REVERSAL * estimated_noise(values):
+            # it rests (see `check_moves`): a dead band would leave nothing
+            return None
         true, all_of_them = reversals(values, bands[name]).size, reversals(values[replayed]).size
         if all_of_them < MANY_MORE * (true + 1):
             return None

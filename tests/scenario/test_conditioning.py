@@ -8,6 +8,7 @@ from golden import refused
 from records import scenario_text, write_columns
 
 import historysim as hs
+from historysim.measured.reduction import Measurement
 
 RATE = 400.0
 TIME = np.arange(4800) / RATE
@@ -104,6 +105,16 @@ def test_the_dead_bands_that_a_note_names_leave_noise_out(folder):
     assert len(few) < 30
     # a dead band within the noise does not silence it
     assert notes("reduce = true", normal_load="1e-6", tangential_load="1e-6")[0]
+
+
+def test_a_dead_band_that_leaves_nothing_is_not_advised():
+    """A displacement that rests turns by noise alone: that nothing moves is another note."""
+    noise = np.random.default_rng(0).normal(0, 1e-9, 400)
+    channels = {"normal_load": np.ones(400), "tangential_displacement": noise}
+    resting = Measurement(np.arange(400.0), channels)
+    assert resting.false_reversals() is None
+    channels["tangential_displacement"] = noise + 50e-9 * np.sin(np.arange(400) / 20)
+    assert "reduce = true leaves out" in Measurement(np.arange(400.0), channels).false_reversals()
 
 
 def test_the_record_is_drawn_as_read_and_as_used(folder):
