@@ -171,7 +171,7 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     pictures = _figure(scenario)
     if scenario.sections.adhesion is not None:
         pictures = [
-            picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map."),
+            picture(plot(scenario, picture="adhesion-map"), "Its asperities on the adhesion map."),
             *pictures,
         ]
     if scenario.sections.sweep is None:

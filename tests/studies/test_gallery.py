@@ -144,6 +144,15 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     assert not re.search(r'(src|href)="(?!data:|#)', text)
 
 
+def test_a_scenario_with_adhesion_has_its_map(tmp_path):
+    moduli = "contact_modulus = 1e10\nshear_modulus = 2.5e9"
+    text = BALL.replace(moduli, 'first = "silicon"\nsecond = "float glass"')
+    adhesion = '[adhesion]\nequilibrium_separation = "0.2 nm"\n'
+    (tmp_path / "ball.toml").write_text(text + adhesion, encoding="utf-8")
+    (body,) = sections(hs.gallery(tmp_path)).values()
+    assert "Its asperities on the adhesion map." in body
+
+
 def test_the_command_writes_the_page(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     below = folder / "below"
