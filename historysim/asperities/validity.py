@@ -149,7 +149,7 @@ def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
 
 def _check_line(line: LineContact, approach: float, instrument: Instrument) -> Iterator[Finding]:
     """Yield the assumptions that a cylinder at an approach violates: small slopes, plane strain, no yielding."""
-    load = float(line.curves.total(max(approach, 0.0)))
+    load = float(line.curves.total(np.asarray(max(approach, 0.0))))
     width = float(line.half_width(load))
     if width == 0.0:
         return
