@@ -751,10 +751,10 @@ def check_plane(case):
     return solve_plane(case, by_rings, cells=28)
 
 
-def compare_cells(name, case, count=40):
+def compare_cells(name, case, count=40, steps=12):
     """Print the difference between the file of a case and square cells, of the units."""
     found = solve_plane(
-        case._replace(poisson_ratio=0.0), lambda case, moves: by_cells(case, moves, count)
+        case._replace(poisson_ratio=0.0), lambda case, moves: by_cells(case, moves, count, steps)
     )
     answer = np.genfromtxt(FOLDER / f"{name}.csv", delimiter=",", names=True)
     load = max(np.abs(found[key] - answer[key]).max() for key in ("Tx", "Ty"))
