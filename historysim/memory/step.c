@@ -440,8 +440,9 @@ static int move_groups(hs_fields *ctx, hs_line *memory, const hs_step_end *step_
     /* summits have the shapes of the predicted distances */
     if (ctx->has_wear)
         memcpy(ctx->slide, ctx->predicted_slide, (size_t)contact->count * sizeof *ctx->slide);
-    ctx->common_slide =
-        ctx->has_wear ? ctx->predicted_common_slide : hs_solve_common_slide(ctx, memory, step_end);
+    if (memory->evolved)
+        ctx->common_slide = ctx->has_wear ? ctx->predicted_common_slide
+                                          : hs_solve_common_slide(ctx, memory, step_end);
     memcpy(memory->friction, ctx->end_friction, (size_t)contact->groups * sizeof(double));
     hs_commit_losses(&losses, memory);
     memory->approach = step_end->d;
@@ -470,7 +471,8 @@ static int solve_step(hs_fields *ctx, hs_line *memory, double fraction, hs_step_
         int status = hs_set_friction_field(ctx, memory, step_end->d, step_end->load, fraction,
                                            pass ? ctx->predicted_slide : NULL);
         if (status == HS_OK) status = solve_end(ctx, memory, fraction, step_end);
-        if (status != HS_OK) return status;
+        /* distances belong to asperities that evolve */
+        if (status != HS_OK || !memory->evolved) return status;
         ctx->displacement_change =
             fabs(step_end->v - memory->displacement) * contact->units.displacement;
         status = hs_solve_slid_distances(ctx, memory, step_end, ctx->has_wear && pass < passes);
