@@ -122,7 +122,7 @@ class Observation:
             loops=None,
         )
 
-    def with_added_noise(self, random: np.random.Generator) -> "Observation":
+    def add_noise(self, random: np.random.Generator) -> "Observation":
         """Return an observation with as much noise again on all channels, and the turning points of those."""
         noise = {
             name: random.normal(0.0, deviation, self.time.size)

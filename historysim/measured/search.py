@@ -496,7 +496,7 @@ class Search:
 
     def noise_change(self, result: SearchResult, random: np.random.Generator) -> Floats:
         """Compute how residuals change by as much noise again on all channels, nodes as read (sample)."""
-        noisy = self.observation.with_added_noise(random)
+        noisy = self.observation.add_noise(random)
         residual, noisy_residual = (
             self._replay(
                 result.unknowns, observation, observation.node_offset[1:-1]
