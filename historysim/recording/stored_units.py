@@ -13,8 +13,8 @@ from historysim.recording.variables import (
     BOUNDED,
     COORDINATES,
     SLIDE_TIME,
-    bounds_of,
     known_variables,
+    make_bounding_variables,
 )
 
 if TYPE_CHECKING:
@@ -27,7 +27,12 @@ _PACKING = ("scale_factor", "add_offset")
 def declared_units() -> dict[str, str]:
     """Return the units of all recorded variables by name."""
     known = known_variables()
-    bounds = [one for variable in known if variable.name in BOUNDED for one in bounds_of(variable)]
+    bounds = [
+        one
+        for variable in known
+        if variable.name in BOUNDED
+        for one in make_bounding_variables(variable)
+    ]
     return {
         variable.name: variable.units for variable in (*COORDINATES, SLIDE_TIME, *known, *bounds)
     }

@@ -17,7 +17,7 @@ from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, Ta
 from historysim.loads.schedule import changes_geometry, event_times, friction_changes
 from historysim.memory.binding import LOAD
 from historysim.recording.recorder import Recorder
-from historysim.recording.variables import Variable, bounds_of
+from historysim.recording.variables import Variable, make_bounding_variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,7 +96,7 @@ class Bounds:
     @property
     def variables(self) -> list[Variable]:
         """Variables of the bounds."""
-        return [bound for variable in self._bounded for bound in bounds_of(variable)]
+        return [bound for variable in self._bounded for bound in make_bounding_variables(variable)]
 
     def blocks(self, *, progress: bool = False) -> Iterator[tuple[slice, Rows]]:
         """Yield the bounds in blocks of rows: which rows, and the values of each variable."""
@@ -131,7 +131,7 @@ class Bounds:
                 for past in pasts
             ]
             lower, upper = np.minimum(*values), np.maximum(*values)
-            bounds += zip(bounds_of(variable), (lower, upper), strict=True)
+            bounds += zip(make_bounding_variables(variable), (lower, upper), strict=True)
             width = (upper - lower).reshape(lower.shape[0], -1)
             self._widths[index, where] = width.max(axis=1, initial=0.0)
             largest = float(np.abs([lower, upper]).max(initial=0.0))

@@ -427,7 +427,7 @@ BOUNDED = "total_tangential_load", "tangential_load", "tangential_displacement"
 BOUNDS = {"lower": "least", "upper": "largest"}
 
 
-def bounds_of(variable: Variable) -> list[Variable]:
+def make_bounding_variables(variable: Variable) -> list[Variable]:
     """Return the variables of the least and the largest value of a variable over all pasts."""
     return [
         attrs.evolve(

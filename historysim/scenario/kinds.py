@@ -47,12 +47,16 @@ def kinds(what: str | None = None, name: str | None = None) -> Lines:
     """
     groups = registries()
     if what is None:
-        return Lines((group, ", ".join(_listed(registry))) for group, registry in groups.items())
+        return Lines(
+            (group, ", ".join(_list_kinds(registry))) for group, registry in groups.items()
+        )
     if what not in groups:
         raise InputError(f"{what!r} is not a group of kinds; {nearest(what, groups)}")
     registry = groups[what]
     if name is None:
-        return Lines((listed, _line(registry, kind)) for listed, kind in _listed(registry).items())
+        return Lines(
+            (listed, _line(registry, kind)) for listed, kind in _list_kinds(registry).items()
+        )
     kind = registry.lookup(name)
     fields = [
         (field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)
@@ -60,7 +64,7 @@ def kinds(what: str | None = None, name: str | None = None) -> Lines:
     return Lines([(name, _line(registry, kind)), *fields])
 
 
-def _listed(registry: Registry[Any]) -> dict[str, Any]:
+def _list_kinds(registry: Registry[Any]) -> dict[str, Any]:
     """Return the kinds that a user selects by name: not the pictures of one type only."""
     is_listed = {name: getattr(kind, "is_listed", None) for name, kind in registry.items()}
     return {name: registry[name] for name, check in is_listed.items() if check is None or check()}

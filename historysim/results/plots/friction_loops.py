@@ -112,7 +112,7 @@ class LoopsPicture(Panel):
     def sheet(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Sheet:
         """Return the loops and their marks."""
         if self.colour:
-            return self._coloured(data)
+            return self._draw_sheet_by_slip(data)
         loops = self._cells(data)
         smooth = [attrs.evolve(loop, rows=refine(loop.rows)) for loop in loops]
         items = _band_of_pasts(loops[0].rows) if len(loops) == 1 else []
@@ -148,7 +148,7 @@ class LoopsPicture(Panel):
             charts |= _load_charts(loops[0].rows)
         return Sheet(charts, wide="LLLNN;LLLTT" if self.loads else "")
 
-    def _coloured(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Sheet:
+    def _draw_sheet_by_slip(self, data: "xr.Dataset | Sequence[xr.Dataset]") -> Sheet:
         """Return the loop of one history in the colour of its slipping area or of time."""
         if self.colour not in COLOURS:
             raise InputError(f"colour is {self.colour!r}; expected 'slip' or 'time'")
