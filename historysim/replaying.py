@@ -172,14 +172,15 @@ class Replay:
         plan = schedule.paths(
             self.events, self.substeps, at_once, start=start.cursor, until=seconds(until)
         )
+        if not needs_slide_times:
+            plan = (attrs.evolve(block, paths=drop_slide_times(block.paths)) for block in plan)
         bar = progress_bar(
             progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2
         )
         with bar as done:
             for block in plan:
                 rows = target.blank(block.row_time.size)
-                paths = block.paths if needs_slide_times else drop_slide_times(block.paths)
-                state = self.advance_over(attrs.evolve(block, paths=paths), state, rows=rows, **how)
+                state = self.advance_over(block, state, rows=rows, **how)
                 target.record(block.row_time)
                 if on_event is not None and block.cursor is not None:
                     on_event(block.cursor, state)

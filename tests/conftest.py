@@ -11,6 +11,7 @@ from hypothesis import settings
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from historysim.results import queries
 from historysim.results.plots import canvas, figure_output
 from historysim.results.report import page
 from historysim.scenario.kinds import registries
@@ -34,16 +35,28 @@ def process_state():
     return Path.cwd(), names, dict(mpl.rcParams), np.geterr(), getcontext().prec
 
 
+def own_queries():
+    """Return the names of queries that this package does not declare."""
+    return {
+        name
+        for name, query in queries._declared.items()
+        if not query.function.__module__.startswith("historysim.")
+    }
+
+
 @pytest.fixture(autouse=True)
 def clean_process():  # by its name set up before the others, and left after them
-    """Remove classes that a test registers; it leaves folder, environment and settings of libraries as they are."""
+    """Remove classes and queries that a test registers; it leaves folder, environment and settings of libraries as they are."""
     before = process_state()
     classes = {group: registry.own() for group, registry in registries().items()}
+    declared = own_queries()
     yield
     for group, registry in registries().items():
         for name, kind in registry.own().items():
             if name not in classes[group] and not kind.__module__.startswith("historysim."):
                 registry.forget(name)
+    for name in own_queries() - declared:
+        del queries._declared[name]
     assert process_state() == before
 
 

@@ -252,7 +252,7 @@ def test_the_page_names_methods_and_fields_that_exist(row):
 def test_the_page_names_types_checks_and_groups_that_exist():
     introduction = HOW_TO.split("| to add |")[0]
     names = re.search(
-        r"has types with\s+units \((.*?), …\) and checks \((.*?)\)", introduction
+        r"has types with\s+units\s+\((.*?), …\) and checks \((.*?)\)", introduction
     ).groups()
     names = re.findall(r"`(\w+)`", " ".join(names))
     assert len(names) > 3

@@ -108,6 +108,10 @@ def integrated(**options):
     )
 
 
+def patches():
+    return hs.Patches.from_normal_curves(PAIR, **CURVE)
+
+
 def cylinder():
     return hs.LineContact(PAIR, 1e-2, 5e-3, 0.2, 1e-2)
 
@@ -160,6 +164,16 @@ CALLS = {
     "Patches.from_normal_curves": (
         hs.Patches.from_normal_curves,
         {"pair": PAIR, **CURVE, "x": 1e-6, "y": 2e-6, "highest_summit": 1e-6},
+    ),
+    "Patches.advance": (
+        lambda **load: patches().advance(patches().initial_state(), **load),
+        LOADED,
+    ),
+    "Patches.advance#2": (
+        lambda **load: patches().advance(
+            patches().advance(patches().initial_state(), normal_load=1e-4), **load
+        ),
+        {"normal_displacement": 2e-9, "tangential_load": 1e-6},
     ),
     "LineContact": (
         hs.LineContact,

@@ -1,7 +1,7 @@
 """`LineContact`: a cylinder on a flat, in plane strain."""
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
 import attrs
 import numpy as np
@@ -14,7 +14,7 @@ from historysim.asperities.state import State
 from historysim.basics.arguments import ArrayLike, Floats, Integers, as_floats, scalar, workable
 from historysim.basics.library import lib
 from historysim.contact.materials import MaterialPair
-from historysim.errors import CurveEndError
+from historysim.errors import CurveEndError, InputError
 from historysim.memory import binding
 from historysim.memory.binding import check
 from historysim.memory.paths import Paths, Rows, blank_rows
@@ -125,6 +125,14 @@ class LineContact(Patches):
             rings=RINGS,
         )
         self.__dict__.update(sizes)
+
+    @classmethod
+    def from_normal_curves(cls, *_: Any, **__: Any) -> NoReturn:
+        """Raise InputError: the normal curve of a cylinder follows from its radius."""
+        raise InputError(
+            "the normal curve of a line contact follows from its radius and length; expected "
+            "hs.Patches.from_normal_curves for a curve of your own"
+        )
 
     @property
     def line_length(self) -> float:  # type: ignore[override] # of a body it is a class variable

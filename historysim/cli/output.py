@@ -59,7 +59,9 @@ def split_outputs(outputs: Sequence[Path], default: Path) -> tuple[Path, list[Pa
     others = [path for path in outputs if path not in pictures]
     if len(others) > 1:
         endings = ", ".join(targets.PICTURE.endings)
-        raise InputError(f"-o {others[1]}: is a second result; expected pictures of it ({endings})")
+        raise InputError(
+            f"-o {others[1]}: no picture by its ending; expected one of {endings} besides the result"
+        )
     return (others[0] if others else default), pictures
 
 

@@ -123,7 +123,12 @@ def estimate_white_noise(values: ArrayLike) -> float:
 
 
 def noise_of_curve(values: Floats) -> float:
-    """Return the standard deviation of white noise on a record of few samples: a curve has small fourth differences."""
+    """Return the standard deviation of white noise on a record of few samples; 0 for fewer than five.
+
+    A curve has small fourth differences.
+    """
+    if values.size < 5:
+        return 0.0
     return float(np.median(np.abs(np.diff(values, 4)))) / (MEDIAN_OF_NORMAL * math.sqrt(70))
 
 

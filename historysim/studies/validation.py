@@ -49,7 +49,7 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     --------
     >>> print(hs.validate("scenarios/04_normal_up_tangential_up.toml"))
     keys   known and complete
-    files  none besides the scenario
+    files  1 file readable
     loads  242 events over 12 s, which can be carried out
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)

@@ -68,7 +68,7 @@ COMMANDS = {
     ),
 }
 
-# Arguments of each command that writes no file.
+# Arguments of each command that writes no file, or a new folder.
 READING = {
     "columns": ["columns", "m.csv"],
     "validate": ["validate", "s.toml"],
@@ -76,6 +76,7 @@ READING = {
     "verify": ["verify", "r.nc"],
     "log": ["log", "r.history"],
     "kinds": ["kinds", "laws"],
+    "reference": ["reference", "certified"],
 }
 
 

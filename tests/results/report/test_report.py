@@ -48,7 +48,7 @@ def test_a_page_has_results_and_provenance(tmp_path):
         assert "\n" in message or (label in plain and message in plain)
     assert "substeps = 4 # <script>" in plain
     assert "4 # <script>" not in text
-    assert text.count("data:image/webp;base64,") == 6
+    assert text.count("data:image/webp;base64,") == 5
     # nothing is fetched
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
 
