@@ -46,7 +46,7 @@ def own_queries():
 
 @pytest.fixture(autouse=True)
 def clean_process():  # by its name set up before the others, and left after them
-    """Remove classes and queries that a test registers; it leaves folder, environment and settings of libraries as they are."""
+    """Remove classes and queries that a test registers; it leaves its process as it was."""
     before = process_state()
     classes = {group: registry.own() for group, registry in registries().items()}
     declared = own_queries()
