@@ -62,8 +62,8 @@ def clean_process():  # by its name set up before the others, and left after the
 
 @pytest.fixture(autouse=True)
 def quick_pictures(request, monkeypatch):
-    """Draw pictures without layout and at a low resolution, except in tests/results/plots, which checks both."""
-    if "plots" in request.path.parts:
+    """Draw pictures without layout and at a low resolution, except where they are checked, or kept."""
+    if "plots" in request.path.parts or request.config.getoption("--page", default=False):
         return
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: {})
     monkeypatch.setattr(canvas, "_fits", lambda _: True)
