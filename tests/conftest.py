@@ -1,4 +1,5 @@
 import os
+import re
 from decimal import getcontext
 from pathlib import Path
 
@@ -29,9 +30,13 @@ def alone(monkeypatch):
     monkeypatch.setattr("threading.active_count", lambda: 1)
 
 
+# Variables that pytest, and a cluster of dask with its allocator and linear algebra, set for a process.
+OF_LIBRARIES = re.compile("PYTEST|__DASK|MALLOC_|[A-Z]+_NUM_THREADS|PYTHONHASHSEED")
+
+
 def process_state():
     """Return what a test shares with those that run later in its process."""
-    names = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    names = {name: value for name, value in os.environ.items() if not OF_LIBRARIES.match(name)}
     return Path.cwd(), names, dict(mpl.rcParams), np.geterr(), getcontext().prec
 
 

@@ -20,8 +20,12 @@ SAME_BITS = ["-std=c11", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-
 OTHER_BITS = re.compile(
     "-Ofast|-f(fast|associative|reciprocal)-math|-funsafe-math-optimizations|-ffinite-math-only"
 )
-# by default zig compiles for the processor that it runs on, and traps undefined behaviour
-ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
+# by default zig compiles for the processor that it runs on, and traps undefined behaviour; not all
+# of its versions link functions of several vector widths (lanes.h)
+ZIG = [
+    sys.executable,
+    *("-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined", "-DHS_ONE_WIDTH"),
+]
 
 
 def compiler() -> list[str]:

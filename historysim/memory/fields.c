@@ -597,7 +597,8 @@ int hs_line_set_summits(hs_line *memory, const double *summit_height, const doub
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);
     if (!hs_can_evolve(memory, evolution)) return HS_FOREIGN;
-    const hs_drive drive = {0};
+    hs_drive drive;
+    memset(&drive, 0, sizeof drive);
     hs_evolved *evolved = memory->evolved;
     int status = HS_OK, has_yielding = evolution->yielding.kind != HS_NO_YIELDING;
     double stored = hs_elastic_energy(memory, NULL), erased = 0.0;

@@ -159,7 +159,8 @@ static int is_at_rest(const hs_fields *ctx, const hs_line *memory) {
 static int follow_elastic(hs_fields *ctx, hs_line *memory, double start_fraction, double fraction) {
     const hs_plan *plan = &ctx->plan;
     const double begin = plan->segment[0], end = plan->segment[1];
-    hs_path path = {0};
+    hs_path path;
+    memset(&path, 0, sizeof path);
     path.normal_fraction = path.tangential_fraction[0] = 1.0;
     path.normal_control = path.tangential_control[0] = HS_DISPLACED;
     path.normal_target = hs_toward(plan->approach[0], plan->approach[1], fraction);

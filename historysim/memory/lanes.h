@@ -21,8 +21,9 @@
 #define HS_VECTORISED
 #endif
 /* Compiled for narrow and for wide vectors, chosen at load time, with the same bits. Only glibc can
- * choose; elsewhere vectors have the width of the oldest processor of the platform. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__)
+ * choose; elsewhere vectors have the width of the oldest processor of the platform. The linker of
+ * zig 0.13 and 0.14 lacks the function that chooses: HS_ONE_WIDTH. */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__) && !defined(HS_ONE_WIDTH)
 #define HS_WIDE HS_VECTORISED __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define HS_WIDE HS_VECTORISED

@@ -101,7 +101,9 @@ static double error_of_substeps(hs_fields *ctx, const hs_adaptive *settings, con
     double tolerance = STATE_TOLERANCE_FACTOR * settings->tolerance,
            rough = ENERGY_TOLERANCE_FACTOR * settings->tolerance;
     double top = hs_max(coarse->approach, start->approach) - fine->contact->sorted_gap[0];
-    const hs_evolved none = {0}, *from = start->evolved ? start->evolved : &none,
+    hs_evolved none;
+    memset(&none, 0, sizeof none);
+    const hs_evolved *from = start->evolved ? start->evolved : &none,
                      *coarse_evolved = from == &none ? from : coarse->evolved,
                      *fine_evolved = from == &none ? from : fine->evolved;
     int64_t count = from == &none ? 0 : fine->contact->count;

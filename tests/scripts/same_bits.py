@@ -18,6 +18,8 @@ from pathlib import Path
 
 from c_core import SUPPORT, compiled, walked
 
+from historysim.basics.compiler import ZIG
+
 STEPS = 1000
 NATIVE = "-mcpu=native" if platform.machine() in {"aarch64", "arm64"} else "-march=native"
 
@@ -28,11 +30,7 @@ def builds():
         "gcc -O0": (["gcc"], ["-O0"], []),
         f"gcc -O3 {NATIVE}": (["gcc"], ["-O3", NATIVE], []),
         "clang -O2": (["clang"], ["-O2"], []),
-        "zig cc -O3": (
-            [sys.executable, "-m", "ziglang", "cc"],
-            ["-O3", "-fno-sanitize=undefined"],
-            [],
-        ),
+        "zig cc -O3": (ZIG, ["-O3"], []),
         "aarch64 gcc -O3": (["aarch64-linux-gnu-gcc"], ["-O3", "-static"], ["qemu-aarch64-static"]),
     }
 
