@@ -90,16 +90,18 @@ class FrictionLimitError(LoadError):
         The load asked for and the largest the contact carries [N].
     path : int
         Position of the load path that failed, among the requested paths.
+    formula : str
+        Definition of the limit.
     """
 
-    def __init__(self, request: float, limit: float, path: int = 0) -> None:
-        super().__init__(request, limit, path)
-        self.request, self.limit, self.path = request, limit, path
+    def __init__(self, request: float, limit: float, path: int = 0, formula: str = "Σ μ N") -> None:
+        super().__init__(request, limit, path, formula)
+        self.request, self.limit, self.path, self.formula = request, limit, path, formula
 
     def __str__(self) -> str:
         request, limit = distinct_texts(self.request, self.limit)
         return (
-            f"a tangential load of {request} N is beyond the friction limit of {limit} N (Σ μ N), so "
+            f"a tangential load of {request} N is beyond the friction limit of {limit} N ({self.formula}), so "
             "there is no equilibrium; lower it, raise the normal load first, control the displacement instead, or "
             "choose `saturate` to hold the load at the limit"
         )

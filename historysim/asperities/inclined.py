@@ -22,14 +22,14 @@ from historysim.asperities.stepper import channel, make_path
 from historysim.basics.arguments import Booleans, Floats, scalar
 from historysim.basics.limits import is_workable
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import FrictionLimitError, InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, are_in_plane
 from historysim.memory.paths import Goals, Paths, blank_rows, drop_rows, straight_paths
 
 # Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of
 # the load.
 STEEPEST_SLIDING = 0.9
-_HEAD = struct.Struct("<8sqqqdd")
+_HEAD = struct.Struct("<8sqqqddd")
 _MARK = b"hsinclin"
 UNIT_ROUNDING = 1e-12  # of the length of the axes of a slope
 
@@ -55,7 +55,10 @@ class InclinedState(SavedState):
     approach: float  #: of the whole body, d [m]
     tangential_displacement: float  #: of the whole body, U [m]
     normal_control: int = LOAD
-    tangential_control: int = LOAD
+    #: `LOAD` once a tangential load is given; before U is held
+    tangential_control: int = DISPLACED
+    #: part of a requested tangential load beyond the friction limit that holds it [N]
+    excess: float = 0.0
 
     normal_load = _facet_sum(
         lambda facet, c, s: facet.normal_load * c - facet.tangential_load * s,
@@ -83,6 +86,10 @@ class InclinedState(SavedState):
     )
 
     @property
+    def _excess(self) -> float:
+        return self.excess
+
+    @property
     def contact_count(self) -> int:
         """Number of asperities that touch."""
         return sum(facet.contact_count for facet in self.facets)
@@ -90,9 +97,8 @@ class InclinedState(SavedState):
     def to_bytes(self) -> bytes:
         """Serialise the state."""
         controls = self.normal_control, self.tangential_control
-        head = _HEAD.pack(
-            _MARK, len(self.facets), *controls, self.approach, self.tangential_displacement
-        )
+        position = self.approach, self.tangential_displacement, self.excess
+        head = _HEAD.pack(_MARK, len(self.facets), *controls, *position)
         contents = [facet.to_bytes() for facet in self.facets]
         sizes = struct.pack(f"<{len(contents)}q", *map(len, contents))
         return b"".join([head, self.axes.tobytes(), sizes, *contents])
@@ -101,7 +107,9 @@ class InclinedState(SavedState):
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
         """Read the state from the result of `to_bytes`; see `SavedState`."""
         try:
-            mark, count, *controls, approach, displacement = _HEAD.unpack_from(content)
+            mark, count, normal, tangential, approach, displacement, excess = _HEAD.unpack_from(
+                content
+            )
             # a forged number may be larger than NumPy accepts
             count = max(-1, min(count, len(content)))
             axes = np.frombuffer(content, np.float64, 2 * count, _HEAD.size).reshape(count, 2)
@@ -113,15 +121,15 @@ class InclinedState(SavedState):
             ) from None
         ends = offset + sizes.nbytes + np.cumsum(sizes)
         is_complete = mark == _MARK and count > 0 and (sizes > 0).all() and ends[-1] == len(content)
-        if not (is_complete and set(controls) <= {LOAD, DISPLACED}):
+        if not (is_complete and {normal, tangential} <= {LOAD, DISPLACED}):
             raise InputError(
                 "the bytes are of no inclined asperities; expected a state that was saved whole"
             )
         are_unit_vectors = (np.abs(np.hypot(*axes.T) - 1.0) <= UNIT_ROUNDING) & (axes[:, 0] > 0.0)
-        if not (are_unit_vectors.all() and is_workable(approach) and is_workable(displacement)):
+        if not (are_unit_vectors.all() and all(map(is_workable, (approach, displacement, excess)))):
             raise InputError(
-                "a slope, the approach or the displacement of the state is not a number, or beyond the largest that is "
-                "computed with; expected a state that was saved whole"
+                "a slope, the approach, the displacement or the excess load of the state is not a "
+                "number, or beyond the largest that is computed with; expected a state that was saved whole"
             )
         if like is not None and not np.array_equal(like.axes, axes):
             raise InputError("the state is of other slopes; expected one of this ensemble's")
@@ -134,11 +142,13 @@ class InclinedState(SavedState):
             State.from_bytes(content_of_facet, start)
             for content_of_facet, start in zip(facet_contents, starts, strict=True)
         ]
-        return cls(tuple(facets), axes, approach, displacement, *controls)
+        return cls(tuple(facets), axes, approach, displacement, normal, tangential, excess)
 
 
 def _unsupported_text(feature: str) -> str:
-    return f"inclined asperities have no {feature}; expected constant coefficients, and displacements along x"
+    return (
+        f"inclined asperities have no {feature}; expected constant coefficients, and motion along x"
+    )
 
 
 # no slots: cached properties need an instance dictionary
@@ -154,8 +164,15 @@ class InclinedEnsemble(AsperitySet):
 
     Slopes do not change with U and asperities keep their partners: U has to be small compared with
     the radii. Paths are exact where displacements are given. Under a normal load they are followed
-    in chords, until approach and loads have converged to ``tolerance``. The tangential channel is
-    held until a displacement moves it.
+    in chords, until approach and loads have converged to ``tolerance``, and so are paths under both
+    loads, until U has. A path to an approach and a tangential load is straight in d and U. U is
+    held until a displacement or a tangential load is given.
+
+    A tangential load is met at the nearest U in the direction in which load is missing. The
+    friction limit is the largest load that any U carries, up to a further motion by the smallest
+    radius: more than where all asperities slide at first, since the body then climbs its steepest
+    slopes. With ``saturate`` a load beyond it is held just below it, at the nearest U that carries
+    that.
 
     Parameters
     ----------
@@ -256,9 +273,9 @@ class InclinedEnsemble(AsperitySet):
 
     def initial_state(self) -> InclinedState:
         """Return the unloaded virgin state, with the body at d = U = 0."""
-        return InclinedState(
-            tuple(facet.unloaded_state() for facet in self.facets), self._axes, 0.0, 0.0
-        )
+        facets = tuple(facet.unloaded_state() for facet in self.facets)
+        control = DISPLACED if self.slope.any() else LOAD
+        return InclinedState(facets, self._axes, 0.0, 0.0, tangential_control=control)
 
     def check_state(self, state: Any) -> None:
         """Raise an InputError if a state does not belong to this ensemble."""
@@ -285,8 +302,7 @@ class InclinedEnsemble(AsperitySet):
     ) -> InclinedState:
         """Return the state after one joint straight path; parameters and errors as for `Ensemble.advance`.
 
-        A tangential load, an instrument or a pair of targets is an InputError, unless all slopes
-        are 0.
+        An instrument or a pair of targets is an InputError, unless all slopes are 0.
         """
         normal_control, tangential_control = self.read_controls(state)
         normal = channel("normal", normal_load, normal_displacement, normal_control, 0.0)
@@ -316,19 +332,13 @@ class InclinedEnsemble(AsperitySet):
         if not self.slope.any():
             level = self.facets[0].advance_along(state.facets[0], paths, **options)
             controls = level.memory.line.normal_control, level.memory.line.tangential_control
-            return InclinedState(
-                (level,), self._axes, level.approach, level.tangential_displacement, *controls
-            )
+            position = level.approach, level.tangential_displacement
+            return InclinedState((level,), self._axes, *position, *controls, level._excess)
         if not as_instrument(instrument).rigid or instrument.parallel_stiffness:
             raise InputError(_unsupported_text("instrument in series or in parallel"))
-        load_driven = np.flatnonzero(
-            (paths["tangential_control"][:, 0] == LOAD) & (paths["tangential_fraction"][:, 0] > 0)
+        legs, held, end = self._body_legs(
+            state, paths, options.get("until", 1.0), options.get("saturate", False)
         )
-        if load_driven.size:
-            error = InputError(_unsupported_text("given tangential load"))
-            error.path = int(load_driven[0])
-            raise error
-        legs = self._body_legs(state, paths, options.get("until", 1.0))
         if rows is None:
             rows, legs = blank_rows(0, None), drop_rows(legs)
         ends = np.stack([legs["normal_target"], legs["tangential_target"][:, 0]])
@@ -358,11 +368,17 @@ class InclinedEnsemble(AsperitySet):
             for name, values in rows.each.items():
                 values[:, row_columns] = facet_rows.each[name][:, facet_columns]
         rows.totals["friction_limit"] += np.abs(along)
+        row = (legs["first_row"] + legs["parts"] - 1)[held]
+        rows.totals["saturated"][row[row < along.size]] = 1.0
         positions = np.column_stack([(state.approach, state.tangential_displacement), ends])
         rows.totals["approach"], rows.totals["displacement"] = _interpolate_rows(positions, legs)
-        controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"][0])
         return InclinedState(
-            tuple(facets), self._axes, float(positions[0, -1]), float(positions[1, -1]), *controls
+            tuple(facets),
+            self._axes,
+            float(positions[0, -1]),
+            float(positions[1, -1]),
+            int(paths[-1]["normal_control"]),
+            *end,
         )
 
     def slide_time(self, state: InclinedState) -> Floats:
@@ -378,6 +394,8 @@ class InclinedEnsemble(AsperitySet):
         At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1
         + μ |tan α|.
         """
+        if not self.slope.any():
+            return super()._may_touch(normal_load, approach, displacement)
         product, steep = float((self.friction * np.abs(self.slope)).max()), np.abs(self.slope)
         deepest = max(approach, self.approach_at(normal_load * (1 + product) / (1 - product)))
         touching: Booleans = self.first_touch < deepest + displacement * (steep.max() + steep)
@@ -408,13 +426,23 @@ class InclinedEnsemble(AsperitySet):
             lambda index: Asperity.from_readout(*columns[index], index), range(len(self))
         )
 
-    def _body_legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
-        """Convert paths to straight legs in d and U; a path under normal load becomes chords."""
-        position = state.approach, state.tangential_displacement
+    def _body_legs(
+        self, state: InclinedState, paths: Paths, until: float, saturate: bool
+    ) -> tuple[Paths, Booleans, tuple[int, float]]:
+        """Convert paths to straight legs in d and U; a path under normal load becomes chords.
+
+        Return the legs, those at whose end a tangential load is held at the limit, and the
+        tangential control and the excess of the state at the end.
+        """
+        position = state.approach, state.tangential_displacement, state.excess
         body = BodyPosition(self.facets, tuple(facet.memory for facet in state.facets), *position)
-        loaded = bool((paths["normal_control"] == LOAD).any())
+        control = state.tangential_control
+        given = paths["tangential_control"][:, 0] == LOAD
+        # a load that was never given is none to hold
+        given &= (paths["tangential_fraction"][:, 0] > 0) | (control == LOAD)
+        loaded = bool((given | (paths["normal_control"] == LOAD)).any())
         legs: list[tuple[float, ...]] = []
-        for path in paths:
+        for index, path in enumerate(paths):
             fields = dict(zip(PATH.names or (), path.item(), strict=True))
             start_time, substeps, duration = (
                 fields["begin"],
@@ -423,49 +451,77 @@ class InclinedEnsemble(AsperitySet):
             )
             fraction_end, normal_target = until * fields["normal_fraction"], fields["normal_target"]
             (goal, _), (fraction, _) = fields["tangential_target"], fields["tangential_fraction"]
-            displacement = float(interpolate(body.displacement, goal, until * fraction))
-            if fields["normal_control"] == DISPLACED:
-                approach = float(interpolate(body.approach, normal_target, fraction_end))
-                legs.append(
-                    (
-                        approach,
-                        displacement,
-                        substeps,
-                        fields["recorded"],
-                        start_time,
-                        fields["end"],
-                    )
+            by_load = fields["tangential_control"][0] == LOAD and (fraction > 0 or control == LOAD)
+            control = LOAD if by_load else DISPLACED
+            if not (by_load and saturate):
+                body = attrs.evolve(body, excess=0.0)
+            begin = body.loads[1] + body.excess if by_load else body.displacement
+            try:
+                if fields["normal_control"] == DISPLACED:
+                    if by_load:
+                        body = self._move_straight(
+                            body,
+                            interpolate(body.approach, normal_target, fields["normal_fraction"]),
+                            interpolate(begin, goal, fraction),
+                            until,
+                            saturate,
+                        )
+                    else:
+                        approach = float(interpolate(body.approach, normal_target, fraction_end))
+                        displacement = float(interpolate(begin, goal, until * fraction))
+                        # the memory is needed only for later paths under load control
+                        body = (
+                            body.move_to(approach, displacement)
+                            if loaded
+                            else BodyPosition((), (), approach, displacement)
+                        )
+                    end = substeps, fields["recorded"], start_time, fields["end"]
+                    legs.append((body.approach, body.displacement, *end, body.excess != 0.0))
+                    continue
+                origin = np.array([body.loads[0], begin])
+                target = np.array(
+                    [
+                        interpolate(origin[0], normal_target, fraction_end),
+                        interpolate(begin, goal, until * fraction),
+                    ]
                 )
-                # the memory is needed only for later paths under load control
-                body = (
-                    body.move_to(approach, displacement)
-                    if loaded
-                    else BodyPosition((), (), approach, displacement)
-                )
-                continue
-            origin = np.array([body.loads[0], body.displacement])
-            target = np.array([interpolate(origin[0], normal_target, fraction_end), displacement])
 
-            def targets_at(
-                substep: float, origin: Any = origin, target: Any = target
-            ) -> tuple[float, float]:
-                load, displacement = interpolate(origin, target, substep).tolist()
-                return load, displacement
+                def targets_at(
+                    substep: float, origin: Any = origin, target: Any = target
+                ) -> tuple[float, float]:
+                    load, tangential = interpolate(origin, target, substep).tolist()
+                    return load, tangential
 
-            low = 0.0
-            for substep in range(1, substeps + 1):
-                for high, body in body.chords(targets_at, low, substep / substeps, self.tolerance):  # noqa: B020
-                    recorded = high == substep / substeps and (
-                        substep < substeps or fields["recorded"]
-                    )
-                    times = start_time + duration * low, start_time + duration * high
-                    legs.append((body.approach, body.displacement, 1, recorded, *times))
-                    low = high
-        columns = np.array(legs).reshape(-1, 6).T
+                low, how = 0.0, {"by_loads": by_load, "saturate": saturate}
+                for substep in range(1, substeps + 1):
+                    part = low, substep / substeps
+                    for high, body in body.chords(targets_at, *part, self.tolerance, **how):  # noqa: B020
+                        recorded = high == part[1] and (substep < substeps or fields["recorded"])
+                        times = start_time + duration * low, start_time + duration * high
+                        place = body.approach, body.displacement
+                        legs.append((*place, 1, recorded, *times, body.excess != 0.0))
+                        low = high
+            except FrictionLimitError as error:
+                error.path = index
+                raise
+        columns = np.array(legs).reshape(-1, 7).T
         goals = Goals(DISPLACED, columns[0]), Goals(DISPLACED, columns[1])
-        return straight_paths(
+        straight = straight_paths(
             *goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5])
         )
+        return straight, columns[6] > 0.0, (control, body.excess)
+
+    @staticmethod
+    def _move_straight(
+        body: BodyPosition, approach: float, load: float, until: float, saturate: bool
+    ) -> BodyPosition:
+        """Move a body along a part of the straight path in d and U to an approach and a tangential load."""
+        end = body.solve_at_tangential_load(float(load), saturate, approach=float(approach))
+        if until == 1.0:
+            return end
+        start = np.array([body.approach, body.displacement])
+        there = interpolate(start, np.array([end.approach, end.displacement]), until)
+        return body.move_to(*there.tolist())
 
 
 def _interpolate_rows(positions: Floats, legs: Paths) -> Floats:

@@ -26,6 +26,7 @@ from historysim.loads.events import (
     NormalDisplacement,
     NormalLoad,
     TangentialDisplacement,
+    TangentialLoad,
 )
 from historysim.loads.schedule import changes_geometry, friction_changes
 from historysim.memory.paths import PROJECTED, Rows, blank_rows
@@ -71,8 +72,12 @@ def chosen_asperities(
         if record == "all" or changes_geometry(events):
             return np.arange(len(ensemble))
         load, approach = (_largest(events, kind) for kind in (NormalLoad, NormalDisplacement))
-        displacement = float(
-            np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0)
+        # how far a tangential load moves them is not known before
+        is_loaded = channel_values(events, TangentialLoad).size > 0
+        displacement = (
+            np.inf
+            if is_loaded
+            else float(np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0))
         )
         touching = ensemble._may_touch(load, approach, displacement)  # noqa: SLF001 - no user calls it
         return np.flatnonzero(touching)

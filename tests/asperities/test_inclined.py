@@ -33,6 +33,9 @@ def legs(seed, count):
     return np.column_stack([random.uniform(0.1, 1.0, count), random.uniform(-30e-9, 30e-9, count)])
 
 
+CLOSE = 1e-4  # of loads along rows that are joined by straight lines
+
+
 class Springs:
     """Rows of Coulomb springs, one for each asperity, on axes turned by its slope; moved in small steps."""
 
@@ -238,9 +241,9 @@ def test_states_go_to_bytes_and_back():
     for damaged in (b"", content[:-1], content[:60], b"x" + content[1:], content + b"\0"):
         with refused("expected a state that was saved whole"):
             InclinedState.from_bytes(damaged)
-    # mark, number of slopes and two controls precede the approach, the displacement and the axes of
-    # the slopes
-    for place in range(32, 48 + 16 * len(state.facets), 8):
+    # mark, number of slopes and two controls precede the approach, the displacement, the excess
+    # load and the axes of the slopes
+    for place in range(32, 56 + 16 * len(state.facets), 8):
         for number in (1e300, -1e300, np.inf, np.nan):
             forged = content[:place] + struct.pack("<d", number) + content[place + 8 :]
             with refused("expected a state that was saved whole"):
@@ -279,6 +282,150 @@ def test_questions_to_a_history_of_slopes():
     (finding,) = far.contact.validity()
     assert finding.name == "turning"
     assert finding.value == pytest.approx(2e-6 / (4 * ensemble.summit_radius.min()), rel=0.5)
+
+
+def load_events(seed, count):
+    """Random normal loads and tangential loads that friction holds, with an approach among them."""
+    random = np.random.default_rng(seed)
+    events = [hs.NormalLoad(0.0, 2e-3), hs.TangentialLoad(0.0, 0.0)]
+    for time in range(1, count + 1):
+        load = random.uniform(1e-3, 4e-3)
+        pressed = (
+            hs.NormalDisplacement(time, random.uniform(50e-9, 60e-9))
+            if time % 3 == 0
+            else hs.NormalLoad(time, load)
+        )
+        events += [pressed, hs.TangentialLoad(time, random.uniform(-0.1, 0.1) * 1e-3)]
+    return events
+
+
+def test_loads_on_almost_no_slope_are_those_of_level_asperities():
+    summits = PAIR, [0.0, -20e-9, -30e-9], [10e-6, 8e-6, 12e-6], 0.2
+    events, how = load_events(2, 5), {"hold": False, "record": "totals", "substeps": 3}
+    found = hs.replay(hs.InclinedEnsemble(*summits, slope=1e-14), events, **how)
+    level = hs.replay(hs.Ensemble(*summits), events, **how)
+    for name, scale in (
+        ("total_normal_load", 4e-3),
+        ("total_tangential_load", 4e-4),
+        ("separation", 60e-9),
+        ("tangential_displacement", 10e-9),
+    ):
+        np.testing.assert_allclose(found[name], level[name], rtol=0, atol=1e-9 * scale)
+    # each chord may be off by 1e-5 of what it loses, or by 1e-8 of the loss in gross slip
+    np.testing.assert_allclose(
+        found.total_dissipated_energy,
+        level.total_dissipated_energy,
+        rtol=3e-5,
+        atol=3e-8 * 0.2 * 4e-3 * 60e-9,
+    )
+
+
+def test_a_tangential_load_on_a_symmetric_pair():
+    pair = hs.InclinedEnsemble(PAIR, [0.0, 0.0], RADIUS, FRICTION, slope=[SLOPE, -SLOPE])
+    pressed = pair.advance(pair.initial_state(), normal_load=LOAD)
+    there, back = (
+        pair.advance(pressed, tangential_load=way * 0.6 * FRICTION * LOAD) for way in (1, -1)
+    )
+    assert there.normal_load == pytest.approx(LOAD, rel=1e-12)
+    assert there.tangential_load == pytest.approx(0.6 * FRICTION * LOAD, rel=1e-12)
+    assert there.tangential_displacement == pytest.approx(-back.tangential_displacement, rel=1e-9)
+    assert there.approach == pytest.approx(back.approach, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+def test_paths_by_load_are_those_by_the_displacements_found(seed):
+    ensemble = rough(5, seed)
+    events = load_events(seed, 4)
+    loads = hs.replay(ensemble, events, substeps=40, hold=False)
+    state = hs.Replay(ensemble, events[:2], hold=False).state()
+    approach = ensemble.highest_summit - loads.separation.values
+    displacement = loads.tangential_displacement.values
+    for row in range(1, loads.sizes["step"]):
+        state = ensemble.advance(
+            state,
+            normal_displacement=approach[row],
+            tangential_displacement=displacement[row],
+        )
+        normal, tangential = (
+            float(loads[name][row]) for name in ("total_normal_load", "total_tangential_load")
+        )
+        assert state.normal_load == pytest.approx(normal, abs=CLOSE * 4e-3)
+        assert state.tangential_load == pytest.approx(tangential, abs=CLOSE * 1e-3)
+    # the requests: a load is a straight line in time between loads, where the normal load is one too
+    asked = [event.value for event in events if isinstance(event, hs.TangentialLoad)]
+    ends = loads.total_tangential_load.values[
+        np.searchsorted(loads.time, np.arange(5), "right") - 1
+    ]
+    np.testing.assert_allclose(ends, asked, rtol=0, atol=1e-15)
+    first = loads.sel(step=loads.time <= 1.0)
+    np.testing.assert_allclose(
+        first.total_tangential_load, first.time * asked[1], rtol=0, atol=1e-15
+    )
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("slope", [SLOPE, -0.3])
+def test_the_friction_limit_of_a_slope(slope, way):
+    ensemble = sphere(slope)
+    limit = LOAD * math.tan(math.atan(slope) + way * math.atan(FRICTION))
+    start = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    with pytest.raises(hs.FrictionLimitError, match="with slopes") as caught:
+        ensemble.advance(start, tangential_load=limit + way * 1e-6 * LOAD)
+    assert caught.value.limit == pytest.approx(limit, rel=1e-10)
+    for kept in (limit - way * 1e-6 * LOAD, limit):
+        state = ensemble.advance(start, tangential_load=kept)
+        assert state.tangential_load == pytest.approx(kept, rel=1e-10)
+    held = ensemble.advance(start, tangential_load=way * LOAD, saturate=True)
+    assert held.tangential_load == pytest.approx(limit, rel=1e-10)
+    assert held.tangential_request == pytest.approx(way * LOAD, rel=1e-15)
+    # the nearest displacement at which it slides
+    assert held.tangential_displacement == pytest.approx(state.tangential_displacement, rel=1e-5)
+    assert pickle.loads(pickle.dumps(held)) == held  # its own
+    for load in (0.5 * LOAD, 1.5 * LOAD):
+        held = ensemble.advance(held, normal_load=load, saturate=True)
+        assert held.tangential_load == pytest.approx(limit * load / LOAD, rel=1e-10)
+        assert held.tangential_request == pytest.approx(way * LOAD, rel=1e-15)
+    free = ensemble.advance(held, tangential_displacement=held.tangential_displacement)
+    assert free.tangential_request == free.tangential_load
+
+
+def test_a_peak_of_the_load_before_steep_asperities_of_little_friction_carry_alone():
+    ensemble = rough(5, 3, np.random.default_rng(5).uniform(0.05, 0.5, 5))
+    start = ensemble.advance(ensemble.initial_state(), normal_load=4e-3)
+    held = ensemble.advance(start, tangential_load=-1.0, saturate=True)
+    largest = min(
+        ensemble.advance(start, tangential_displacement=-displacement).tangential_load
+        for displacement in np.linspace(2e-9, 100e-9, 50)
+    )
+    far = ensemble.advance(start, tangential_displacement=-5e-6).tangential_load
+    assert held.tangential_load <= largest * (1 - 1e-12) < 1.05 * far
+
+
+def test_a_displacement_is_held_before_a_load_is_given_and_a_load_after():
+    ensemble = sphere()
+    pressed = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    assert ensemble.advance(pressed, normal_load=2 * LOAD).tangential_displacement == 0.0
+    loaded = ensemble.advance(pressed, tangential_load=1e-3)
+    later = ensemble.advance(loaded, normal_load=2 * LOAD)
+    assert later.tangential_load == pytest.approx(1e-3, rel=1e-12)
+    assert later.tangential_displacement != loaded.tangential_displacement
+    lifted = ensemble.advance(loaded, normal_load=0.0, saturate=True)
+    assert (lifted.tangential_load, lifted.tangential_request) == pytest.approx((0, 1e-3), abs=1e-9)
+    with pytest.raises(hs.FrictionLimitError):
+        ensemble.advance(loaded, normal_load=0.0)
+
+
+def test_a_log_of_tangential_loads_makes_the_same_bits(tmp_path):
+    ensemble, events = rough(4, 1), load_events(1, 3)
+    events += [hs.NormalLoad(4.0, 2e-3), hs.TangentialLoad(4.0, 10e-3)]
+    how = {"saturate": True, "hold": False}
+    with hs.EventLog.create(tmp_path / "a.hslog", ensemble, events, **how) as log:
+        assert log.replay().equals(history := hs.replay(ensemble, events, **how))
+        for time in (1.0, 2.5, 4.0):
+            assert log.state(at=time) == hs.Replay(ensemble, events, **how).state(until=time)
+        assert log.state().to_bytes() == hs.Replay(ensemble, events, **how).state().to_bytes()
+    assert history.saturated.values.tolist() == [0] * (history.sizes["step"] - 1) + [1]
+    assert history.sizes["asperity"] == len(ensemble)
 
 
 def test_messages():
