@@ -22,7 +22,7 @@ import try_it
 
 ROOT = HERE.parent
 FOLDERS = ("data", "historysim", "scenarios", "tests")
-COPIED = {".md", ".png", ".toml", ".py", ".csv", ".c", ".h"}
+COPIED = {".md", ".png", ".toml", ".py", ".csv", ".c", ".h", ".cff"}
 """Endings of the files that pages consist of or link to."""
 MOVED = {"README.md": "index.md", ".github/CONTRIBUTING.md": "contributing.md"}
 """Pages that stand elsewhere on the site: its first one, and one whose folder has a dot."""
