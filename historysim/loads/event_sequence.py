@@ -191,11 +191,14 @@ def components(events: Sequence[Event]) -> set[int]:
 def channel_values(events: Sequence[Event], kind: type[LoadEvent]) -> Floats:
     """Return the values of all events of one type in SI units (event), or (event, 2) in two directions.
 
-    An open component of a pair is NaN.
+    An open component of a pair is NaN, and the second one of a number among pairs.
     """
     loads = to_loads(events)
     if loads is None:
-        return np.array([event.value for event in events if isinstance(event, kind)], dtype=float)
+        given: list[Any] = [event.value for event in events if isinstance(event, kind)]
+        if any(np.ndim(value) for value in given):
+            given = [value if np.ndim(value) else (value, math.nan) for value in given]
+        return np.array(given, dtype=float)
     values: Floats = loads.value[loads.kind == _CODE[kind]]
     return values
 
