@@ -21,5 +21,5 @@ def __getattr__(name: str) -> Any:
     value = _named(name)
     if (getattr(value, "__module__", None) or value.__name__).startswith(_GIVE_OR_TAKE_HISTORIES):
         # histories get their questions: history.contact
-        importlib.import_module(f"{__name__}.results.accessor")
+        importlib.import_module(f"{__name__}.results.register_accessor")
     return value

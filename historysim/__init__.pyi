@@ -9,9 +9,9 @@ from historysim.asperities import attraction as attraction
 from historysim.asperities import laws as laws
 from historysim.asperities import wear as wear
 from historysim.asperities import yielding as yielding
+from historysim.asperities.asperity import Asperity as Asperity
 from historysim.asperities.asperity import SlipState as SlipState
 from historysim.asperities.contact_batch import ContactBatch as ContactBatch
-from historysim.asperities.ensemble import Asperity as Asperity  # type: ignore[attr-defined] # with the ensemble of one
 from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
@@ -54,13 +54,13 @@ from historysim.scenario.fit import compare as compare
 from historysim.scenario.fit import creep as creep
 from historysim.scenario.fit import fit as fit
 from historysim.scenario.kinds import kinds as kinds
-from historysim.scenario.record_search import loops as loops
-from historysim.scenario.record_search import sliding as sliding
 from historysim.scenario.run import run as run
 from historysim.scenario.scenario import Scenario as Scenario
 from historysim.scenario.scenario import load as load
 from historysim.studies.design import design as design
 from historysim.studies.gallery import gallery as gallery
+from historysim.studies.record_search import loops as loops
+from historysim.studies.record_search import sliding as sliding
 from historysim.studies.shortest import shortest as shortest
 from historysim.studies.sweep import sweep as sweep
 from historysim.studies.sweep_table import sweep_statistics as sweep_statistics
@@ -85,8 +85,8 @@ from historysim.contact.greenwood_williamson import GreenwoodWilliamson as Green
 from historysim.interaction.solutions import NormalSolutions as NormalSolutions
 from historysim.loads.events import FrictionRamp as FrictionRamp
 from historysim.loads.events import GeometryChange as GeometryChange
-from historysim.scenario.record_search import find_loops as find_loops
-from historysim.scenario.record_search import find_sliding as find_sliding
+from historysim.studies.record_search import find_loops as find_loops
+from historysim.studies.record_search import find_sliding as find_sliding
 from historysim.studies.sweep_table import drift_along as drift_along
 from historysim.studies.sweep_table import sweep_statistics as spread  # noqa: F401 - reached as hs.spread
 from historysim.surfaces.distribution import drawn_summits as drawn_summits

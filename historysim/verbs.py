@@ -330,7 +330,7 @@ def _lines(content: Any, *, attributes: bool = False) -> list[tuple[str, str]]: 
 
         return [*summary(content), *(_attribute_lines(content) if attributes else [])]
     from historysim.scenario.scenario import Scenario
-    from historysim.scenario.scenario import summary as of_scenario
+    from historysim.scenario.scenario_summary import summary as of_scenario
 
     if isinstance(content, Scenario):
         return of_scenario(content)

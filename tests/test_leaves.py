@@ -22,7 +22,7 @@ CALLERS = {
     # types register their pages
     "report": ("verbs", "scenario.fit", "scenario.runs", "studies.gallery", "exchange.reduced."),
     "design studies": ("studies.validation",),
-    "adhesion theory": ("scenario.build", "scenario.figure", "scenario.picture_section"),
+    "adhesion theory": ("scenario.scenario", "scenario.figure", "scenario.picture_section"),
 }
 
 

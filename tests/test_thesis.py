@@ -245,10 +245,10 @@ def test_2_04_adhesion_map():
     # beyond 5 JKR holds; the sharp ones carry some 9 and 44 πWR, the latter above where adhesion is
     # 5 %
     assert dict(hs.show(path))["adhesion regimes"].startswith("1 JKR, 1 Maugis, 1 Hertz")
-    contact = hs.load(path).build().adhering()
+    loaded = hs.load(path)
+    contact = loaded.adhering(loaded.replay())
     found = contact.maugis_parameter[np.argsort(contact.asperity)]
     assert found == pytest.approx(expected, rel=1e-3)
-    loaded = hs.load(path)
     own = loaded.sections.adhesion.work(loaded.ensemble().pair)
     pull, dmt = ((share * np.pi * own * BALL * 1e3) for share in (1.5, 2))
     assert [pull, dmt] == pytest.approx([1.429, 1.905], abs=5e-4)

@@ -1,6 +1,7 @@
 """`Asperity`: one contact with its traction memory; `Asperities`: the asperities of one state as a sequence."""
 
 import enum
+import importlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
@@ -15,8 +16,6 @@ from historysim.asperities.law import FrictionLaw
 from historysim.asperities.readout import Readout, Step
 from historysim.asperities.state import State
 from historysim.asperities.traction_picture import traction_svg
-from historysim.asperities.wear import WearLaw
-from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array, Floats, as_floats, scalar
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
@@ -26,6 +25,10 @@ from historysim.contact.materials import MaterialPair
 from historysim.contact.subsurface import normal_stress, tangential_stress
 from historysim.errors import InputError
 from historysim.memory.binding import TIE, Memory, nodes, take_ownership, view
+
+if TYPE_CHECKING:
+    from historysim.asperities.wear import WearLaw
+    from historysim.asperities.yielding import YieldingLaw
 
 T = TypeVar("T")
 SWAPPED_AXES = [1, 0, 2]
@@ -73,9 +76,9 @@ class AsperityOptions(TypedDict, total=False):
     """Options of `Ensemble` that `Asperity` accepts."""
 
     tolerance: float
-    wear: WearLaw | None
+    wear: "WearLaw | None"
     follow_sliding: bool
-    yielding: YieldingLaw | str | None
+    yielding: "YieldingLaw | str | None"
     rings: Rings
 
 
@@ -120,8 +123,6 @@ class Asperity:
     (2,)
     """
 
-    #: `Ensemble`, which imports this module
-    ensemble_type: ClassVar[Any]
     ensemble: Any  #: the ensemble that contains it; an ensemble of one for a single asperity
     state: State  #: state of that ensemble
     #: position in the ensemble, or label in the history; None for a single asperity
@@ -141,7 +142,9 @@ class Asperity:
             friction if isinstance(friction, FrictionLaw) else scalar("friction", friction, least=0)
         )
         summit_radius = scalar("radius", radius, above=0)
-        ensemble = self.ensemble_type(pair, 0.0, summit_radius, coefficient, **options)
+        # an ensemble of one; its module imports this one
+        ensembles = importlib.import_module("historysim.asperities.ensemble")
+        ensemble = ensembles.Ensemble(pair, 0.0, summit_radius, coefficient, **options)
         state = ensemble.initial_state()
         self.__attrs_init__(ensemble, state, None, Readout(ensemble, state, [0]), 0, ())
 

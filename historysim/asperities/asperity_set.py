@@ -1,13 +1,11 @@
 """`AsperitySet`: base class of bodies whose asperities are paraboloids, with their summits and positions."""
 
 import abc
-from collections.abc import Iterator
 from functools import partial
-from typing import Any, Self, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 
-from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.body import Body, check_pair, require, warn_if_unlikely
 from historysim.asperities.law import FrictionLaw, coulomb
 from historysim.basics.arguments import (
@@ -22,6 +20,11 @@ from historysim.basics.limits import SMALLEST
 from historysim.basics.wording import brief
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from historysim.asperities.asperity import Asperities, Asperity
 
 per_asperity = partial(as_item_array, "asperity", "asperities")
 
@@ -105,7 +108,7 @@ class AsperitySet(Body):
         """Return the number of asperities."""
         return self.summit_height.size
 
-    def __iter__(self) -> Iterator[Asperity]:
+    def __iter__(self) -> "Iterator[Asperity]":
         """Iterate over the asperities in the initial state; `asperities` has those of another state."""
         return iter(self.asperities(self.initial_state()))
 
@@ -138,11 +141,11 @@ class AsperitySet(Body):
         return super().settings | area
 
     @abc.abstractmethod
-    def asperity(self, index: int, state: Any) -> Asperity:
+    def asperity(self, index: int, state: Any) -> "Asperity":
         """Return one asperity with its memory in a state; InputError if the index is out of range."""
 
     @abc.abstractmethod
-    def asperities(self, state: Any) -> Asperities:
+    def asperities(self, state: Any) -> "Asperities":
         """Return all asperities with their memories in a state, as a sequence: ``len``, index, slice, iteration."""
 
 

@@ -10,13 +10,12 @@ import numpy as np
 from historysim.asperities.body import Feature
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID
-from historysim.asperities.law import FrictionGoal, Law
+from historysim.asperities.law import ATTRACTIONS, FrictionGoal, Law
 from historysim.asperities.state import State
 from historysim.asperities.stepper import channel, make_path
 from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.fields import Quantity, SurfaceEnergy, at_least
 from historysim.basics.library import lib
-from historysim.basics.registry import Registry
 from historysim.basics.units import quantity_text
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, PullOffError
 from historysim.memory.binding import DISPLACED, LOAD, Memory, tangential_control
@@ -29,13 +28,6 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-# The laws by their names in scenarios and logs.
-ATTRACTIONS: Registry[type["Attraction"]] = Registry(
-    "historysim.attraction",
-    "historysim.asperities.attraction:Attraction",
-    "law of attraction",
-    __name__,
-)
 register = ATTRACTIONS.register
 AT_PULL_OFF = 1e-9  # relative distance from pull-off at which a load counts as carried
 _TAIL = struct.Struct("<qqd8s")
@@ -47,7 +39,7 @@ class Attraction(Law):
 
     __slots__ = ()
 
-    registry: ClassVar[Registry[Any]] = ATTRACTIONS
+    registry = ATTRACTIONS
     struct, answers = "", "forces"
 
     def core(self, pair: Any) -> dict[str, Any]:

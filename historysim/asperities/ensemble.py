@@ -9,18 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
 import attrs
 import numpy as np
 
-from historysim.asperities.asperity import Asperities, Asperity
 from historysim.asperities.asperity_set import AsperitySet, per_asperity, summit_fields
 from historysim.asperities.body import Drive, PathOptions, check_pair
-from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
 from historysim.asperities.integration import IntegratedBody, return_path
 from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, make_evolution
-from historysim.asperities.patches import Patches
-from historysim.asperities.readout import Readout
 from historysim.asperities.state import State
-from historysim.asperities.wear import WearLaw, check_wear
-from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar, workable
 from historysim.basics.library import lib, pointer
 from historysim.contact.materials import MaterialPair
@@ -30,6 +24,10 @@ from historysim.memory.binding import Memory, check, copy_state, view
 from historysim.memory.paths import Paths
 
 if TYPE_CHECKING:
+    from historysim.asperities.asperity import Asperities, Asperity
+    from historysim.asperities.patches import Patches
+    from historysim.asperities.wear import WearLaw
+    from historysim.asperities.yielding import YieldingLaw
     from historysim.interaction.solutions import NormalSolutions
 
 
@@ -99,9 +97,9 @@ class Ensemble(AsperitySet, IntegratedBody):
     tolerance: float
     nominal_area: float | None
     law: FrictionLaw | None
-    wear: WearLaw | None
+    wear: "WearLaw | None"
     follow_sliding: bool
-    yielding: YieldingLaw | None
+    yielding: "YieldingLaw | None"
     rings: Rings
 
     #: Class of ensembles with attraction, once its module is imported.
@@ -129,9 +127,9 @@ class Ensemble(AsperitySet, IntegratedBody):
         y: "ArrayLike | None" = None,
         nominal_area: float | None = None,
         tolerance: float = 1e-6,
-        wear: WearLaw | None = None,
+        wear: "WearLaw | None" = None,
         follow_sliding: bool = False,
-        yielding: YieldingLaw | str | None = None,
+        yielding: "YieldingLaw | str | None" = None,
         rings: Rings = RINGS,
         attraction: Law | None = None,
     ) -> None:
@@ -145,13 +143,20 @@ class Ensemble(AsperitySet, IntegratedBody):
         }
         fields = summit_fields(pair, summit_height, summit_radius, friction, **options)
         if wear is not None:
+            from historysim.asperities.wear import check_wear
+
             check_wear(wear)
+        yielding_of_pair = None
+        if yielding is not None:
+            from historysim.asperities.yielding import law_on_summits
+
+            yielding_of_pair = law_on_summits(yielding, pair, fields["summit_radius"])
         self.__attrs_init__(
             **fields,
             law=friction if isinstance(friction, FrictionLaw) else None,
             wear=wear,
             follow_sliding=bool(follow_sliding),
-            yielding=law_on_summits(yielding, pair, fields["summit_radius"]),
+            yielding=yielding_of_pair,
             rings=rings,
         )
         if self.yielding is not None and wear is not None:
@@ -180,15 +185,20 @@ class Ensemble(AsperitySet, IntegratedBody):
         area: ArrayLike | None = None,
         friction: float = 0.2,
         **options: Any,
-    ) -> Patches:
+    ) -> "Patches":
         """Make patches from normal curves: an earlier name of `Patches.from_normal_curves`."""
+        from historysim.asperities.patches import Patches
+
         return Patches.from_normal_curves(pair, approach, load, area, friction, **options)
 
     @staticmethod
     def from_solutions(
         pair: MaterialPair, solutions: "NormalSolutions", friction: float = 0.2, **options: Any
-    ) -> Patches:
+    ) -> "Patches":
         """Make an ensemble of the patches of a rough contact; options and errors of `from_normal_curves`."""
+        from historysim.asperities.curves import NormalCurves
+        from historysim.asperities.patches import Patches
+
         x, y = solutions.position
         load, stiffness = (
             values * check_pair(pair).contact_modulus
@@ -346,7 +356,7 @@ class Ensemble(AsperitySet, IntegratedBody):
         """
         return self._integrate(state, paths, **options)
 
-    def asperity(self, index: int, state: State) -> Asperity:
+    def asperity(self, index: int, state: State) -> "Asperity":
         """Return one asperity with its memory in a state; InputError if the index is out of range.
 
         In two tangential directions the last axis of its tangential quantities is x and y.
@@ -356,14 +366,20 @@ class Ensemble(AsperitySet, IntegratedBody):
                 f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}"
             )
         self._checked_memory(state)
+        from historysim.asperities.asperity import Asperity
+        from historysim.asperities.readout import Readout
+
         return Asperity.from_readout(Readout(self, state, [int(index)]), 0, int(index))
 
-    def asperities(self, state: State) -> Asperities:
+    def asperities(self, state: State) -> "Asperities":
         """Return all asperities with their memories in a state, as a sequence: ``len``, index, slice, iteration.
 
         Their loads, radii and slip states are read in one batch.
         """
         self._checked_memory(state)
+        from historysim.asperities.asperity import Asperities, Asperity
+        from historysim.asperities.readout import Readout
+
         readout = Readout(self, state, range(len(self)))
         return Asperities(
             lambda index: Asperity.from_readout(readout, index, index), range(len(self))
@@ -461,8 +477,6 @@ _made: Any = Ensemble
 _made.__signature__ = inspect.Signature(
     [*inspect.signature(Ensemble.__init__).parameters.values()][1:]
 )
-# a single asperity is an ensemble of one
-Asperity.ensemble_type = Ensemble
 
 
 def _group_numbers(*keys: Floats) -> Integers | None:

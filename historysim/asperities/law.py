@@ -21,13 +21,19 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import HistorySimError, InputError, MissingPackageError
 from historysim.memory.binding import check, fill, view
 
-# The laws of friction by their names in scenarios and logs.
-LAWS: Registry[type["FrictionLaw"]] = Registry(
-    "historysim.laws",
-    "historysim.asperities.laws:FrictionLaw",
-    "friction law",
-    "historysim.asperities.laws",
-)
+
+def _registry(name: str, base: str, noun: str) -> Registry[Any]:
+    """Return the registry of the laws of a module, by their names in scenarios and logs."""
+    home = f"historysim.asperities.{name}"
+    return Registry(f"historysim.{name}", f"{home}:{base}", noun, home)
+
+
+# here, so that a module of laws is imported only for one of its laws
+LAWS: Registry[type["FrictionLaw"]] = _registry("laws", "FrictionLaw", "friction law")
+WEAR_LAWS = _registry("wear", "WearLaw", "wear law")
+YIELDING_LAWS = _registry("yielding", "YieldingLaw", "yielding law")
+ATTRACTIONS = _registry("attraction", "Attraction", "law of attraction")
+
 _DEPENDENCE = {
     "nothing": "HS_ON_NOTHING",
     "total": "HS_ON_TOTAL_LOAD",
@@ -107,26 +113,28 @@ class Law(QuantityFields, abc.ABC):
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
         """Reconstruct a law from its serialised settings; InputError if name, package or numbers are invalid."""
-        laws, fields = cls.registry, dict(settings)
-        kind, package = (
-            fields.pop("law", None),
-            " ".join(map(str, fields.pop("package", ()))).rstrip(),
+        return law_from_settings(cls.registry, settings)  # type: ignore[no-any-return]
+
+
+def law_from_settings(laws: Registry[Any], settings: Mapping[str, Any]) -> Any:
+    """Reconstruct a law of a registry; errors as for `Law.from_settings`."""
+    fields = dict(settings)
+    kind = fields.pop("law", None)
+    package = " ".join(map(str, fields.pop("package", ()))).rstrip()
+    if package and kind not in laws:
+        raise MissingPackageError(
+            f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is "
+            "a module of your own, import it first"
         )
-        if package and kind not in laws:
-            raise MissingPackageError(
-                f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is "
-                "a module of your own, import it first"
-            )
-        law = laws.lookup(kind)
-        try:
-            law_of_settings: Self = law(**fields)
-        except TypeError as error:
-            provider = laws.provider(law)
-            raise InputError(
-                f"the {laws.noun} {kind!r} of {provider or 'historysim'} cannot be made of its settings"
-                f"{f' with {package}' if package else ''} ({error}); expected the version that wrote them"
-            ) from error
-        return law_of_settings
+    law = laws.lookup(kind)
+    try:
+        return law(**fields)
+    except TypeError as error:
+        provider = laws.provider(law)
+        raise InputError(
+            f"the {laws.noun} {kind!r} of {provider or 'historysim'} cannot be made of its settings"
+            f"{f' with {package}' if package else ''} ({error}); expected the version that wrote them"
+        ) from error
 
 
 @attrs.frozen(eq=False)

@@ -5,23 +5,25 @@ The asperities are paraboloids (a ≪ R), elastic, without adhesion, and indepen
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
 from historysim.asperities.asperity_set import AsperitySet, require_asperities
 from historysim.asperities.body import Body
-from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
-from historysim.asperities.line_contact import LineContact
-from historysim.asperities.patches import Patches
-from historysim.asperities.yielding import HARDNESS_OF_YIELD
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Finding, count_text
 from historysim.contact import hertz
+from historysim.contact.materials import HARDNESS_OF_YIELD
 from historysim.surfaces.summits import detached_summits
+
+if TYPE_CHECKING:
+    from historysim.asperities.curves import NormalCurves
+    from historysim.asperities.line_contact import LineContact
 
 STEEPEST = 0.3  # a/R up to which a paraboloid approximates a sphere, and strains are small (Hertz)
 # fraction of the normal load that asperities beyond a limit may carry, or that adhesion may add
@@ -96,11 +98,12 @@ def findings(
     stress and surface energies of its materials, positions, nominal area) is not checked; patches
     of normal curves have `first_row` and `normal_curve` alone.
     """
-    if isinstance(ensemble, LineContact):
-        return tuple(_check_line(ensemble, approach, instrument))
+    contact: Any = ensemble
+    if ensemble.line_length is not None:
+        return tuple(_check_line(contact, approach, instrument))
     # patches with normal curves may interact, and are not spheres
-    if isinstance(ensemble, Patches):
-        return tuple(finding for finding in _check_curve(ensemble.curves) if finding is not None)
+    if not ensemble.has_radii:
+        return tuple(finding for finding in _check_curve(contact.curves) if finding is not None)
     contact = _contact(require_asperities(ensemble), approach, instrument)
     if contact is None:
         return ()
@@ -147,7 +150,7 @@ def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
     return Finding(name, value, limit, text) if value > limit else None
 
 
-def _check_line(line: LineContact, approach: float, instrument: Instrument) -> Iterator[Finding]:
+def _check_line(line: "LineContact", approach: float, instrument: Instrument) -> Iterator[Finding]:
     """Yield the assumptions that a cylinder at an approach violates: small slopes, plane strain, no yielding."""
     load = float(line.curves.total(np.asarray(max(approach, 0.0))))
     width = float(line.half_width(load))
@@ -179,7 +182,7 @@ def _check_line(line: LineContact, approach: float, instrument: Instrument) -> I
         yield _resolution_finding(displacement, instrument)
 
 
-def _check_curve(curves: NormalCurves) -> list[Finding | None]:
+def _check_curve(curves: "NormalCurves") -> list[Finding | None]:
     if not (curves.is_extrapolated_to_touch or curves.noise is not None):
         # solutions have their first row at first touch, and closely spaced rows
         return []

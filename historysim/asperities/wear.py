@@ -1,15 +1,14 @@
 """Wear laws: volume lost by a summit, and its worn shape."""
 
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, Self
 
 import attrs
 import numpy as np
 
-from historysim.asperities.law import Law, copy_array, put
+from historysim.asperities.law import WEAR_LAWS, Law, copy_array, put
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, choice
 from historysim.basics.library import lib, pointer
-from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, cubic_metres_per_joule, pascals, quantity_text
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -22,13 +21,6 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-# The laws by their names in scenarios and logs.
-WEAR_LAWS: Registry[type["WearLaw"]] = Registry(
-    "historysim.wear",
-    "historysim.asperities.wear:WearLaw",
-    "wear law",
-    "historysim.asperities.wear",
-)
 register = WEAR_LAWS.register
 
 
@@ -51,7 +43,7 @@ class WearLaw(Law):
 
     shape: str = attrs.field(default="truncated", validator=choice("truncated", "blunted"))
 
-    registry: ClassVar[Registry[Any]] = WEAR_LAWS
+    registry = WEAR_LAWS
     struct, answers = "wear", "volume"
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:

@@ -7,14 +7,13 @@ from typing import Any, ClassVar, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.law import Law, copy_array, put
+from historysim.asperities.law import YIELDING_LAWS, Law, copy_array, put
 from historysim.basics.arguments import Floats
 from historysim.basics.fields import Number, Pressure, at_least
 from historysim.basics.library import lib, pointer
-from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, is_number, pascals, quantity_text
 from historysim.contact import hertz
-from historysim.contact.materials import MaterialPair
+from historysim.contact.materials import HARDNESS_OF_YIELD, MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check
 
@@ -25,7 +24,6 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-HARDNESS_OF_YIELD = 2.8  # hardness over yield stress in tension (Tabor 1951)
 # Peak pressure at which a sphere begins to yield, over the yield stress (Johnson 1985, section 6.1;
 # ν = 0.3).
 PEAK_AT_ONSET = 1.6
@@ -33,13 +31,6 @@ PEAK_AT_ONSET = 1.6
 CONTINUOUS = 1e-3
 POISSONS_RATIO = 0.3  # of a pair that is known by its moduli alone
 
-# The laws by their names in scenarios and logs.
-YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
-    "historysim.yielding",
-    "historysim.asperities.yielding:YieldingLaw",
-    "yielding law",
-    "historysim.asperities.yielding",
-)
 register = YIELDING_LAWS.register
 
 
@@ -57,7 +48,7 @@ class YieldingLaw(Law):
     A law of your own has `critical_approach` and `first_loading`, for arrays.
     """
 
-    registry: ClassVar[Registry[Any]] = YIELDING_LAWS
+    registry = YIELDING_LAWS
     struct, answers = "yielding", "first_loading"
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:

@@ -115,7 +115,7 @@ def columns(sources: tuple[Path, ...], output: Path | None, **layout_options: An
 
 @click.command()
 @options.common("file")
-@options.from_function("scenario.record_search:loops", "skip", "dead_band", "skip_per_level")
+@options.from_function("studies.record_search:loops", "skip", "dead_band", "skip_per_level")
 @click.option(
     "--load-share",
     type=float,
@@ -170,8 +170,8 @@ def loops(
 
     from historysim.measured.branches import DEFAULT
     from historysim.results.plots.loop_pictures import LoopLevelsPicture, MeasuredLoopsPicture
-    from historysim.scenario.record_search import loop_rows
-    from historysim.scenario.record_search import loops as find_loops
+    from historysim.studies.record_search import loop_rows
+    from historysim.studies.record_search import loops as find_loops
 
     shares = {"load_share": load_share, "amplitude_share": amplitude_share}
     shares |= {} if plateau is None else {"sliding_part": 1 - plateau[0], "sliding_end": plateau[1]}
@@ -233,7 +233,7 @@ def _report_fretting(
     """Print the fretting report of the loops of a record, or of each of its runs, and write it to a file."""
     from historysim.measured.fretting import by_load
     from historysim.results.plots.loop_pictures import FrettingPicture
-    from historysim.scenario.record_search import fretting_of_runs, fretting_rows
+    from historysim.studies.record_search import fretting_of_runs, fretting_rows
 
     if requested := sorted(str(option) for option in unsupported if option is not None):
         raise InputError(
@@ -284,7 +284,7 @@ def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]
 
 @click.command()
 @options.common("file")
-@options.from_function("scenario.record_search:sliding", "over", "windows")
+@options.from_function("studies.record_search:sliding", "over", "windows")
 @options.output_option("Also write the windows to this file (.nc, .csv), or draw them there.")
 @options.common("size", "json", "force", "set")
 def sliding(
@@ -296,8 +296,8 @@ def sliding(
     record.
     """
     from historysim.results.plots.record_pictures import SlidingPicture
-    from historysim.scenario.record_search import sliding as find_sliding
-    from historysim.scenario.record_search import sliding_rows
+    from historysim.studies.record_search import sliding as find_sliding
+    from historysim.studies.record_search import sliding_rows
 
     options.check_size(size, [output])
     record = _record(file, values)
@@ -338,8 +338,8 @@ def compare(
     output = output or Path(f"{scenario.stem}_comparison.png")
     from historysim.results.plots.record_pictures import ComparisonPicture
     from historysim.scenario.fit import compare as compare_scenario
-    from historysim.scenario.record_search import comparison_rows
     from historysim.scenario.scenario import load
+    from historysim.studies.record_search import comparison_rows
 
     loaded, picture = load(scenario, values), output
     check_outputs(loaded.files, (output, PICTURE))
@@ -370,8 +370,8 @@ def creep(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     output = output or Path(f"{scenario.stem}_creep.png")
     from historysim.results.plots.record_pictures import CreepPicture
     from historysim.scenario.fit import creep as separate_creep
-    from historysim.scenario.record_search import creep_rows
     from historysim.scenario.scenario import load
+    from historysim.studies.record_search import creep_rows
 
     loaded, picture = load(scenario, values), output
     check_outputs(loaded.files, (output, PICTURE))
@@ -405,8 +405,8 @@ def fit(scenario: Path, outputs: tuple[Path, ...], size: "Size", values: dict[st
     names = [output, *(pictures or [output.with_suffix(".png")])]
     from historysim.results.plots.record_pictures import ComparisonPicture
     from historysim.scenario.fit import fit as fit_scenario
-    from historysim.scenario.record_search import fit_rows
     from historysim.scenario.scenario import load
+    from historysim.studies.record_search import fit_rows
 
     loaded = load(scenario, values)
 

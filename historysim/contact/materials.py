@@ -37,6 +37,8 @@ from historysim.basics.units import (
 from historysim.basics.wording import html_table, nearest
 from historysim.errors import InputError
 
+HARDNESS_OF_YIELD = 2.8  # hardness over yield stress in tension (Tabor 1951)
+
 
 def _metres_each(value: Any) -> Any:
     return tuple(map(as_float, to_si(value, "m"))) if isinstance(value, list | tuple) else value

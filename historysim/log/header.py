@@ -10,19 +10,19 @@ import attrs
 import numpy as np
 
 from historysim._version import __version__
-from historysim.asperities.attraction import Attraction
 from historysim.asperities.body import Body, Feature, require
-from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import Instrument, Rings
-from historysim.asperities.law import FrictionLaw
-from historysim.asperities.line_contact import LineContact
-from historysim.asperities.patches import Patches
-from historysim.asperities.wear import WearLaw
-from historysim.asperities.yielding import YieldingLaw
+from historysim.asperities.law import (
+    ATTRACTIONS,
+    WEAR_LAWS,
+    YIELDING_LAWS,
+    law_from_settings,
+)
+from historysim.asperities.law import LAWS as FRICTION_LAWS
 from historysim.basics.arguments import Array
 from historysim.basics.limits import at_most, most
+from historysim.basics.registry import Registry
 from historysim.basics.units import convert_each
 from historysim.basics.wording import format_value
 from historysim.contact.materials import MaterialPair
@@ -72,12 +72,12 @@ _OF_SETTINGS: Mapping[str, Any] = {
     "metadata": dict,
 }
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
-# Settings that make asperities evolve: the law of a body in each, and its class.
-LAWS: Mapping[str, tuple[str, type[Any]]] = {
-    "friction_law": ("friction", FrictionLaw),
-    "wear": ("wear", WearLaw),
-    "yielding": ("yielding", YieldingLaw),
-    "attraction": ("attraction", Attraction),
+# Settings that make asperities evolve: the law of a body in each, and its registry.
+LAWS: Mapping[str, tuple[str, Registry[Any]]] = {
+    "friction_law": ("friction", FRICTION_LAWS),
+    "wear": ("wear", WEAR_LAWS),
+    "yielding": ("yielding", YIELDING_LAWS),
+    "attraction": ("attraction", ATTRACTIONS),
 }
 
 
@@ -202,24 +202,25 @@ class LogHeader:
             **{name: settings[name] for name in _OF_THE_PAIR if name in settings}
         )
         tolerance, rings = settings["tolerance"], Rings(**settings.get("rings", {}))
-        if curves := self._group(CURVES):
+        if columns := self._group(CURVES):
+            from historysim.asperities.curves import NormalCurves
+
+            friction, curves = float(properties["friction"][0]), NormalCurves(**columns)
             if "line" in settings:
-                friction, table = float(properties["friction"][0]), NormalCurves(**curves)
+                from historysim.asperities.line_contact import LineContact
+
                 return LineContact(
-                    pair, friction=friction, tolerance=tolerance, curves=table, **settings["line"]
+                    pair, friction=friction, tolerance=tolerance, curves=curves, **settings["line"]
                 )
+            from historysim.asperities.patches import Patches
+
             highest = float(properties["summit_height"].max())
             return Patches(
-                pair,
-                NormalCurves(**curves),
-                float(properties["friction"][0]),
-                highest_summit=highest,
-                tolerance=tolerance,
-                rings=rings,
+                pair, curves, friction, highest_summit=highest, tolerance=tolerance, rings=rings
             )
         laws = {
-            name: law.from_settings(settings[name])
-            for name, (_, law) in LAWS.items()
+            name: law_from_settings(registry, settings[name])
+            for name, (_, registry) in LAWS.items()
             if name in settings
         }
         if (law := laws.pop("friction_law", None)) is not None:
@@ -232,6 +233,8 @@ class LogHeader:
         properties |= {"tolerance": tolerance, "nominal_area": settings.get("nominal_area")}
         follow_sliding = settings.get("follow_sliding", False)
         if "slope" in properties:
+            from historysim.asperities.inclined import InclinedEnsemble
+
             features: dict[Feature, bool] = {
                 "wear": "wear" in laws,
                 "yielding": "yielding" in laws,

@@ -1,6 +1,7 @@
 """Queries of a history as its methods: ``history.contact.slip_onset()``.
 
-The accessor exists once a name of historysim that returns or accepts histories has been used.
+The accessor exists once a name of historysim that returns or accepts histories has been used; see
+`historysim.results.register_accessor`.
 """
 
 import functools
@@ -49,7 +50,6 @@ def _method(query: Query) -> Callable[..., Any]:
     return method
 
 
-@xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call] # xarray gives no types
 class Queries:
     """Queries of a history; each is the function of the same name in `hs.analysis`.
 

@@ -11,10 +11,7 @@ from historysim.errors import InputError
 
 def registries() -> Mapping[str, Registry[Any]]:
     """Return the registries by the last word of their group of entry points."""
-    from historysim.asperities.attraction import ATTRACTIONS
-    from historysim.asperities.laws import LAWS
-    from historysim.asperities.wear import WEAR_LAWS
-    from historysim.asperities.yielding import YIELDING_LAWS
+    from historysim.asperities.law import ATTRACTIONS, LAWS, WEAR_LAWS, YIELDING_LAWS
     from historysim.loads.events import EVENTS
     from historysim.results.plots.pictures import PICTURES
     from historysim.results.result_files import FILES

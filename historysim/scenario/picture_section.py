@@ -136,7 +136,7 @@ def _label(key: str, value: object) -> str:
 
 def find_adhering(scenario: Scenario) -> "AdheringAsperities":
     """Return the adhering asperities of a scenario with ``[adhesion]``."""
-    contact: AdheringAsperities | None = scenario.build().adhering()
+    contact: AdheringAsperities | None = scenario.adhering(scenario.replay())
     if contact is None:
         raise InputError(
             f"{scenario.path}: has no [adhesion], or no contact; expected both for the adhesion map"

@@ -289,7 +289,7 @@ class _ScenarioSource(Source):
             seeds=scenario.seeds,
             surface=surface_group.contents(surface.summits, surface.surface, surface.solutions),
         )
-        return header, built.events
+        return header, built.replay.events
 
 
 class _ResultSource(Source):

@@ -2,21 +2,29 @@
 
 import functools
 import logging
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import attrs
 
+from historysim.asperities.asperity_set import require_asperities
+from historysim.asperities.body import Body, Feature
+from historysim.asperities.ensemble import Ensemble
 from historysim.basics.limits import at_most, most
-from historysim.basics.units import quantity_text
-from historysim.basics.wording import Notify, brief, count_text, html_table, shell_word, silent
+from historysim.basics.wording import Notify, brief, html_table, shell_word, silent
+from historysim.contact import hertz
 from historysim.errors import InputError, LoadError, error_path, field_error
-from historysim.loads.events import Event
+from historysim.loads.event_sequence import as_events, channel_values, to_loads
+from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.friction_course import FrictionCourse
+from historysim.recording.recorder import chosen_asperities, largest_approach
+from historysim.recording.unknown_past import UNKNOWN, check_bracketed
+from historysim.replaying import Replay
 from historysim.scenario.document import (
     find_named_files,
     parse_toml,
@@ -26,20 +34,24 @@ from historysim.scenario.document import (
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.schema import located_errors
-from historysim.scenario.sections import Sections, SweepSection
+from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
-    from historysim.asperities.body import Body
+    from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.instrument import Instrument
     from historysim.contact.materials import MaterialPair
     from historysim.measured.reduction import Measurement
-    from historysim.replaying import Replay
-    from historysim.scenario.build import BuiltScenario
     from historysim.scenario.loading_kinds.measured_loading import MeasuredLoading
 
-
 logger = logging.getLogger(__name__)
+
+
+class BuiltScenario(NamedTuple):
+    """Surface and replay of a scenario, checked and built once."""
+
+    surface: BuiltSurface  #: with the quantities that depend on the largest load
+    replay: Replay
 
 
 @attrs.frozen
@@ -130,10 +142,8 @@ class Scenario:
         with located_errors(self.path.name), error_path("surface"):
             return plain.build(self.path.parent) if plain else None
 
-    def build(
-        self, notify: Notify = silent, surface: BuiltSurface | None = None
-    ) -> "BuiltScenario":
-        """Check the scenario and build its surface, ensemble and events.
+    def build(self, notify: Notify = silent, surface: BuiltSurface | None = None) -> BuiltScenario:
+        """Check the scenario and build its surface and its replay: ensemble, events and options.
 
         ``notify`` receives notices on the reading of files and, unless ``surface`` is given, on the
         surface.
@@ -144,13 +154,40 @@ class Scenario:
             surface = self.surface()
             for notice in surface.notices:
                 notify(f"{self.path.name}: {notice}")
-        events = self.events(notify)
+        events = as_events(self.events(notify))
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
-        from historysim.scenario.build import build_scenario
+        if surface.solutions is None and (surface.interacts or surface.ball_radius):
+            surface = _surface_at_largest_load(self, surface, events, notify)
+        with located_errors(self.path.name):
+            ensemble = _build_ensemble(self.sections, surface)
+            self._check_events(ensemble, events)
+        loading = self.sections.loading
+        replay = Replay(
+            ensemble,
+            events,
+            substeps=loading.substeps,
+            saturate=loading.saturate,
+            record=self.sections.record.asperities,
+            instrument=self.sections.instrument,
+            hold=False,
+            past=loading.past,
+        )
+        return BuiltScenario(surface, replay)
 
-        return build_scenario(self.path.name, self.sections, surface, events, notify)
+    def _check_events(self, ensemble: Body, events: Sequence[Event]) -> None:
+        """Check that the events and the recorded indices fit the number of asperities."""
+        record = self.sections.record.asperities
+        if not isinstance(record, str):
+            with error_path("record", "asperities"):
+                chosen_asperities(ensemble, (), record)
+        if self.sections.loading.past == UNKNOWN:
+            with error_path("loading", "past"):
+                check_bracketed(ensemble, events, self.sections.instrument)
+        for event in events if to_loads(events) is None else ():
+            if problem := event.problem(len(ensemble)):
+                raise field_error(f"{event.name} at t = {event.time:g} s: {problem}", "loading")
 
-    def ensemble(self) -> "Body":
+    def ensemble(self) -> Body:
         """Build the ensemble.
 
         Raises InputError: materials, summits or friction that cannot be used; the message names
@@ -159,17 +196,37 @@ class Scenario:
         surface = self.surface()
         # events may come from a large file, and few surfaces need them
         if surface.interacts or surface.ball_radius:
-            return self.build(surface=surface).ensemble
-        from historysim.scenario.build import build_ensemble
-
-        return build_ensemble(self.path.name, self.sections, surface)
+            return self.build(surface=surface).replay.ensemble
+        with located_errors(self.path.name):
+            return _build_ensemble(self.sections, surface)
 
     def pair(self) -> "MaterialPair":
         """Build the material pair, with the work of adhesion of ``[adhesion]``; errors as for `ensemble`."""
         with located_errors(self.path.name):
             return self.sections.pair()
 
-    def replay(self) -> "Replay":
+    def adhering(self, job: Replay) -> "AdheringAsperities | None":
+        """Return the adhesion state of the asperities at the largest load of its replay.
+
+        None without ``[adhesion]`` or without contact; InputError if ``[adhesion]`` cannot be used.
+        """
+        if (adhesion := self.sections.adhesion) is None:
+            return None
+        from historysim.asperities.adhering import adhering_asperities
+
+        with located_errors(self.path.name), error_path("adhesion"):
+            work = adhesion.work(job.ensemble.pair)
+            approach = largest_approach(job.ensemble, job.events)
+            if approach == 0:
+                return None
+            return adhering_asperities(
+                require_asperities(job.ensemble),
+                approach,
+                work_of_adhesion=work,
+                equilibrium_separation=adhesion.equilibrium_separation,
+            )
+
+    def replay(self) -> Replay:
         """Build the replay of the scenario; errors as for `build`."""
         return self.build().replay
 
@@ -356,71 +413,107 @@ def _within(section: Any) -> Iterator[Any]:  # noqa: ANN401 - sections of any ki
                 yield from _within(item)
 
 
-def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
-    """Check a scenario and summarise it in lines of (label, text), with warnings for violated assumptions of the model.
+def _surface_at_largest_load(
+    scenario: Scenario, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+) -> BuiltSurface:
+    """Add the quantities of a surface that depend on the largest load.
 
-    Its loads are replayed for ``walk`` seconds; a line states how far if that is not enough.
-
-    Raises InputError and LoadError: wrong input, and loads that the contact cannot support.
+    These are the normal contact of a map with interaction, and the nominal area of a map on a ball:
+    the Hertzian contact area of the smooth ball at that load.
     """
-    from historysim.loads.event_sequence import over_text, time_text
-    from historysim.recording.provenance import validity_findings
-    from historysim.recording.unknown_past import past_lines
-
-    surface = scenario.surface()
-    notices = list(surface.notices)
-    built = scenario.build(notices.append, surface)
-    ensemble, events, contact = built.ensemble, built.events, built.adhering()
-    with scenario.locate_errors():
-        reached = built.walk(walk) if walk else None
-    if reached is not None:
-        notices.append(
-            f"the loads were checked up to t = {time_text(reached)} within {walk:g} s; the environment "
-            "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION allows more time"
+    load = (
+        float(channel_values(events, NormalLoad).max(initial=0.0))
+        / scenario.sections.pair().contact_modulus
+    )
+    approach = float(channel_values(events, NormalDisplacement).max(initial=0.0))
+    if surface.ball_radius:
+        pressed = float(
+            hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0)
         )
-    raw_surface, sweep = scenario.raw_surface(), scenario.sections.sweep
-    return [
-        ("title", " ".join(scenario.title.split()) or scenario.path.stem),
-        ("asperities", f"{len(ensemble):,}"),
-        ("events", f"{len(events):,}{over_text(events)}"),
-        ("substeps", str(scenario.sections.loading.substeps)),
-        ("recorded asperities", scenario.sections.record.text),
-        *past_lines(scenario.sections.loading.past),
-        *((name, law.text) for name, law in ensemble.laws.items()),
-        *([("sweep", _sweep_line(sweep))] if sweep else []),
-        *(
-            [
-                ("map as it comes", _map_line(raw_surface)),
-                ("map as prepared", _map_line(built.surface)),
-            ]
-            if raw_surface
-            else []
+        area = math.pi * surface.ball_radius * max(pressed, approach)
+        if surface.summits is not None and area > 0:
+            surface = attrs.evolve(surface, summits=surface.summits.with_area(area))
+    if not surface.interacts or surface.surface is None:
+        return surface
+    from historysim.interaction.solutions import NormalSolutions
+
+    with located_errors(scenario.path.name), error_path("surface", "interaction"):
+        solutions = NormalSolutions.solve(
+            surface.surface,
+            largest_load=load,
+            largest_approach=approach,
+            progress=True,
+            notify=notify,
+        )
+    for notice in solutions.notices:
+        notify(f"{scenario.path.name}: {notice}")
+    return attrs.evolve(surface, solutions=solutions)
+
+
+def _build_ensemble(sections: Sections, surface: BuiltSurface) -> Body:
+    """Build the ensemble on a surface; errors as for `Scenario.ensemble`."""
+    pair, friction = sections.pair(), sections.friction
+    if (friction is None) == (surface.friction is None):
+        both = "given both here and in surface.columns; expected one of them"
+        none = "missing; expected [friction] with a coefficient, or surface.columns.friction"
+        raise field_error(none if friction is None else both, "friction")
+    of_scenario: Any = friction.coefficient if isinstance(friction, Coefficients) else friction
+    coefficients = surface.friction if friction is None else of_scenario
+    kind: Any = _body_type(surface)
+    _check_supported(kind, sections, surface)
+    with error_path("surface"):
+        if surface.curve is not None:
+            return kind.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
+        if surface.cylinder is not None:
+            radius, length, depth = surface.cylinder
+            return kind(pair, radius, length, coefficients, depth)
+        if surface.solutions is not None:
+            return Ensemble.from_solutions(
+                pair, surface.solutions, coefficients, rings=sections.rings
+            )
+        if kind is not Ensemble:
+            return kind.from_summits(pair, surface.summits, coefficients)
+        return Ensemble.from_summits(
+            pair,
+            surface.summits,
+            coefficients,
+            wear=sections.wear,
+            follow_sliding=sections.record.sliding,
+            rings=sections.rings,
+            yielding=surface.yielding,
+            attraction=sections.attraction,
+        )
+
+
+def _body_type(surface: BuiltSurface) -> type[Body]:
+    """Return the type of body on a surface: independent summits, summits on slopes, patches, or a cylinder."""
+    if surface.cylinder is not None:
+        from historysim.asperities.line_contact import LineContact
+
+        return LineContact
+    if surface.curve is not None or surface.solutions is not None:
+        from historysim.asperities.patches import Patches
+
+        return Patches
+    if surface.summits is not None and surface.summits.slope is not None:
+        from historysim.asperities.inclined import InclinedEnsemble
+
+        return InclinedEnsemble
+    return Ensemble
+
+
+def _check_supported(kind: type[Body], sections: Sections, surface: BuiltSurface) -> None:
+    """Check that a type of body supports all features that the keys of a scenario request."""
+    requested: dict[Feature, tuple[bool, tuple[str, ...]]] = {
+        "wear": (sections.wear is not None, ("wear",)),
+        "sliding": (sections.record.sliding, ("record", "sliding")),
+        "friction law": (
+            not isinstance(sections.friction, Coefficients | None),
+            ("friction", "law"),
         ),
-        *(contact.summary() if contact else []),
-        *(("note", notice) for notice in notices),
-        *(
-            ("warning", finding.text)
-            for finding in validity_findings(ensemble, events, scenario.instrument)
-        ),
-    ]
-
-
-def _sweep_line(sweep: SweepSection) -> str:
-    grid = sweep.grid()
-    axes = " × ".join(f"{len(axis.values)} of {' with '.join(axis.keys)}" for axis in grid.axes)
-    return f"{count_text(len(grid), 'cell', 'cells')}: {axes}"
-
-
-def _map_line(built: BuiltSurface) -> str:
-    """Summarise a map and its summits in one line."""
-    import numpy as np
-
-    surface, summits = built.surface, built.summits
-    if surface is None or summits is None:
-        return "none"
-    statistics = surface.statistics()
-    heights = f"Rq {quantity_text(statistics.rms_height, 'm')}, Rz {quantity_text(statistics.height_range, 'm')}"
-    points = " × ".join(map(str, surface.shape))
-    radius = quantity_text(float(np.median(summits.radius)), "m")
-    slope = f"rms slope {statistics.rms_slope:.3g}"
-    return f"{points} points, {heights}, {slope}, {len(summits):,} summits, median radius {radius}"
+        "attraction": (sections.attraction is not None, ("attraction",)),
+        "yielding": (surface.yielding is not None, ("surface", "yielding")),
+    }
+    for feature, (is_requested, place) in requested.items():
+        if is_requested and feature in kind.unsupported:
+            raise field_error(kind.unsupported[feature], *place)

@@ -121,11 +121,11 @@ class KindIn:
     alone: bool = False  #: whether a plain name is accepted instead of a table
 
 
-AnyFrictionLaw = Annotated[Any, KindIn("historysim.asperities.laws:LAWS", "law")]
-AnyAttraction = Annotated[Any, KindIn("historysim.asperities.attraction:ATTRACTIONS", "law")]
-AnyWearLaw = Annotated[Any, KindIn("historysim.asperities.wear:WEAR_LAWS", "law")]
+AnyFrictionLaw = Annotated[Any, KindIn("historysim.asperities.law:LAWS", "law")]
+AnyAttraction = Annotated[Any, KindIn("historysim.asperities.law:ATTRACTIONS", "law")]
+AnyWearLaw = Annotated[Any, KindIn("historysim.asperities.law:WEAR_LAWS", "law")]
 AnyYieldingLaw = Annotated[
-    Any, KindIn("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)
+    Any, KindIn("historysim.asperities.law:YIELDING_LAWS", "law", alone=True)
 ]
 
 

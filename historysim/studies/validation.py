@@ -14,7 +14,8 @@ from historysim.basics.wording import Lines, count_text
 from historysim.errors import InputError, LoadError
 from historysim.measured.reduction import check_moves
 from historysim.scenario.loading_kinds import EACH
-from historysim.scenario.scenario import Scenario, load, summary
+from historysim.scenario.scenario import Scenario, load
+from historysim.scenario.scenario_summary import replay_for, summary
 from historysim.scenario.schema import explicit_fields
 from historysim.scenario.sections import Coefficients
 
@@ -82,7 +83,7 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
         try:
             cell = loaded.at(point)
             with cell.locate_errors():
-                cell.build().walk(remaining)
+                replay_for(cell.build().replay, remaining)
         except (InputError, LoadError) as error:
             where = ", ".join(f"{key} = {value}" for key, value in point.items())
             lines.append(("warning", f"cell {number} of the sweep ({where}) stays empty: {error}"))
@@ -169,7 +170,7 @@ def _record_notes(run: Scenario) -> list[str]:
         except InputError as error:
             return [f"nothing moves: {error}"]
         # imports xarray, which other scenarios do not need
-        from historysim.scenario.record_search import loops
+        from historysim.studies.record_search import loops
 
         try:
             loops(run)

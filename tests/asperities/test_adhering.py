@@ -65,7 +65,7 @@ def adhering_of(tmp_path, first='"silicon"', work="", load=50):
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO.format(first=first, work=work, load=load), encoding="utf-8")
     loaded = scenario.load(path)
-    return loaded.build().adhering()
+    return loaded.adhering(loaded.replay())
 
 
 def test_a_scenario_takes_the_work_of_adhesion_from_its_materials(tmp_path):

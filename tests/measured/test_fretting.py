@@ -12,7 +12,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.measured.fretting import QUANTITIES, by_load
 from historysim.measured.loops import loops_of_channels
-from historysim.scenario.record_search import each_run, fretting_of_runs, fretting_rows
+from historysim.studies.record_search import each_run, fretting_of_runs, fretting_rows
 
 MU, LOAD = 0.5, 0.01  # [1], [N]
 RADIUS_OF_CONTACT, SHEAR_MODULUS = 0.2, 0.25  # [m], [Pa]: scaled units of the closed form

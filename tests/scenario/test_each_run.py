@@ -11,7 +11,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.measured.loops import Loops
 from historysim.scenario import schema
-from historysim.scenario.record_search import each_run
+from historysim.studies.record_search import each_run
 from historysim.tables import read_table
 
 SCENARIO = """

@@ -6,7 +6,7 @@ import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import EnergyWear
 from historysim.asperities.yielding import KogutEtsion, Thornton
-from historysim.scenario.scenario import summary
+from historysim.scenario.scenario_summary import summary
 
 SCENARIO = """
 [materials]

@@ -6,7 +6,7 @@ from sections import LINES, ROUGH, loaded, write_files
 
 import historysim as hs
 from historysim.results import analysis
-from historysim.scenario.scenario import summary
+from historysim.scenario.scenario_summary import summary
 from historysim.surfaces.filters import outliers, spikes
 from historysim.surfaces.random import random_surface
 

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
-from historysim.scenario.record_search import each_run
+from historysim.studies.record_search import each_run
 from historysim.tables import Format
 from historysim.tables.run_column import find_run_column
 

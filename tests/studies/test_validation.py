@@ -118,7 +118,9 @@ def test_long_loads_are_walked_as_far_as_the_time_goes(folder, monkeypatch):
         hs.LoadError, match=r"loading\.blocks\[2\]\.waypoints\[0\]: event 6\d\d\d at t = 6001 s"
     ):
         hs.validate(path)
-    monkeypatch.setattr("historysim.scenario.build.monotonic", iter(range(0, 100, 2)).__next__)
+    monkeypatch.setattr(
+        "historysim.scenario.scenario_summary.monotonic", iter(range(0, 100, 2)).__next__
+    )
     notes = [text for label, text in hs.validate(path) if label == "note"]
     assert len(notes) == 1
     assert notes[0].startswith("the loads were checked up to t = 511 s within 3 s; the environment")
