@@ -28,7 +28,7 @@ from historysim.basics.files import (
 )
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
-from historysim.recording.recorder import Recorder, asperity_coordinates
+from historysim.recording.recorder import CELLS_AT_ONCE, Recorder, asperity_coordinates
 from historysim.recording.unknown_past import FORGOTTEN, Bounds
 from historysim.recording.variables import (
     COMPONENTS,
@@ -51,6 +51,7 @@ CHUNK_CELLS, ROWS_OF_A_CHUNK = 1 << 16, 1 << 8
 # Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it
 # reads.
 MOST_CELLS_ACROSS = 1 << 21
+CELLS_OF_TOTALS = 1 << 4  # values of a row of totals alone
 _BEGINS = (bytes(8), b"\x89HDF\r\n\x1a\n")  # the first bytes of an unfinished file
 # Files that could not be written: HDF5 may end the process when one is closed, so none ever is.
 _unwritable: "list[netCDF4.Dataset]" = []
@@ -155,7 +156,8 @@ class FileRecorder(Recorder):
         """Return rows for the replay to fill next."""
         if self._held + count > self._times.size:
             self._put_held()
-            size = max(count, min(self.steps, self.rows_at_once))
+            cells = max(self.columns, CELLS_OF_TOTALS)
+            size = max(count, min(self.steps, max(self.rows_at_once, CELLS_AT_ONCE // cells)))
             if size > self._times.size:
                 self.rows, self._times = self.new_rows(size), np.empty(size)
         return self.rows[self._held : self._held + count]

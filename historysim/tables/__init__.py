@@ -185,7 +185,7 @@ def column_names(path: str | PathLike[str], format: Format | None = None) -> lis
     """
     path, layout = Path(path), format or Format()
     with _named_errors(path):
-        if (text := _text_lines(path, layout)) is not None:
+        if (text := _text_lines(path, layout, head_only=True)) is not None:
             from historysim.tables.head import Head
 
             return list(Head.from_lines(*text).heading(()).names)
@@ -250,8 +250,13 @@ def _named_errors(path: Path) -> Iterator[None]:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
 
-def _text_lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
-    """Return the lines of a text file or sheet, and their format; None for a file of arrays."""
+def _text_lines(
+    path: Path, layout: Format, *, head_only: bool = False
+) -> tuple[list[str], Format] | None:
+    """Return the lines of a text file or sheet, and their format; None for a file of arrays.
+
+    Of a text file only the lines with its header if ``head_only``.
+    """
     from historysim.tables import from_text
 
     reader = find_reader(path, TableReader, LineReader)
@@ -267,7 +272,8 @@ def _text_lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
     if layout.sheet is not None:
         raise field_error("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
     layout = attrs.evolve(layout, encoding=layout.encoding or from_text.detect_encoding(path))
-    return from_text.read_lines(path, str(layout.encoding), MOST_ROWS), layout
+    lines = from_text.read_lines(path, str(layout.encoding), MOST_ROWS, head_only=head_only)
+    return lines, layout
 
 
 def _file_columns(

@@ -47,12 +47,17 @@ WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 # -- lines -----------------------------------------------------------------------------------------
 
 
-def read_lines(path: Path, encoding: str, most_rows: int) -> list[str]:
-    """Return the lines of a text; InputError with the byte if the encoding does not fit."""
+def read_lines(
+    path: Path, encoding: str, most_rows: int, *, head_only: bool = False
+) -> list[str]:
+    """Return the lines of a text, or the first ones that are searched for a header.
+
+    InputError with the byte if the encoding does not fit, or for too many rows.
+    """
     _check_lines(path)
     try:
         with path.open(encoding=encoding) as stream:
-            lines = list(islice(stream, most_rows + SEARCHED + 1))
+            lines = list(islice(stream, SEARCHED + (0 if head_only else most_rows + 1)))
     except UnicodeError as error:
         # cp1252 is the fallback for texts that are not UTF-8
         expected = "utf-8" if encoding == WINDOWS else encoding

@@ -90,8 +90,9 @@ class HistoryPicture(Picture):
                 raise InputError(f"panels is {self.panels!r}; expected some of {', '.join(PANELS)}")
             wide = ""
         charts: dict[str, Chart] = {}
+        thin = data if {*panels} <= {"states", "wear"} else thin_history(data)
         for name in panels:
-            charts |= _panel(name, data)
+            charts |= _panel(name, data, thin)
         if self.panels is not None:
             # requested panels are drawn as low as they can be read
             charts = {
@@ -110,8 +111,8 @@ class HistoryPicture(Picture):
         )
 
 
-def _panel(name: str, history: xr.Dataset) -> dict[str, Chart]:
-    """Return the charts of a panel by their letters."""
+def _panel(name: str, history: xr.Dataset, thin: xr.Dataset) -> dict[str, Chart]:
+    """Return the charts of a panel by their letters; ``thin`` is `thin_history` of the history."""
     if name == "states":
         check_recorded(history, "slip_state")
         check_any(history)
@@ -119,7 +120,6 @@ def _panel(name: str, history: xr.Dataset) -> dict[str, Chart]:
     if name == "wear":
         check_worn(history)
         return {"W": wear_chart(history)}
-    thin = thin_history(history)
     time = thin["time"].values
     if name == "energy":
         line = Curve(time, thin["total_dissipated_energy"].values, look=LINE)

@@ -135,7 +135,13 @@ def thin_history(history: "xr.Dataset") -> "xr.Dataset":
         for name, variable in history.data_vars.items()
         if variable.dims[:1] == ("step",) and "asperity" not in variable.dims
     ]
-    return history[totals].isel(step=select_steps(history)).load()
+    steps = select_steps(history)
+
+    def take_steps(values: "xr.DataArray") -> "xr.DataArray":
+        # a file is read as a whole: netCDF reads scattered rows one by one
+        return (values if values.chunks else values.compute()).isel(step=steps)
+
+    return history[totals].map(take_steps, keep_attrs=True).load()
 
 
 def select_steps(history: "xr.Dataset") -> Integers:
