@@ -59,18 +59,6 @@ def test_quantiles_of_gaussian_heights():
     assert isinstance(Gaussian(1.0).quantile(0.3), float)
 
 
-def test_quantiles_of_a_rectangle_and_of_triangles():
-    p = np.linspace(0, 1, 11)
-    np.testing.assert_allclose(Tabulated([-1, 3], [7, 7]).quantile(p), 4 * p - 1, atol=4 * EPS)
-    np.testing.assert_allclose(Tabulated([0, 2], [0, 5]).quantile(p), 2 * np.sqrt(p), atol=4 * EPS)
-    # the difference 1 - p is rounded before its root is taken: √EPS at the end, less than
-    # 3e-16/√(1-p) before
-    np.testing.assert_allclose(
-        Tabulated([0, 2], [5, 0]).quantile(p[:-1]), 2 - 2 * np.sqrt(1 - p[:-1]), atol=2e-15
-    )
-    assert Tabulated([0, 2], [5, 0]).quantile(1) == pytest.approx(2, abs=1e-7)
-
-
 @given(tables(), st.lists(st.floats(0, 1), min_size=1, max_size=5))
 def test_the_probability_below_a_quantile_is_its_own(table, probabilities):
     made = Tabulated(*table)

@@ -78,30 +78,6 @@ def test_heights_cannot_be_changed_from_outside_or_inside():
 # -------------------------------------------------------------------------------------------------------
 
 
-def test_a_measured_ball_without_its_sphere_is_its_roughness():
-    pixel, radius = (2e-6, 1.5e-6), 1.5e-3
-    x, y = (np.arange(60) - 25)[:, None] * pixel[0], (np.arange(80) - 47)[None, :] * pixel[1]
-    ball = 1e-3 + np.sqrt(radius**2 - (x - 1e-5) ** 2 - (y + 5e-6) ** 2) - radius
-    ripple = (
-        2e-9
-        * np.cos(2 * np.pi * np.arange(60) / 6)[:, None]
-        * np.cos(2 * np.pi * np.arange(80) / 8)[None, :]
-    )
-    surface = Surface(np.where(rough(ball.shape) > 2, NAN, ball + ripple), pixel)
-    # the sag is 3 µm, the ripple a thousandth of it and no sphere
-    assert surface.form("sphere").radius == pytest.approx(radius, rel=1e-3)
-    left = surface.detrended("sphere")
-    np.testing.assert_array_equal(left.missing, surface.missing)
-    # the sphere takes a part of the ripple with it, less than 4 in √4680 of its unknowns
-    assert np.nanmax(np.abs(left.heights - ripple)) < 2e-9 * 4 / math.sqrt(4680) * 3
-    # once it is off, the tops of the ripple are summits: of the lattice of 6 and 8, the middles of
-    # its cells too
-    found = left.summits()
-    np.testing.assert_allclose(found.height, 2e-9, rtol=0.2)
-    raw = surface.summits()
-    assert len(raw) < len(found)
-
-
 # --- scaling
 # ----------------------------------------------------------------------------------------------------
 

@@ -30,17 +30,6 @@ def prescribed(shape, lengths, kind="exponential"):
     return total / total[0, 0]
 
 
-def of_mean_zero(autocorrelation):
-    # heights without their mean lose the mean of the autocorrelation
-    left = autocorrelation - autocorrelation.mean()
-    return left / left[0, 0]
-
-
-def sample_autocorrelation(heights):
-    power = np.abs(np.fft.fft2(heights)) ** 2
-    return np.fft.ifft2(power).real / power.sum() * heights.size
-
-
 def make(shape, lengths, seed, kind="exponential"):
     return random_surface(shape, 1.0, 1.0, lengths, seed=seed, autocorrelation=kind).heights
 
@@ -48,30 +37,6 @@ def make(shape, lengths, seed, kind="exponential"):
 def whole(quadrant, shape):
     i, j = (np.minimum(np.arange(n), n - np.arange(n)) for n in shape)
     return quadrant[np.ix_(i, j)]
-
-
-def lags(shape, lengths):
-    """Lags along the axes and the diagonals, out to three autocorrelation lengths."""
-    steps = [
-        np.unique(np.linspace(1, min(3 * length, n // 2), 12).astype(int))
-        for n, length in zip(shape, lengths, strict=True)
-    ]
-    along_x, along_y = ([(s, 0) for s in steps[0]], [(0, s) for s in steps[1]])
-    if shape[1] == 1:
-        return tuple(np.transpose(along_x))
-    diagonal = [(s, sign * t) for s, t in zip(*steps, strict=False) for sign in (-1, 1)]
-    return tuple(np.transpose(along_x + along_y + diagonal))
-
-
-def assert_ensemble_has(expected, samples, independent):
-    # Five standard errors, from the scatter of the seeds; and the bias of dividing by the variance
-    # of the sample, which is 2 / independent off, of the order of the relative variance 2 /
-    # independent itself.
-    samples = np.asarray(samples)
-    error = samples.std(axis=0, ddof=1) / math.sqrt(len(samples))
-    off = np.abs(samples.mean(axis=0) - expected)
-    assert np.all(off <= 5 * error + 4 / independent), (off / error).max()
-    assert error.max() < 0.02
 
 
 @pytest.mark.parametrize("kind", ["exponential", "gaussian"])
@@ -128,13 +93,6 @@ def test_smooth_surfaces_are_not_roughened_by_rounding():
         heights = make((n, 1), length, seed, "gaussian")[:, 0]
         second = np.roll(heights, 1) - 2 * heights + np.roll(heights, -1)
         assert 0.1 * expected < second.std() < 3 * expected
-
-
-def test_autocorrelation_of_ensembles():
-    shape, lengths = (200, 200), (5.0, 5.0)
-    at, rho = lags(shape, lengths), prescribed(shape, lengths)
-    samples = [sample_autocorrelation(make(shape, lengths, seed))[at] for seed in range(24)]
-    assert_ensemble_has(of_mean_zero(rho)[at], samples, rho.size / np.sum(rho**2))
 
 
 @pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")

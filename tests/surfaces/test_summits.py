@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 from scipy import ndimage
 from scipy.optimize import minimize
-from scipy.stats import multivariate_normal
 
 import historysim as hs
 from historysim.surfaces.summits import Summits, detached_summits, find_summits, prominences
@@ -354,62 +353,6 @@ def test_summits_of_a_well_resolved_gaussian_surface_after_nayak():
     assert np.all(error < 0.007)
     assert np.all(np.abs(bias) < 0.04)
     assert np.all(np.abs(mean - bias - limit) < 4 * error)
-
-
-def correlation(amplitude):
-    rho = np.fft.ifft2(amplitude**2).real
-    return rho / rho[0, 0]
-
-
-@pytest.mark.parametrize("rule", [5, 9])
-@pytest.mark.parametrize("length", [0.7])
-def test_density_on_a_coarse_grid_is_the_chance_to_be_higher_than_all_neighbours(length, rule):
-    amplitude, _ = hump((128, 128), length)
-    rho = correlation(amplitude)
-    steps = around(rule, amplitude.shape)
-    # the differences z(0) - z(step) are jointly normal, with covariances of the correlations; no
-    # grid error
-    covariance = [
-        [1 - rho[a] - rho[b] + rho[a[0] - b[0], a[1] - b[1]] for b in steps] for a in steps
-    ]
-    chance = multivariate_normal.cdf(
-        np.zeros(len(steps)), cov=covariance, abseps=1e-5, maxpts=200_000
-    )
-    density, error = mean_and_error(
-        [
-            find_summits(gaussian_surface(seed, amplitude), (1.0, 1.0), rule, periodic=True).density
-            for seed in range(60)
-        ]
-    )
-    assert error < 0.006 * chance
-    assert abs(density - chance) < 4 * error
-
-
-@pytest.mark.parametrize("length", [2.0])
-def test_peaks_of_profiles_on_any_grid_in_closed_form(length):
-    pixel = 0.5
-    amplitude, kx = hump((256, 256), length)
-    rho, m0 = correlation(amplitude)[:, 0], moment(amplitude, kx, 0)
-    # Whitehouse & Archard: d1 = z - z(-1), d2 = z - z(+1) are binormal with s² = 2 (1-ρ1) m0 and
-    # correlation r; P(d1, d2 > 0) = 1/4 + asin(r)/2π and E[d1 | d1, d2 > 0] P = s (1+r)/(2 √2π)
-    spread = math.sqrt(2 * (1 - rho[1]) * m0)
-    r = (1 - 2 * rho[1] + rho[2]) / (2 * (1 - rho[1]))
-    chance = 0.25 + math.asin(r) / (2 * np.pi)
-    drop = 2 * spread * (1 + r) / (2 * math.sqrt(2 * np.pi)) / chance
-    # z varies with d1 + d2 by its regression, cov/var = 2 (1-ρ1) m0/(2 s² (1+r))
-    height = drop * (1 - rho[1]) * m0 / (spread**2 * (1 + r))
-    ratios = []
-    for seed in range(25):
-        found = find_summits(gaussian_surface(seed, amplitude), (pixel, 3.0), 3, periodic=True)
-        measured = (
-            found.density * 3.0 * pixel,
-            (1 / found.radius).mean() * pixel**2,
-            found.height.mean(),
-        )
-        ratios.append(np.divide(measured, (chance, drop, height)))
-    mean, error = mean_and_error(ratios)
-    assert np.all(error < 0.007)
-    assert np.all(np.abs(mean - 1) < 4 * error)
 
 
 # --- Summits

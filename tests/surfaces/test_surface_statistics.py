@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from rough_maps import (
     EPS,
     NAN,
-    PIXEL,
     Points,
     autocorrelation,
     height_statistics,
@@ -153,21 +152,3 @@ def test_conventions_of_surface_topography(topography):
     assert found.moments.m2 == pytest.approx(gradient**2 / 2, rel=1e-12)
     assert found.moments.m2 == pytest.approx(np.mean(np.square(slopes)), rel=1e-12)
     assert found.moments.m4 == pytest.approx(np.mean(np.square(curvatures)), rel=1e-12)
-
-
-def test_autocorrelation_of_surface_topography(topography):
-    # its height difference autocorrelation is ⟨(z(x) - z(x + lag))²⟩/2 = Rq² (1 - ρ), averaged
-    # along the profiles
-    z = rough((24, 20), seed=20)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        other = topography(z, np.multiply(z.shape, PIXEL), periodic=True)
-        lags, differences = other.autocorrelation_from_profile(
-            reliable=False, resampling_method=None
-        )
-    found = autocorrelation(z, PIXEL, periodic=True)
-    values = found.values[12:, 10]
-    np.testing.assert_allclose(found.lags_x[12:][: lags.size], lags, rtol=1e-12)
-    np.testing.assert_allclose(
-        z.var() * (1 - values[: lags.size]), differences, rtol=1e-9, atol=1e-13 * z.var()
-    )
