@@ -10,16 +10,9 @@ import attrs
 import numpy as np
 import pytest
 from number_files import write_matlab_73
-from records_shared import SHARED
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table, summarise_text
-
-DATA = SHARED
-BOLTED = DATA / "brake_reuss" / "brb_surface_data.mat"
-measured_files = pytest.mark.skipif(
-    not DATA.is_dir(), reason="the folder of measured data is not there"
-)
 
 T = np.arange(6) * 0.5
 F = np.array([0.0, 1.5, -2.0, 3.0, 4.0, 5.5])
@@ -508,22 +501,3 @@ def test_structures_and_cells_of_matlab_are_listed_by_their_numbers(tmp_path):
     for name in ("tests(2).t", "cells{2}.t"):
         read = read_table(tmp_path / "s.mat", {"time": Column(name)}, {"time": "s"})
         assert read.columns["time"].tolist() == [10, 11, 12]
-
-
-@measured_files
-def test_the_bolted_joint():
-    from scipy.io import loadmat
-
-    expected = loadmat(BOLTED)
-    columns = {"z": Column("normzinterp"), "p": Column("pzinterp")}
-    table = read_table(BOLTED, columns, {"z": "1", "p": "1"})
-    for key, name in (("z", "normzinterp"), ("p", "pzinterp")):
-        np.testing.assert_array_equal(table.columns[key], expected[name][0])
-        assert table.columns[key].shape == (1001,)
-    gap = read_table(
-        BOLTED, {"gap": Column("mesoscale_xygap", index=3)}, {"gap": "m"}, missing=True
-    )
-    np.testing.assert_array_equal(gap.columns["gap"], expected["mesoscale_xygap"][:, 2])
-    assert "row 1, column 3 of 'mesoscale_xygap': missing (NaN)" in refusal(
-        BOLTED, Column("mesoscale_xygap", index=3)
-    )
