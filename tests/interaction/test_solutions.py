@@ -289,31 +289,6 @@ def test_twenty_random_moves_agree_with_a_brute_force_of_all_points(seed):
     assert settled.max() < 5e-3
 
 
-def test_a_lone_ball_is_hertz(lone):
-    solutions = lone
-    hertz = 4 / 3 * np.sqrt(400.0) * solutions.approach**1.5
-    wide = solutions.area.sum(axis=1) > 200
-    np.testing.assert_allclose(solutions.load.sum(axis=1)[wide], hertz[wide], rtol=8e-3)
-    np.testing.assert_allclose(
-        solutions.area.sum(axis=1)[wide], np.pi * 400 * solutions.approach[wide], rtol=0.08
-    )
-    assert solutions.count == 1
-    assert np.abs(solutions.coarse).max() < 0.05
-    assert np.abs(solutions.coarse).min() > 0
-    ball = hs.Ensemble(PAIR, 0.0, 400.0, friction=MU)
-    ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
-    events = [
-        hs.NormalLoad(0, 20.0),
-        hs.TangentialLoad(1, 3.0),
-        hs.TangentialLoad(2, -1.0),
-        hs.NormalLoad(3, 10.0),
-    ]
-    expected, given = hs.replay(ball, events, hold=False), hs.replay(ensemble, events, hold=False)
-    np.testing.assert_allclose(
-        given["tangential_displacement"], expected["tangential_displacement"], rtol=0.01
-    )
-
-
 @pytest.mark.slow
 def test_two_balls_go_from_independent_to_merged_without_a_jump(lone):
     loads, counts = [], []
