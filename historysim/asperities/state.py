@@ -186,7 +186,7 @@ class State(WholeContact, SavedState):
 
     def _bits(self) -> bytes:
         memory = self.memory
-        if memory.line.slides:
+        if memory.line.slides or memory.line.scaled:
             memory = binding.copy_state(memory)
             lib.hs_forget_slides(memory)
         return binding.to_bytes(memory)

@@ -260,8 +260,17 @@ def view(numbers: Any, count: int) -> Array:
 
 def stack(memory: Any, group: int = 0) -> Array:
     """Return a copy of the vertices of a group, the deepest first, with the fields of ``hs_vertex``."""
-    line = memory.line
+    line = with_groups(memory).line
     return view(line.vertices + group * line.capacity, line.depth[group]).copy()
+
+
+def with_groups(memory: Any) -> Any:
+    """Return a memory whose groups hold their vertices: the same one, or a copy of one that is scaled."""
+    if not memory.line.scaled:
+        return memory
+    copy = copy_state(memory)
+    check(lib.hs_restore_groups(copy))
+    return copy
 
 
 def to_bytes(memory: Any) -> bytes:

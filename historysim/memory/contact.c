@@ -3,15 +3,48 @@
 
 #include "contact.h"
 
-/* Merge sort, bottom-up; linear time if sorted. */
+/* Shifts of an insertion sort after the distribution to buckets, of each key, before a merge sort
+ * is faster; chosen. */
+#define MAX_SHIFTS 8
+
+/* Distribute positions to as many buckets of equal width as there are keys, in stable order;
+ * without effect if keys are not finite. `buffer` has room for twice as many numbers, and one. */
+static void distribute(const double *key, int64_t *position, int64_t count, int64_t *buffer) {
+    double low = key[position[0]], high = low;
+    for (int64_t i = 1; i < count; ++i) {
+        double value = key[position[i]];
+        low = value < low ? value : low;
+        high = value > high ? value : high;
+        if (!(fabs(value) <= DBL_MAX)) return;
+    }
+    double scale = (double)(count - 1) / (high - low);
+    int64_t *start = buffer + count;
+    if (!(fabs(low) <= DBL_MAX && high - low <= DBL_MAX && scale <= DBL_MAX)) return;
+    memset(start, 0, (size_t)(count + 1) * sizeof *start);
+    for (int64_t i = 0; i < count; ++i) ++start[(int64_t)((key[position[i]] - low) * scale) + 1];
+    for (int64_t i = 0; i < count; ++i) start[i + 1] += start[i];
+    memcpy(buffer, position, (size_t)count * sizeof *buffer);
+    for (int64_t i = 0; i < count; ++i)
+        position[start[(int64_t)((key[buffer[i]] - low) * scale)]++] = buffer[i];
+}
+
+/* Bucket sort with an insertion sort; merge sort, bottom-up, if keys are clustered. Linear time if
+ * sorted. */
 int hs_sort_by(const double *key, int64_t *position, int64_t count) {
-    int sorted = 1;
-    for (int64_t i = 1; i < count && sorted; ++i) sorted = key[position[i - 1]] <= key[position[i]];
-    if (sorted) return HS_OK;
-    int64_t *buffer = (int64_t *)malloc((size_t)count * sizeof *buffer), *source = position,
-            *target = buffer;
+    int64_t sorted = 1, shifts = 0;
+    while (sorted < count && key[position[sorted - 1]] <= key[position[sorted]]) ++sorted;
+    if (sorted >= count) return HS_OK;
+    int64_t *buffer = (int64_t *)malloc((size_t)(2 * count + 1) * sizeof *buffer),
+            *source = position, *target = buffer;
     if (!buffer) return HS_OUT_OF_MEMORY;
-    for (int64_t width = 1; width < count; width *= 2) {
+    distribute(key, position, count, buffer);
+    for (sorted = 1; sorted < count && shifts <= MAX_SHIFTS * count; ++sorted) {
+        int64_t moved = position[sorted], i = sorted;
+        for (; i > 0 && key[moved] < key[position[i - 1]]; --i) position[i] = position[i - 1];
+        position[i] = moved;
+        shifts += sorted - i;
+    }
+    for (int64_t width = 1; width < count && sorted < count; width *= 2) {
         for (int64_t start = 0; start < count; start += 2 * width) {
             int64_t middle = start + width < count ? start + width : count;
             int64_t stop = start + 2 * width < count ? start + 2 * width : count;

@@ -2,6 +2,7 @@
  * plane (README.md, "Layout"). */
 
 #include "plane.h"
+#include "scaled.h"
 
 hs_state *hs_state_new(hs_contact *contact, const double *friction) {
     hs_state *state = (hs_state *)calloc(1, sizeof *state);
@@ -14,19 +15,27 @@ int hs_belongs(const hs_state *state, const hs_state *like) {
     return hs_line_belongs(&state->line, &like->line);
 }
 
+int hs_restore_groups(hs_state *state) { return hs_line_restore_groups(&state->line); }
+
 int hs_state_evolve(hs_state *state) {
-    return state->plane ? (int)HS_FOREIGN : hs_line_add_evolved(&state->line);
+    int status = state->plane ? (int)HS_FOREIGN : hs_line_restore_groups(&state->line);
+    return status == HS_OK ? hs_line_add_evolved(&state->line) : status;
 }
 
 int hs_state_yield(hs_state *state) {
-    return state->plane ? (int)HS_FOREIGN : hs_line_add_yielded(&state->line);
+    int status = state->plane ? (int)HS_FOREIGN : hs_line_restore_groups(&state->line);
+    return status == HS_OK ? hs_line_add_yielded(&state->line) : status;
 }
 
 hs_state *hs_state_of_one(const hs_state *state, int64_t asperity) {
     if (asperity < 0 || asperity >= state->line.contact->count) return NULL;
     hs_state *single = (hs_state *)calloc(1, sizeof *single);
-    if (single && hs_line_init_single(&single->line, &state->line, asperity) == HS_OK)
-        return single;
+    hs_line *copy = state->line.scaled ? hs_line_copy(&state->line) : NULL;
+    int status = copy ? hs_line_restore_groups(copy) : (int)HS_OK;
+    if (single && status == HS_OK)
+        status = hs_line_init_single(&single->line, copy ? copy : &state->line, asperity);
+    hs_line_free(copy);
+    if (single && status == HS_OK) return single;
     free(single);
     return NULL;
 }

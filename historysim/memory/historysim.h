@@ -182,6 +182,9 @@ typedef struct hs_line {
     hs_evolved *evolved;      /* NULL where asperities do not evolve */
     struct hs_slides *slides; /* when asperities first slid, which copies share; NULL where none has
                                  while times were known */
+    struct hs_line *scaled;   /* several groups at a constant approach, as one of friction 1: it
+                                 holds vertices, energies and slides, and `depth` is 0; NULL where
+                                 groups hold their own (`hs_restore_groups`) */
     double approach;          /* of the highest summit; from here on, all is numbers */
     double displacement;      /* tangential */
     double normal_load;
@@ -249,6 +252,8 @@ HS_API int hs_state_yield(hs_state *state);
  */
 HS_API int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings,
                                 double tolerance);
+/* Write the vertices of all groups of a line where a scaled one holds them. */
+HS_API int hs_restore_groups(hs_state *state);
 /* State of one asperity, with the history of its group along the line; NULL if out of memory, or if
  * there is no such asperity. */
 HS_API hs_state *hs_state_of_one(const hs_state *state, int64_t asperity);

@@ -9,6 +9,7 @@
 #include "laws.h"
 #include "line.h"
 #include "readout.h"
+#include "scaled.h"
 #include "substeps.h"
 
 /* Substeps in which crossings of the friction limit are searched that divide a path; and those that
@@ -470,7 +471,8 @@ int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive
     hs_drive saturating = *drive;
     saturating.saturate = 1;
     memset(&evolution, 0, sizeof evolution);
-    int status = hs_split_groups(memory, friction, friction), falls = 0;
+    int status = hs_line_restore_groups(memory), falls = 0;
+    if (status == HS_OK) status = hs_split_groups(memory, friction, friction);
     if (status == HS_OK) status = hs_fields_init(&ctx, memory, &evolution, &saturating, &unread);
     if (status != HS_OK) return status;
     const hs_contact *contact = memory->contact;
@@ -523,9 +525,21 @@ int hs_line_step(hs_line *memory, int normal_control, double normal_target, int 
     refusal->path = 0;
     path = hs_scale_path(units, &path);
     hs_set_clock(memory, NAN);
-    int status = hs_plan_path(memory, &path, drive->compliance[0] * units->stiffness,
-                              drive->saturate, 1, &plan, refusal);
-    if (status == HS_OK) status = hs_follow_plan(memory, &plan, 0.0, 1.0, drive);
+    /* a refused step leaves the representation */
+    hs_line *copy = hs_is_represented(memory, &path) ? NULL : hs_line_copy(memory);
+    hs_line *changed = copy ? copy : memory;
+    int status = hs_represent(changed, &path);
+    hs_line *line = hs_active(changed);
+    hs_set_clock(line, NAN);
+    if (status == HS_OK)
+        status = hs_plan_path(line, &path, drive->compliance[0] * units->stiffness, drive->saturate,
+                              1, &plan, refusal);
+    if (status == HS_OK) status = hs_follow_plan(line, &plan, 0.0, 1.0, drive);
+    hs_update_from_scaled(changed);
+    if (copy && status == HS_OK)
+        hs_line_take(memory, copy);
+    else
+        hs_line_free(copy);
     refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
@@ -705,20 +719,25 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         hs_path path = hs_scale_path(&memory->contact->units, paths + p);
         double previous_fraction = 0.0;
+        hs_line *line = memory;
         refusal->path = p;
         if (evolution) {
             const int has_split = ctx.has_split;
             status = plan_evolving(&ctx, memory, &path, until);
-            if (has_split != ctx.has_split) recorder.contact = NULL;
+            if (has_split != ctx.has_split) hs_recorder_forget(&recorder);
         } else {
-            hs_set_clock(memory, path.begin);
-            status = hs_plan_path(memory, &path, compliance, drive->saturate,
-                                  path.parts == 1 && until == 1.0, &plan, refusal);
+            status = hs_represent(memory, &path);
+            line = hs_active(memory);
+            hs_set_clock(line, path.begin);
+            if (status == HS_OK)
+                status = hs_plan_path(line, &path, compliance, drive->saturate,
+                                      path.parts == 1 && until == 1.0, &plan, refusal);
         }
         for (int64_t division = 1; division <= path.parts && status == HS_OK; ++division) {
             double fraction = until * ((double)division / (double)path.parts);
             status = evolution ? follow_segments(&ctx, memory, previous_fraction, fraction)
-                               : hs_follow_plan(memory, &plan, previous_fraction, fraction, drive);
+                               : hs_follow_plan(line, &plan, previous_fraction, fraction, drive);
+            hs_update_from_scaled(memory);
             previous_fraction = fraction;
             if (status == HS_OK) status = hs_count_work(drive, &work, work_per_row);
             if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
@@ -729,7 +748,7 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
                 int64_t row = path.first_row + division - 1;
                 /* asperities may have another order now */
                 if (evolution && (!ctx.only_yields || ctx.has_target || fraction > ctx.elastic_end))
-                    recorder.contact = NULL;
+                    hs_recorder_forget(&recorder);
                 if (!(writers && pass_to_writer(writers, memory, row, flag)))
                     status = hs_record(&recorder, memory, row, flag);
                 flag = 0;
@@ -739,7 +758,7 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
             hs_contact_free(ctx.plan.start_contact);
             ctx.plan.start_contact = NULL;
             if (ctx.elastic_end < 1.0) ctx.yield.next_onset = NAN;
-            if (ctx.elastic_end < 1.0 || ctx.has_target) recorder.contact = NULL;
+            if (ctx.elastic_end < 1.0 || ctx.has_target) hs_recorder_forget(&recorder);
         }
         memory->normal_control = path.normal_control;
         memory->tangential_control = path.tangential_control[0];

@@ -32,11 +32,13 @@ struct hs_slides *hs_slides_unshare(hs_line *memory) {
 
 void hs_line_slide_times(const hs_line *memory, double *time) {
     int64_t count = hs_slide_count(memory->contact);
+    memory = hs_active(memory);
     if (memory->slides) memcpy(time, memory->slides->time, (size_t)count * sizeof *time);
     for (int64_t i = 0; i < count && !memory->slides; ++i) time[i] = NAN;
 }
 
 void hs_line_forget_slides(hs_line *memory) {
+    memory = hs_active(memory);
     hs_slides_release(memory->slides);
     memory->slides = NULL;
     memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
@@ -194,6 +196,7 @@ void hs_line_clear(hs_line *memory) {
     free(memory->friction);
     free(memory->vertices);
     free(memory->evolved);
+    hs_line_free(memory->scaled);
 }
 
 void hs_line_free(hs_line *memory) {
@@ -250,6 +253,10 @@ int hs_has_steep(const hs_line *memory) {
 int hs_line_init_copy(hs_line *memory, const hs_line *from) {
     if (hs_line_init(memory, from->contact, hs_max_depth(from) + 4, hs_evolves(from)) != HS_OK)
         return HS_OUT_OF_MEMORY;
+    if (from->scaled && !(memory->scaled = hs_line_copy(from->scaled))) {
+        hs_line_clear(memory);
+        return HS_OUT_OF_MEMORY;
+    }
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
@@ -288,6 +295,13 @@ int hs_line_assign(hs_line *memory, const hs_line *from) {
     if (memory->contact->groups != from->contact->groups || !hs_line_belongs(memory, from))
         return HS_FOREIGN;
     if (hs_line_reserve(memory, hs_max_depth(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (memory->scaled && from->scaled && memory->scaled->contact == from->scaled->contact) {
+        if (hs_line_assign(memory->scaled, from->scaled) != HS_OK) return HS_OUT_OF_MEMORY;
+    } else {
+        hs_line_free(memory->scaled);
+        memory->scaled = from->scaled ? hs_line_copy(from->scaled) : NULL;
+        if (from->scaled && !memory->scaled) return HS_OUT_OF_MEMORY;
+    }
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;

@@ -9,6 +9,7 @@
 #include "lanes.h"
 #include "move.h"
 #include "readout.h"
+#include "scaled.h"
 
 /* scale a. */
 static hs_vector scale_vector(double scale, hs_vector a) {
@@ -318,7 +319,7 @@ static int switch_to_rings(hs_state *state) {
     hs_line *line = &state->line;
     int64_t *class_stop =
         (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *class_stop);
-    int status = class_stop ? HS_OK : HS_OUT_OF_MEMORY;
+    int status = class_stop ? hs_line_restore_groups(line) : (int)HS_OUT_OF_MEMORY;
     if (status == HS_OK &&
         !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance)))
         status = HS_OUT_OF_MEMORY;

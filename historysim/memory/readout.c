@@ -6,6 +6,7 @@
 #include "lanes.h"
 #include "line.h"
 #include "losses.h"
+#include "scaled.h"
 
 /* Samples of the traction ratio on each segment, before its maximum is refined; chosen. */
 #define SAMPLES 16
@@ -51,6 +52,7 @@ static inline void add_stiffness(const hs_line *memory, int64_t index, double di
 
 double hs_line_stiffness(const hs_line *memory, int direction) {
     double stiffness = 0.0;
+    memory = hs_active(memory);
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         double friction = memory->friction[index];
@@ -69,7 +71,7 @@ double hs_line_normal_stiffness(const hs_line *memory) {
 }
 
 double hs_line_stored_energy(const hs_line *memory) {
-    return hs_elastic_energy(memory, NULL) * memory->contact->units.energy;
+    return hs_elastic_energy(hs_active(memory), NULL) * memory->contact->units.energy;
 }
 
 /* Springs that slide are on the cone, v = ±μ (d - a), which depends on the approach only. Springs
@@ -81,6 +83,13 @@ hs_slopes hs_line_slopes(const hs_line *memory, double start) {
     const hs_units *units = &memory->contact->units;
     double d0 = start / units->length, d1 = memory->approach, v1 = memory->displacement;
     hs_slopes result = {0.0, 0.0, 0.0};
+    if (memory->scaled) {
+        hs_line *copy = hs_line_copy(memory);
+        result.tangential = result.coupling = result.normal = NAN;
+        if (copy && hs_line_restore_groups(copy) == HS_OK) result = hs_line_slopes(copy, start);
+        hs_line_free(copy);
+        return result;
+    }
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         hs_group group = hs_group_of(memory, index);
         const hs_vertex *stack = group.stack;
@@ -255,22 +264,23 @@ static void record_yielded(const hs_line *memory, hs_totals *totals) {
 /* Fill the totals of a row; if there are columns, also the sliding zones of all groups. */
 static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_totals *totals,
                           int saturated) {
-    const hs_contact *contact = memory->contact;
+    const hs_line *line = hs_active(memory);
+    const hs_contact *contact = line->contact;
     const hs_units *units = &contact->units;
     double limit = 0.0, ratio = 1.0, stiffness = 0.0;
     int64_t index = 0;
-    for (; index < contact->groups && memory->depth[index] > 0; ++index) {
-        const hs_vertex *stack = memory->vertices + index * memory->capacity;
-        int64_t depth = memory->depth[index];
-        hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index],
-                                 memory->steep[index]);
+    for (; index < contact->groups && line->depth[index] > 0; ++index) {
+        const hs_vertex *stack = line->vertices + index * line->capacity;
+        int64_t depth = line->depth[index];
+        hs_zone zone =
+            slip_zone(stack, depth, line->displacement, line->friction[index], line->steep[index]);
         if (recorder->zones) recorder->zones[index] = zone;
-        add_stiffness(memory, index, 0.0, zone.boundary, &stiffness);
-        if (memory->steep[index]) {
-            hs_group group = hs_group_of(memory, index);
+        add_stiffness(line, index, 0.0, zone.boundary, &stiffness);
+        if (line->steep[index]) {
+            hs_group group = hs_group_of(line, index);
             ratio = hs_max(ratio, largest_traction_ratio(&group, depth));
         }
-        limit += memory->friction[index] * stack[depth - 1].normal;
+        limit += line->friction[index] * stack[depth - 1].normal;
     }
     hs_zone none = {-HUGE_VAL, -HUGE_VAL, 0.0, 0.0};
     for (; recorder->zones && index < contact->groups; ++index) recorder->zones[index] = none;
@@ -281,7 +291,7 @@ static void record_totals(hs_recorder *recorder, const hs_line *memory, hs_total
     totals->displacement = memory->displacement * units->displacement;
     totals->contact_count = (double)touching;
     totals->real_contact_area =
-        contact->load ? 0.0 : real_area(contact, touching, memory->approach) * units->area;
+        contact->load ? 0.0 : real_area(memory->contact, touching, memory->approach) * units->area;
     totals->tangential_stiffness = stiffness * units->stiffness;
     totals->dissipated_energy = memory->dissipated * units->energy;
     totals->friction_limit = limit * units->load;
@@ -429,11 +439,11 @@ static void record_knots(const hs_recorder *recorder, const hs_line *memory, int
 }
 
 /* Fill the dissipated energies of the columns. */
-static void record_energies(const hs_recorder *recorder, const hs_line *memory, int64_t at) {
-    const double unit = memory->contact->units.energy;
+static void record_energies(const hs_recorder *recorder, const hs_line *line, int64_t at) {
+    const double unit = line->contact->units.energy;
     double *target = recorder->rows->dissipated_energy;
     for (int64_t c = 0; target && c < recorder->rows->columns; ++c)
-        target[at + c] = memory->dissipated_each[recorder->columns.position[c]] * unit;
+        target[at + c] = line->dissipated_each[recorder->columns.position[c]] * unit;
 }
 
 /* Fill loads, radii and slip states of the columns, in blocks that fit the cache; `inner` holds the
@@ -441,8 +451,10 @@ static void record_energies(const hs_recorder *recorder, const hs_line *memory, 
 static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at,
                            const double *inner, int by_column) {
     const hs_rows *rows = recorder->rows;
-    const hs_contact *contact = memory->contact;
-    const hs_columns *columns = &recorder->columns;
+    const hs_line *line = hs_active(memory);
+    const hs_units *units = &line->contact->units;
+    const hs_columns *columns = &recorder->columns,
+                     *unscaled = memory->scaled ? &recorder->unscaled : columns;
     double zone[4][HS_BLOCK], load[HS_BLOCK];
     for (int64_t start = 0; start < rows->columns; start += HS_BLOCK) {
         int count = hs_size_of_block(rows->columns - start);
@@ -454,35 +466,40 @@ static void record_columns(const hs_recorder *recorder, const hs_line *memory, i
         else
             for (int i = 0; i < count; ++i) force[i] = inner[columns->position[start + i]];
         /* a single group has one zone, filled for the first block */
-        for (int i = 0; i < count && (start == 0 || contact->groups > 1); ++i) {
+        for (int i = 0; i < count && (start == 0 || line->contact->groups > 1); ++i) {
             const hs_zone *group_zone = recorder->zones + columns->group[start + i];
             zone[0][i] = group_zone->boundary;
             zone[1][i] = group_zone->outermost;
             zone[2][i] = group_zone->friction;
             zone[3][i] = group_zone->slope;
         }
-        project_normal(gap, weight, count, memory->approach, &contact->units, load,
-                       rows->normal_load + at + start, rows->contact_radius + at + start);
-        project_tangential(gap, weight, load, count, memory->approach, zone, &contact->units, force,
+        for (int i = 0; i < count && memory->scaled; ++i) {
+            zone[2][i] = memory->friction[unscaled->group[start + i]];
+            zone[3][i] = recorder->zones->slope * zone[2][i];
+        }
+        project_normal(unscaled->gap + start, unscaled->weight + start, count, memory->approach,
+                       units, load, rows->normal_load + at + start,
+                       rows->contact_radius + at + start);
+        project_tangential(gap, weight, load, count, line->approach, zone, units, force,
                            rows->stick_radius + at + start, rows->slip_state + at + start);
     }
 }
 
 static int record_asperities(hs_recorder *recorder, const hs_line *memory, int64_t row) {
-    const hs_contact *contact = memory->contact;
+    const hs_line *line = hs_active(memory);
+    const hs_contact *contact = line->contact;
     const double *inner = recorder->inner;
     int single = contact->groups == 1, status = HS_OK;
-    if (contact->load && memory->depth[0] > 0) {
-        record_knots(recorder, memory, row);
+    if (contact->load && line->depth[0] > 0) {
+        record_knots(recorder, line, row);
         return status;
     }
-    if (single && memory->depth[0] > 0)
-        status = single_inner_forces(recorder, memory->vertices, memory->depth[0], &inner);
-    for (int64_t index = 0; !single && index < contact->groups && memory->depth[index] > 0;
-         ++index) {
-        hs_group group = hs_group_of(memory, index);
+    if (single && line->depth[0] > 0)
+        status = single_inner_forces(recorder, line->vertices, line->depth[0], &inner);
+    for (int64_t index = 0; !single && index < contact->groups && line->depth[index] > 0; ++index) {
+        hs_group group = hs_group_of(line, index);
         memset(recorder->inner + group.start, 0, (size_t)group.curve.count * sizeof(double));
-        add_inner_forces(group.stack, 1, memory->depth[index] - 2, group.curve.gap,
+        add_inner_forces(group.stack, 1, line->depth[index] - 2, group.curve.gap,
                          group.curve.weight, group.curve.count, 1, recorder->inner + group.start);
     }
     record_columns(recorder, memory, row * recorder->rows->columns, inner, single);
@@ -490,22 +507,41 @@ static int record_asperities(hs_recorder *recorder, const hs_line *memory, int64
 }
 
 /* Find the positions of the recorded asperities in a contact. */
-static int locate_columns(hs_recorder *recorder, hs_contact *contact) {
-    const hs_columns *all = hs_contact_columns(contact);
-    const hs_rows *rows = recorder->rows;
-    hs_columns *columns = &recorder->columns;
-    if (!all) return HS_OUT_OF_MEMORY;
-    if (recorder->all) *columns = *all;
-    for (int64_t c = 0; !recorder->all && contact != recorder->contact && c < rows->columns; ++c) {
+static int locate(const hs_rows *rows, hs_contact *contact, int all, hs_columns *columns,
+                  double *chosen) {
+    const hs_columns *every = hs_contact_columns(contact);
+    if (!every) return HS_OUT_OF_MEMORY;
+    if (all) *columns = *every;
+    if (all) return HS_OK;
+    columns->gap = chosen;
+    columns->weight = chosen + rows->columns;
+    columns->position = (int64_t *)(chosen + 2 * rows->columns);
+    columns->group = columns->position + rows->columns;
+    for (int64_t c = 0; c < rows->columns; ++c) {
         int64_t asperity = rows->asperity[c];
-        columns->gap[c] = all->gap[asperity];
-        columns->weight[c] = all->weight[asperity];
-        columns->position[c] = all->position[asperity];
-        columns->group[c] = all->group[asperity];
+        columns->gap[c] = every->gap[asperity];
+        columns->weight[c] = every->weight[asperity];
+        columns->position[c] = every->position[asperity];
+        columns->group[c] = every->group[asperity];
     }
-    if (contact != recorder->contact) recorder->depth = recorder->summed = 0;
-    recorder->contact = contact;
     return HS_OK;
+}
+
+/* Find the columns of the contact of a row, and of the same contact without scales, unless they are
+ * known. */
+static int locate_columns(hs_recorder *recorder, const hs_line *memory) {
+    const hs_rows *rows = recorder->rows;
+    hs_contact *contact = hs_active(memory)->contact;
+    if (contact == recorder->contact) return HS_OK;
+    hs_recorder_forget(recorder);
+    recorder->depth = recorder->summed = 0;
+    int status = locate(rows, contact, recorder->all, &recorder->columns, recorder->chosen);
+    if (status == HS_OK && memory->scaled)
+        status = locate(rows, memory->contact, recorder->all, &recorder->unscaled,
+                        recorder->chosen + 4 * rows->columns);
+    /* kept, so that its address is not that of another one */
+    if (status == HS_OK) recorder->contact = hs_contact_retain(contact);
+    return status;
 }
 
 int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows) {
@@ -521,21 +557,22 @@ int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *
     }
     recorder->inner = (double *)calloc(2 * capacity, sizeof(double));
     recorder->zones = (hs_zone *)malloc(count * sizeof *recorder->zones);
-    recorder->chosen = recorder->all ? NULL : (double *)malloc(4 * columns * sizeof(double));
-    if (!recorder->inner || !recorder->zones || !(recorder->all || recorder->chosen)) {
+    recorder->chosen = (double *)malloc(recorder->all ? 1 : 8 * columns * sizeof(double));
+    if (!recorder->inner || !recorder->zones || !recorder->chosen) {
         hs_recorder_clear(recorder);
         return HS_OUT_OF_MEMORY;
     }
     recorder->inner_sum = recorder->inner + capacity;
-    if (recorder->all) return HS_OK;
-    recorder->columns.gap = recorder->chosen;
-    recorder->columns.weight = recorder->chosen + columns;
-    recorder->columns.position = (int64_t *)(recorder->chosen + 2 * columns);
-    recorder->columns.group = recorder->columns.position + columns;
     return HS_OK;
 }
 
+void hs_recorder_forget(hs_recorder *recorder) {
+    hs_contact_free(recorder->contact);
+    recorder->contact = NULL;
+}
+
 void hs_recorder_clear(hs_recorder *recorder) {
+    hs_recorder_forget(recorder);
     free(recorder->chosen);
     free(recorder->inner);
     free(recorder->zones);
@@ -546,14 +583,15 @@ int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int sat
     const hs_rows *rows = recorder->rows;
     const hs_evolved *evolved = memory->evolved;
     int64_t columns = rows->columns, at = row * columns;
-    if (columns && locate_columns(recorder, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (columns && locate_columns(recorder, memory) != HS_OK) return HS_OUT_OF_MEMORY;
     record_totals(recorder, memory, rows->totals + row, saturated);
     if (columns == 0) return HS_OK;
     if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK)
         return HS_OUT_OF_MEMORY;
-    record_energies(recorder, memory, at);
+    record_energies(recorder, hs_active(memory), at);
+    const int64_t *group = memory->scaled ? recorder->unscaled.group : recorder->columns.group;
     for (int64_t c = 0; c < columns && rows->friction; ++c)
-        rows->friction[at + c] = memory->friction[recorder->columns.group[c]];
+        rows->friction[at + c] = memory->friction[group[c]];
     if (!evolved) return HS_OK;
     double *target[] = {rows->slid_distance, rows->worn_volume, rows->summit_height,
                         rows->summit_radius};

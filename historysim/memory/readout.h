@@ -25,7 +25,8 @@ typedef struct hs_recorder {
     hs_contact *contact; /* of the previous row; NULL if its gaps have changed */
     int all;             /* true if the columns are all asperities, in the caller's order */
     hs_columns columns;  /* gaps, weights, positions, groups in the contact of this row */
-    double *chosen;      /* memory of `columns` for a selection of asperities */
+    hs_columns unscaled; /* of the contact that this one scales */
+    double *chosen;      /* memory of both for a selection of asperities */
     double *inner; /* contributions of inner vertices to tangential loads: by column for a single
                       group, else by position */
     double *inner_sum; /* contributions of the `summed` deepest vertices of a single group,
@@ -39,6 +40,8 @@ typedef struct hs_recorder {
 int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
 /* Write one row of a memory; returns a status. */
 int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int saturated);
+/* Forget the contact of the previous row. */
+void hs_recorder_forget(hs_recorder *recorder);
 void hs_recorder_clear(hs_recorder *recorder);
 
 #endif

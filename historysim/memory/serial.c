@@ -1,11 +1,13 @@
 /* Serial: the binary format of a state, and the validation of bytes that are read.
  *
  * Layout: header, arrays of the contact, arrays of the memory along the line with the vertices in
- * use, evolved summits, sliding times; for motion in a plane its scalars and the classes with their
+ * use (if it is scaled, those of the scaled line, and energies in its order), evolved summits,
+ * sliding times; for motion in a plane its scalars and the classes with their
  * nodes; last a checksum (`hs_digest`) of all bytes before. */
 
 #include "contact.h"
 #include "plane.h"
+#include "scaled.h"
 
 /* Version of the format; a state is read by the version that wrote it only. */
 #define FORMAT 4
@@ -16,6 +18,7 @@
 #define SLIDES 8
 #define PLANE 16
 #define TURNED 32
+#define SCALED 64
 
 static const char no_memory[] = "there is not enough memory";
 
@@ -109,8 +112,10 @@ static head head_of_state(const hs_state *state) {
     header.watched = contact->query_count;
     for (int64_t index = 0; index < contact->groups; ++index)
         header.vertices += memory->depth[index];
+    if (memory->scaled) header.vertices = memory->scaled->depth[0];
     header.features = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) +
-                      (hs_evolves(memory) > 1 ? YIELDS : 0) + (memory->slides ? SLIDES : 0) +
+                      (hs_evolves(memory) > 1 ? YIELDS : 0) +
+                      (hs_active(memory)->slides ? SLIDES : 0) + (memory->scaled ? SCALED : 0) +
                       (state->plane ? PLANE : 0) + (body ? TURNED : 0);
     header.classes = body ? body->class_count : 0;
     for (int64_t c = 0; c < header.classes; ++c) header.nodes += body->classes[c].node_count;
@@ -134,18 +139,21 @@ size_t hs_state_size(const hs_state *state) {
 static unsigned char *transfer_arrays(const hs_line *memory, unsigned char *at, int writes) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
+    const hs_line *scaled = memory->scaled, *line = hs_active(memory);
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     at = transfer(at, memory->friction, 8 * g, writes);
-    at = transfer(at, memory->dissipated_each, 8 * n, writes);
+    at = transfer(at, line->dissipated_each, 8 * n, writes);
     at = transfer(at, memory->depth, 8 * g, writes);
+    if (scaled)
+        at = transfer(at, scaled->vertices, (size_t)scaled->depth[0] * sizeof(hs_vertex), writes);
     for (size_t index = 0; index < g; ++index)
         at = transfer(at, memory->vertices + index * (size_t)memory->capacity,
                       (size_t)memory->depth[index] * sizeof(hs_vertex), writes);
     if (evolved)
         at = transfer(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n,
                       writes);
-    if (memory->slides)
-        at = transfer(at, memory->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
+    if (line->slides)
+        at = transfer(at, line->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
     at = transfer(at, memory->steep, g, writes);
     return evolved ? transfer(at, evolved->friction_overridden, n, writes) : at;
 }
@@ -297,7 +305,7 @@ const char *hs_state_check(const hs_state *state) {
         !are_usable(&memory->tangential_load, 1, units->load) ||
         !are_usable(&memory->excess, 1, units->load) ||
         !are_usable(&memory->dissipated, 1, energy) ||
-        !are_usable(memory->dissipated_each, contact->count, energy))
+        !are_usable(hs_active(memory)->dissipated_each, contact->count, energy))
         return "a load, a displacement or an energy is not finite, or beyond the largest that is "
                "computed with";
     if (!are_coefficients(memory->friction, contact->groups))
@@ -305,10 +313,14 @@ const char *hs_state_check(const hs_state *state) {
     if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
         return "a channel is controlled in no known way";
     for (int64_t index = 0; index < contact->groups; ++index)
-        if (memory->steep[index] > 1 || !is_stack(memory, index))
+        if (memory->scaled ? memory->steep[index] || memory->depth[index]
+                           : memory->steep[index] > 1 || !is_stack(memory, index))
             return "the vertices of a group do not fit its friction or the approach";
-    for (int64_t i = 0; memory->slides && i < hs_slide_count(contact); ++i)
-        if (isinf(memory->slides->time[i])) return "a time is not finite";
+    if (memory->scaled && !is_stack(memory->scaled, 0))
+        return "the vertices of a group do not fit its friction or the approach";
+    const struct hs_slides *slides = hs_active(memory)->slides;
+    for (int64_t i = 0; slides && i < hs_slide_count(contact); ++i)
+        if (isinf(slides->time[i])) return "a time is not finite";
     return memory->evolved && !is_evolved(memory)
                ? "what an asperity has become does not fit its summit"
                : NULL;
@@ -381,16 +393,18 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *he
     if (size < sizeof *header + sizeof(uint64_t)) return "the bytes are cut off, or too many";
     memcpy(header, bytes, sizeof *header);
     int64_t max_count = (int64_t)(size / 8),
-            kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED);
-    int planar = (header->features & PLANE) != 0, turned = (header->features & TURNED) != 0;
+            kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED | SCALED);
+    int scaled = (header->features & SCALED) != 0, planar = (header->features & PLANE) != 0,
+        turned = (header->features & TURNED) != 0;
     int is_kind = kind == 0 || kind == EVOLVES || (kind == KNOTS && header->groups == 1) ||
                   kind == (EVOLVES | YIELDS);
     if (header->count < 1 || header->count > max_count || header->groups < 1 ||
         header->groups > header->count || header->watched < 0 ||
         header->watched > (header->groups > 1 ? 0 : max_count) || header->vertices < 0 ||
         header->vertices > max_count || !is_kind || turned > planar ||
-        (planar && (kind & EVOLVES)) || header->classes < 0 ||
-        header->classes > (turned ? max_count : 0) || header->nodes < 0 ||
+        (planar && (kind & EVOLVES)) ||
+        (scaled && (kind || turned || header->groups == 1 || header->vertices < 2)) ||
+        header->classes < 0 || header->classes > (turned ? max_count : 0) || header->nodes < 0 ||
         header->nodes > (turned ? max_count : 0) || size != state_bytes(header))
         return "the bytes are cut off, or too many";
     if (!is_control(header->normal_control) || !is_control(header->tangential_control))
@@ -403,9 +417,10 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *he
 }
 
 /* Largest depth of the stacks in the bytes; -1 if depths are inconsistent with the number of
- * vertices. */
+ * vertices, which a scaled line has. */
 static int64_t max_stack_depth(const head *header, const unsigned char *depths) {
-    int64_t deepest = 0, remaining = header->vertices, depth;
+    int64_t deepest = 0, depth;
+    int64_t remaining = header->features & SCALED ? 0 : header->vertices;
     for (int64_t index = 0; index < header->groups; ++index, remaining -= depth) {
         memcpy(&depth, depths + 8 * index, 8);
         if (depth < 0 || depth > remaining) return -1;
@@ -484,6 +499,21 @@ static const char *read_plane(hs_state *state, const head *header, unsigned char
     return start != state->line.contact->count || remaining != 0 ? "classes do not fit" : NULL;
 }
 
+/* Add the scaled line of a memory whose scalars are read, for the arrays that follow, of which the
+ * first are the coefficients. Returns an error, or NULL. */
+static const char *read_scaled(hs_line *line, const head *header, unsigned char *at) {
+    transfer(at, line->friction, 8 * (size_t)header->groups, 0);
+    memset(line->dissipated_each, 0, 8 * (size_t)header->count);
+    memset(line->steep, 0, (size_t)header->groups);
+    if (!are_coefficients(line->friction, header->groups) ||
+        !are_usable(&line->approach, 1, header->units.length))
+        return "a coefficient of friction or the approach is not one that is computed with";
+    int status = hs_line_add_scaled(line, header->vertices);
+    return status == HS_OUT_OF_MEMORY ? no_memory
+           : status != HS_OK          ? "the vertices do not fit the friction or the approach"
+                                      : NULL;
+}
+
 int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state,
                   const char **error) {
     unsigned char *at = (unsigned char *)bytes;
@@ -518,6 +548,11 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     line->identity = header.identity;
     line->normal_control = (int32_t)header.normal_control;
     line->tangential_control = (int32_t)header.tangential_control;
+    *error = header.features & SCALED ? read_scaled(line, &header, at) : NULL;
+    if (*error) {
+        hs_state_free(result);
+        return HS_NOT_A_STATE;
+    }
     at = transfer_arrays(line, at, 0);
     if (line->evolved) memcpy(&line->evolved->slid_together, header.totals, sizeof header.totals);
     if (evolves > 1) hs_sum_yielded(line->evolved, header.count);

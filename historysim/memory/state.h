@@ -60,6 +60,10 @@ int hs_slides_alike(const hs_line *memory);
  * weights, in the caller's numbering, at an approach. */
 int hs_join_groups(hs_line *memory, const double *gap, const double *weight, double approach,
                    int unstrained);
+/* Line with the present tractions: the scaled one where there is one (scaled.h). */
+static inline hs_line *hs_active(const hs_line *memory) {
+    return memory->scaled ? memory->scaled : (hs_line *)memory;
+}
 /* Number of asperities in contact. */
 int64_t hs_line_contact_count(const hs_line *memory);
 /* Largest number of vertices of a group. */

@@ -25,7 +25,7 @@ from historysim.loads.events import (
     TangentialLoad,
 )
 from historysim.loads.retracing import EVOLVES, TWO_DIRECTIONS
-from historysim.memory.binding import LOAD, view
+from historysim.memory.binding import LOAD, view, with_groups
 from historysim.memory.paths import Goals, Paths, drop_rows, straight_paths
 from historysim.replaying import Replay
 
@@ -148,7 +148,8 @@ class Memory:
     @classmethod
     def read(cls, state: State, origin: Integers | None = None) -> "Memory":
         """Read the vertices of a state."""
-        line = state.memory.line
+        memory = with_groups(state.memory)
+        line = memory.line
         groups, capacity = line.contact.groups, line.capacity
         depth = view(line.depth, groups)
         most = int(depth.max(initial=0))

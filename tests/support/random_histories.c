@@ -564,6 +564,9 @@ static void require_sound(history *h) {
     require(!wrong, wrong ? wrong : "");
     double size = h->deepest / contact->units.length, v = fabs(memory->line.displacement);
     h->farthest = h->farthest > v ? h->farthest : v;
+    hs_state *copy = hs_state_copy(memory);
+    require(copy && hs_restore_groups(copy) == HS_OK, "has no vertices");
+    memory = copy;
     for (int64_t g = 0; g < contact->groups; ++g) {
         const hs_vertex *stack = memory->line.vertices + g * memory->line.capacity;
         if (memory->line.depth[g] == 0) continue;
@@ -579,6 +582,7 @@ static void require_sound(history *h) {
                     "anchors are off their slopes");
         }
     }
+    hs_state_free(copy);
 }
 
 static void one_event(history *h) {
