@@ -204,7 +204,7 @@ class Head:
         if named:
             heading = self._heading_of_names(named)
         elif self.layout.header:
-            heading = self._heading_below(self._header_line(), self._likely_delimiter())
+            heading = self._heading_below(self._header_line(), self._likely_run()[0])
         else:
             heading = self._heading_from_numbers()
             if columns and self.layout.delimiter is None:
@@ -286,11 +286,11 @@ class Head:
 
     def _likely_names(self) -> list[str]:
         if self.layout.header:
-            return self._header_line().fields(self._likely_delimiter())
+            return self._header_line().fields(self._likely_run()[0])
         try:
             heading = self._heading_from_numbers()
         except InputError:
-            return self.lines[0].fields(self._likely_delimiter())
+            return self.lines[0].fields(self._likely_run()[0])
         return list(heading.names) or self.lines[0].fields(heading.delimiter)
 
     def _has_numbers(self, heading: Heading, columns: Sequence[Column]) -> bool:
@@ -340,20 +340,26 @@ class Head:
             heading, width=table_width(rows, delimiter, len(first_row)), mismatch=problem
         )
 
-    def _likely_delimiter(self) -> str:
-        """Return the delimiter that splits most consecutive lines into equally many values, some of them numbers."""
+    def _likely_run(self) -> tuple[str, list[Line]]:
+        """Return the delimiter that splits most consecutive lines into equally many values, and these lines.
+
+        Some of the values are numbers.
+        """
         rows = self._rows()
-        longest = {delimiter: longest_run(rows, delimiter) for delimiter in self._delimiters}
+        text = "\n".join(line.text for line in rows)
+        # most files have one of the delimiters only
+        is_present = {sign: sign in text for sign in self._delimiters}
+        is_present |= {" ": len(text.split()) > len(rows)}
+        present = [sign for sign in self._delimiters if is_present[sign]]
+        longest = {sign: longest_run(rows, sign) for sign in present or self._delimiters[:1]}
         # the first in the order of preference, unless another splits more than twice as many lines
         most_lines = max(len(run) for run in longest.values())
-        return next(delimiter for delimiter, run in longest.items() if 2 * len(run) >= most_lines)
+        return next(item for item in longest.items() if 2 * len(item[1]) >= most_lines)
 
     def _heading_from_numbers(self) -> Heading:
         """Return the heading of the table whose first row is the first line of numbers."""
-        delimiter = self._likely_delimiter()
-        run = longest_run(self._rows(), delimiter) or longest_run(
-            self._rows(), delimiter, minimum_width=1
-        )
+        delimiter, run = self._likely_run()
+        run = run or longest_run(self._rows(), delimiter, minimum_width=1)
         if not run:
             raise InputError("has no rows of numbers; expected one line for each sample")
         values = [line.fields(delimiter) for line in run]
@@ -384,7 +390,7 @@ class Head:
         unless white space is the delimiter, they may begin with a word if two of them follow a
         header. A word and a number are a key and its value, not a row.
         """
-        delimiter = self._likely_delimiter()
+        delimiter = self._likely_run()[0]
         rows = self._rows()
         longest = len(longest_run(rows, delimiter))
         minimum_width = 2 if longest else 1

@@ -109,15 +109,13 @@ def brief(text: str) -> str:
 # Marks between thousands: point, comma, apostrophes and any blanks; in India between hundreds of
 # thousands, too.
 _MARKS = r"[.,'’´`˙٬\s]"
-_GROUPED = re.compile(
-    rf"[+-]?\d{{1,3}}({_MARKS})(?:\d{{2,3}}\1)*\d{{3}}(?:([.,])\d*)?(?:[eE][+-]?\d+)?"
-)
+_GROUPED = rf"[+-]?\d{{1,3}}({_MARKS})(?:\d{{2,3}}\1)*\d{{3}}(?:([.,])\d*)?(?:[eE][+-]?\d+)?"
 _UNGROUP = "export it without separators between thousands"
 
 
 def decimal_hint(text: str, decimal: str) -> str:
     """Return the remedy for a number in an unsupported notation; empty for other texts."""
-    grouped = _GROUPED.fullmatch(plain_notation(text.strip()))
+    grouped = re.fullmatch(_GROUPED, plain_notation(text.strip()))
     if grouped and grouped[2] and grouped[1] != grouped[2]:
         return f"; {_UNGROUP}" + (
             "" if grouped[2] == decimal else f', and set decimal = "{grouped[2]}"'
@@ -133,7 +131,7 @@ def decimal_hint(text: str, decimal: str) -> str:
         (
             f"; {mend}"
             for pattern, mend in _MENDS
-            if pattern.fullmatch(plain_notation(text.strip()))
+            if re.fullmatch(pattern, plain_notation(text.strip()))
         ),
         "",
     )
@@ -142,27 +140,29 @@ def decimal_hint(text: str, decimal: str) -> str:
 _SOME = r"\d[\d.,]*(?:[eE][+-]?\d+)?"
 _MENDS = (
     (
-        re.compile(rf"\({_SOME}\)"),
+        rf"\({_SOME}\)",
         "brackets mean a negative number to accountants alone: write it with a minus sign",
     ),
-    (re.compile(rf"{_SOME}-"), "write the minus sign before the number"),
-    (re.compile(r"[+-]?\d*\.\d+[+-]\d{3}"), "the exponent has no letter: write it as 1.2e-101"),
-    (re.compile(rf"[<>≤≥~≈±]\s*[+-]?{_SOME}"), "write the number alone"),
-    (re.compile(rf"['\"]\s*[+-]?{_SOME}['\"]?"), "write it without quotation marks"),
-    (re.compile(r"[+-]?(?=.*[^\x00-\x7f])\d+(?:[.,]\d*)?"), "write it in the digits 0 to 9"),
-    (re.compile(r"[+-]?\d+_[\d_.,]+"), _UNGROUP),
+    (rf"{_SOME}-", "write the minus sign before the number"),
+    (r"[+-]?\d*\.\d+[+-]\d{3}", "the exponent has no letter: write it as 1.2e-101"),
+    (rf"[<>≤≥~≈±]\s*[+-]?{_SOME}", "write the number alone"),
+    (rf"['\"]\s*[+-]?{_SOME}['\"]?", "write it without quotation marks"),
+    (r"[+-]?(?=.*[^\x00-\x7f])\d+(?:[.,]\d*)?", "write it in the digits 0 to 9"),
+    (r"[+-]?\d+_[\d_.,]+", _UNGROUP),
 )
-_OUT_OF_RANGE = re.compile(
+_OUT_OF_RANGE = (
     r"(?i)[+-]?(?:inf|infinity|over\w*|ovr?l?d?|o\.?l\.?|range|#+|1\.#(?:inf|ind|qnan).*)"
 )
-_OF_WORKSHEETS = re.compile(r"#.*[!?]|#N/A|#N/V")
+_OF_WORKSHEETS = r"#.*[!?]|#N/A|#N/V"
 
 
 def fault_hint(text: str) -> str:
     """Return the meaning of a word such as ``OVER`` or ``#N/A`` in place of a number; empty for other words."""
-    if _OUT_OF_RANGE.fullmatch(text.strip()):
+    if re.fullmatch(_OUT_OF_RANGE, text.strip()):
         return ": the channel was out of range"
-    return ": a formula of the worksheet failed" if _OF_WORKSHEETS.fullmatch(text.strip()) else ""
+    return (
+        ": a formula of the worksheet failed" if re.fullmatch(_OF_WORKSHEETS, text.strip()) else ""
+    )
 
 
 # -- rows ------------------------------------------------------------------------------------------
