@@ -1,17 +1,18 @@
 """`Replay` bundles an ensemble, its events and the recording options: events → schedule → ensemble → recorder."""
 
+import inspect
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import attrs
 
 from historysim.asperities.body import Body, check_body
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.state import State
 from historysim.basics.arguments import Integers
-from historysim.basics.files import path_to_write, replacing
 from historysim.basics.system import resolve_threads
 from historysim.basics.units import seconds
 from historysim.basics.wording import html_of_fields, progress_bar
@@ -20,54 +21,43 @@ from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
-from historysim.memory.paths import drop_slide_times
 from historysim.recording import provenance
 from historysim.recording import recorder as recorders
-from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly
-from historysim.recording.unknown_past import add_bounds, check_past, make_bounds
+from historysim.recording.recorder import JobOptions, Recorder, Selection, StateOnly
+from historysim.recording.unknown_past import add_bounds, check_past
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.asperities.state import State
-
 RecorderType = TypeVar("RecorderType", bound=Recorder)
 
 
-# slots would leave no place for what is computed once
-@attrs.frozen(eq=False, slots=False)
+@attrs.frozen(eq=False, slots=False)  # slots would leave no place for cached properties
 class Replay:
-    """Load events across an ensemble with the recording options; nothing is computed before a result is requested.
+    """Load events across an ensemble with the recording options; computed on request.
 
     Parameters
     ----------
     ensemble : Ensemble, Patches or InclinedEnsemble
-    events : sequence of events, in the order of their times; at one time, in the order in which they happen
+    events : sequence of Event, in the order of their times
     substeps : int
         Rows recorded per interval between event times; they do not change the result.
     saturate : bool
-        Hold tangential loads beyond the friction limit at the limit, and flag the step, instead of
-        raising.
+        Hold tangential loads beyond the friction limit at it, and flag the step, instead of raising.
     record : {"touching", "all", "totals"} or sequence of int
-        Asperities to record: those that touch at any time, all, none (totals alone), or a few by
-        index.
+        Asperities to record: those that ever touch, all, none (totals alone), or a few by index.
     instrument : Instrument, optional
-        In series with the contact: tangential displacements of the events are those of its drive,
-        recorded, too.
+        In series with the contact; displacements of the events are those of its drive.
     threads : int, optional
-        Threads that record many asperities; one for each processor, up to 4, by default. The bits
-        are the same.
+        Threads that record many asperities, with the same bits; by default one per processor, to 4.
     hold : bool, optional
         Hold load channels at events that do not set them, by waypoints in ``events``. By default
-        they ramp to their next waypoint, with a RampWarning if they pass such events; with False
-        without.
+        they ramp to their next waypoint, with a RampWarning if they pass such events.
     past : {"untouched", "unknown"}
-        With "unknown" a Dataset also has the bounds that all earlier histories allow; see
-        `unknown_past`.
+        With "unknown" a Dataset also has the bounds that all earlier histories allow.
 
-    Carrying it out may raise InputError, and LoadError for a load that the contact cannot carry,
-    with its event.
+    Carrying it out may raise InputError, and LoadError with the event that the contact cannot carry.
     """
 
     ensemble: Body = attrs.field(validator=check_body)
@@ -77,8 +67,7 @@ class Replay:
     record: Selection = attrs.field(default="touching", kw_only=True)
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
     threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
-    #: False once `events` has the waypoints
-    hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)
+    hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)  #: False once resolved
     past: str = attrs.field(default="untouched", kw_only=True, validator=check_past)
 
     def __attrs_post_init__(self) -> None:
@@ -121,7 +110,7 @@ class Replay:
         progress: bool = False,
     ) -> "xr.Dataset":
         """Compute the history up to a time [s] in memory; ``attributes`` replace those of the same name."""
-        target = self.recorder(DatasetRecorder, until=until)
+        target = self.recorder(recorders.DatasetRecorder, until=until)
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
         history.encoding[provenance.MADE_BY] = self
@@ -129,17 +118,11 @@ class Replay:
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which appears when it is complete."""
-        from historysim.recording.netcdf import FileRecorder
+        from historysim.recording.netcdf import write_replay
 
-        options: dict[str, Any] = {"attributes": self.attributes(), "bounds": make_bounds(self)}
-        with (
-            replacing(path_to_write(path, ".nc")) as file,
-            self.recorder(FileRecorder, path=file, **options) as target,
-        ):
-            self.walk(target, progress=progress)
-            target.finish(progress=progress)
+        write_replay(self, path, progress=progress)
 
-    def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "State":
+    def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> State:
         """Return the state at a time [s]: unloaded before the first event, held after the last."""
         return self.walk(self.recorder(StateOnly, until=until), until=until, start=start)
 
@@ -151,36 +134,33 @@ class Replay:
         until: float = math.inf,
         most_rows: int | None = None,
         progress: bool = False,
-        on_event: "Callable[[schedule.Cursor, State], None] | None" = None,
-    ) -> "State":
-        """Integrate the events up to a time [s], record their rows, also one at that time, and return the last state.
+        on_event: Callable[[schedule.Cursor, State], None] | None = None,
+    ) -> State:
+        """Integrate the events up to a time [s], with a row at it, and return the last state.
 
-        A block of paths has at most ``most_rows``; ``on_event`` gets cursor and state of each block
-        that ends at an event.
+        A block has at most ``most_rows``; ``on_event`` gets cursor and state at the end of an event.
         """
-        has_asperities = target.asperities is not None
-        # a later replay starts from the state of an event
-        is_continued = start is not None or on_event is not None
-        needs_slide_times = has_asperities or is_continued or isinstance(target, StateOnly)
-
+        # a later replay starts from the state of an event, or the last one
+        is_continued = start is not None or on_event is not None or isinstance(target, StateOnly)
         start = start or schedule.Start(self.ensemble.initial_state())
         state = start.state
         how: dict[str, Any] = {"threads": self.threads}
-        if has_asperities:
+        if target.asperities is not None:
             how["asperities"] = target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.paths(
-            self.events, self.substeps, at_once, start=start.cursor, until=seconds(until)
+            self.events,
+            self.substeps,
+            at_once,
+            start=start.cursor,
+            until=seconds(until),
+            slide_times=is_continued or target.asperities is not None,
         )
-        if not needs_slide_times:
-            plan = (attrs.evolve(block, paths=drop_slide_times(block.paths)) for block in plan)
-        bar = progress_bar(
-            progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2
-        )
-        with bar as done:
+        bar: dict[str, Any] = {"desc": "replaying", "initial": start.rows, "delay": 2}
+        with progress_bar(progress, "step", target.steps, **bar) as done:
             for block in plan:
-                rows = target.blank(block.row_time.size)
-                state = self.advance_over(block, state, rows=rows, **how)
+                how["rows"] = target.blank(block.row_time.size)
+                state = self.advance_over(block, state, **how)
                 target.record(block.row_time)
                 if on_event is not None and block.cursor is not None:
                     on_event(block.cursor, state)
@@ -188,7 +168,7 @@ class Replay:
         target.conclude(state)
         return state
 
-    def advance_over(self, block: schedule.PathBlock, state: "State", **recorded: Any) -> "State":
+    def advance_over(self, block: schedule.PathBlock, state: State, **recorded: Any) -> State:
         """Advance a state over a block of paths; errors name the event."""
         ensemble, event = self.ensemble, block.event[0]
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}
@@ -205,30 +185,15 @@ class Replay:
         return state
 
 
-def replay(  # noqa: PLR0913 - the options of `Replay`
-    ensemble: Body,
-    events: Sequence[Event],
-    *,
-    substeps: int = 1,
-    saturate: bool = False,
-    record: Selection = "touching",
-    instrument: Instrument = RIGID,
-    threads: int | None = None,
-    hold: bool | None = None,
-    past: str = "untouched",
-) -> "xr.Dataset":
+def replay(ensemble: Body, events: Sequence[Event], **options: Unpack[JobOptions]) -> "xr.Dataset":
     """Replay load events across an ensemble; parameters, errors and warnings as in `Replay`.
 
-    The Dataset has the dimensions ``step`` and ``asperity``; see `historysim.recording.variables`.
-    It warns if nothing ever touches.
+    The Dataset has the dimensions ``step`` and ``asperity``. It warns if nothing ever touches.
     """
-    events = apply_hold(as_events(events), hold, stacklevel=3)
-    how: dict[str, Any] = {
-        "substeps": substeps,
-        "saturate": saturate,
-        "record": record,
-        "instrument": instrument,
-    }
-    history = Replay(ensemble, events, threads=threads, hold=False, past=past, **how).dataset()
+    events = apply_hold(as_events(events), options.pop("hold", None), stacklevel=3)
+    history = Replay(ensemble, events, hold=False, **options).dataset()
     provenance.warn_of_no_contact(ensemble, events)
     return history
+
+
+replay.__signature__ = inspect.signature(Replay)  # type: ignore[attr-defined] # with the names of the options

@@ -320,3 +320,10 @@ def _range_line(values: Floats | float, unit: str) -> str:
     if unit:
         return range_text(low, high, unit)
     return f"{low:.4g}" + (f" to {high:.4g}" if high > low else "")
+
+
+def select_touching(
+    body: Body, normal_load: float, approach: float, displacement: float
+) -> Booleans:
+    """Select parts that may touch up to a normal load [N], an approach [m] and a displacement either way [m]."""
+    return body._may_touch(normal_load, approach, displacement)

@@ -316,3 +316,9 @@ class State(WholeContact, SavedState):
 
 _fields: Any = State
 _set_memory, _set_like = _fields.memory.__set__, _fields._like.__set__
+
+
+def friction_at_start(state: State) -> float | None:
+    """Return the friction of the first asperity at the start of the ensemble; None if that is not known."""
+    start = state._like
+    return None if start is None else float(start.line.friction[0])

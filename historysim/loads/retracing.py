@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from historysim.asperities.state import State
+from historysim.asperities.state import State, friction_at_start
 from historysim.basics.arguments import Array
 from historysim.errors import InputError
 from historysim.loads.events import (
@@ -75,9 +75,8 @@ def _gap_events(state: State) -> list[Event]:
 
 def _friction_event(state: State, friction: float) -> list[Event]:
     """Return the change of friction before the first touch, if there was one."""
-    virgin = state._like  # noqa: SLF001 - the start of its ensemble
-    start = None if virgin is None else float(virgin.line.friction[0])
-    return [] if start is None or start == friction else [FrictionChange(0.0, friction)]
+    is_unchanged = friction_at_start(state) in {None, friction}
+    return [] if is_unchanged else [FrictionChange(0.0, friction)]
 
 
 def _last_waypoints(state: State, vertices: Array, time: float) -> list[Event]:

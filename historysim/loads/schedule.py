@@ -1,8 +1,7 @@
 """Convert load events to straight paths, with the times of the recorded rows."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -25,16 +24,13 @@ from historysim.loads.events import (
     FrictionRamp,
     LoadEvent,
     NormalDisplacement,
-    NormalLoad,
     TangentialDisplacement,
-    TangentialLoad,
     tangential_channels,
 )
 from historysim.memory.binding import DISPLACED, LOAD
-from historysim.memory.paths import Goals, Paths, straight_paths
+from historysim.memory.paths import Goals, Paths, drop_slide_times, straight_paths
 
 if TYPE_CHECKING:
-    from historysim.asperities.instrument import Instrument
     from historysim.asperities.state import State
 
 # where friction is on its way to, and the fraction of the way left to go
@@ -111,6 +107,7 @@ def paths(
     *,
     start: Cursor | None = None,
     until: float = math.inf,
+    slide_times: bool = True,
 ) -> Iterator[PathBlock]:
     """Yield the straight paths of events in blocks, in the order of their times.
 
@@ -119,10 +116,14 @@ def paths(
     ``substeps`` - 1 more since the time before. No block records many more rows than
     ``most_rows``. A schedule starts where an earlier one of the same events stood, and stops
     ``until`` a time [s], between two event times on the way to the later one, where it records a
-    row.
+    row. Without ``slide_times`` the paths do not ask when asperities slide.
 
     Raises InputError: what are no events, not in order, or none; substeps below 1.
     """
+    if not slide_times:
+        for block in paths(events, substeps, most_rows, start=start, until=until):
+            yield attrs.evolve(block, paths=drop_slide_times(block.paths))
+        return
     if isinstance(events, SampledLoads) and start is None and until == math.inf:
         yield from _sampled_blocks(events, substeps, most_rows)
         return
@@ -141,7 +142,7 @@ class _Schedule:
 
     def __init__(self, events: Sequence[Event], substeps: int, start: Cursor | None) -> None:
         self.events, self.substeps, self.start = events, substeps, start
-        self.channels = _channels(events)
+        self.channels = list_channels(events)
         self.friction = self.channels[2]
         done = start.events if start else 0
         times = event_times(events)[done:]
@@ -318,7 +319,7 @@ class _Schedule:
         return attrs.evolve(table.block(), share=(until - previous) / (time - previous))
 
 
-def _cursor(done: int, rows: int, time: float, channels: Sequence["_Channel"]) -> Cursor:
+def _cursor(done: int, rows: int, time: float, channels: Sequence["LoadChannel"]) -> Cursor:
     return Cursor(done, rows, time, tuple(channel.heading(time) for channel in channels))
 
 
@@ -329,192 +330,8 @@ def make_cursor(events: Sequence[Event], count: int, substeps: int = 1) -> Curso
     ):
         return None
     return _cursor(
-        count, row_count(events[:count], substeps), events[count - 1].time, _channels(events)
+        count, row_count(events[:count], substeps), events[count - 1].time, list_channels(events)
     )
-
-
-def fork_waypoints(
-    events: Sequence[Event],
-    time: float,
-    state_at: Callable[[float], "State"],
-    instrument: "Instrument",
-) -> list[Event]:
-    """Return waypoints that complete the events up to a time [s], so that later events do not change the path up to it.
-
-    A channel that is between two waypoints then, or held after its last, gets one at ``time``, and
-    one at the last event time, since a path that is straight in the displacements is not straight
-    in the loads. Friction also gets one at each time at which an event changes it. The waypoints
-    are requests: a tangential load that the friction limit holds has the value that is asked for,
-    and the value of friction does not include the change at its time. ``state_at`` gives the state
-    at a time of the same events.
-    """
-    state_at = cache(state_at)
-    times = np.unique(event_times(events))
-    passed = int(np.searchsorted(times, time, side="right"))
-    latest, following = (
-        float(times[passed - 1]),
-        float(times[passed]) if passed < times.size else math.inf,
-    )
-    normal, along_x, friction, *along_y = (
-        _bounds(events, channel, time, following) for channel in _channels(events)
-    )
-    names = (CHANNELS[0], *COMPONENTS)
-    loads = dict(zip(names, (normal, along_x, *along_y), strict=False))
-    kinds = {
-        normal.kind or NormalLoad,
-        *(bounds.kind or TangentialLoad for bounds in (along_x, *along_y)),
-    }
-    moved = not kinds.isdisjoint({NormalDisplacement, TangentialDisplacement})
-    # a load with a spring in parallel acts as a drive
-    straight_in_displacements = moved or bool(instrument.parallel_stiffness)
-    moments = {latest, time}
-    if straight_in_displacements and TangentialLoad in kinds:
-        moments.add(_end_of_saturation(state_at, latest, time))
-    waypoints: list[Event] = []
-    for name, bounds in loads.items():
-        of_channel: list[Any] = [
-            _waypoint(
-                bounds.kind,
-                moment,
-                state_at(moment),
-                instrument,
-                keeps_gap=straight_in_displacements,
-            ).restrict({name})
-            for moment in sorted(moments)
-            if bounds.kind and moment > bounds.start(latest)
-        ]
-        held: Any = bounds.previous and bounds.previous.restrict({name})
-        if (
-            bounds.ahead is None
-            and of_channel
-            and all(_is_same_waypoint(held, waypoint) for waypoint in of_channel)
-        ):
-            of_channel = [attrs.evolve(held, time=time)]
-        waypoints += of_channel
-    waypoints = _join_pairs(waypoints)
-    waypoints += _friction_waypoints(events, friction, times, time, state_at)
-    if latest < time and not waypoints:
-        # a load that is still to begin starts at an event time
-        waypoints.append(NormalLoad(time, 0.0))
-    return waypoints
-
-
-def _join_pairs(waypoints: Sequence[Any]) -> list[Event]:
-    """Join the x and y waypoints of one type and time."""
-    joined: dict[Any, Any] = {}
-    for event in waypoints:
-        key = type(event), event.time
-        partner = joined.setdefault(key, event)
-        if partner is not event:
-            x, y = (b if a is None else a for a, b in zip(partner.value, event.value, strict=True))
-            joined[key] = attrs.evolve(event, value=(x, y))
-    return list(joined.values())
-
-
-@attrs.frozen
-class _Bounds:
-    """Waypoints of a channel before and after a time; None if there is none."""
-
-    previous: Any
-    ahead: Any
-
-    @property
-    def kind(self) -> type[Event] | None:
-        """Event class, and so control, of the channel at the time; None before its first move."""
-        waypoint = self.ahead or self.previous
-        return None if waypoint is None else type(waypoint)
-
-    def start(self, latest: float) -> float:
-        """Return the time from which the channel moves or is held."""
-        return latest if self.previous is None else self.previous.time
-
-
-def _bounds(events: Sequence[Event], channel: "_Channel", time: float, following: float) -> _Bounds:
-    passed = int(np.searchsorted(channel.time, time, side="right"))
-    previous = events[channel.numbers[passed - 1]] if passed else None
-    ahead = events[channel.numbers[passed]] if passed < channel.time.size else None
-    # a channel begins its first move at the event time before its first waypoint
-    waits = previous is None and ahead is not None and ahead.time > following
-    return _Bounds(previous, None if waits else ahead)
-
-
-def _is_same_waypoint(held: LoadEvent, waypoint: Event) -> bool:
-    """Return True if a waypoint has the control and, to rounding, the value of the held one."""
-    if not isinstance(waypoint, LoadEvent) or type(held) is not type(waypoint):
-        return False
-    return all(
-        np.isclose(waypoint.channel_value(name), held.channel_value(name), rtol=1e-12, atol=0.0)
-        for name in held.channels
-    )
-
-
-def _waypoint(
-    kind: type[Event] | None,
-    time: float,
-    state: "State",
-    instrument: "Instrument",
-    *,
-    keeps_gap: bool,
-) -> LoadEvent:
-    """Return the waypoint (of an event class) that requests a state; ``keeps_gap`` holds an open gap by its size."""
-    if kind is NormalDisplacement or (
-        kind is NormalLoad and keeps_gap and state.normal_load == 0.0
-    ):
-        return NormalDisplacement(time, state.approach)
-    if kind is NormalLoad:
-        return NormalLoad(time, state.normal_load)
-    if kind is TangentialLoad:
-        return TangentialLoad(
-            time, instrument.drive_load(state.tangential_displacement, state.tangential_request)
-        )
-    force: Any = state.tangential_load
-    return TangentialDisplacement(
-        time, instrument.drive_displacement(state.tangential_displacement, force)
-    )
-
-
-def _end_of_saturation(state_at: Callable[[float], "State"], start: float, stop: float) -> float:
-    """Return the time at which a path from the friction limit leaves it; ``start`` if it never does.
-
-    From there on the path is straight in the displacements.
-    """
-
-    def is_saturated(time: float) -> bool:
-        state = state_at(time)
-        return bool(np.any(state.tangential_request != state.tangential_load))
-
-    if not is_saturated(start) or is_saturated(stop):
-        return start
-    while start < (middle := 0.5 * (start + stop)) < stop:
-        start, stop = (middle, stop) if is_saturated(middle) else (start, middle)
-    return start
-
-
-def _friction_waypoints(
-    events: Sequence[Event],
-    bounds: _Bounds,
-    times: Floats,
-    time: float,
-    state_at: Callable[[float], "State"],
-) -> list[Event]:
-    if bounds.kind is None:
-        return []
-    latest = float(times[np.searchsorted(times, time, side="right") - 1])
-    start = bounds.start(latest)
-    changes = {event.time for event in events if event.changes_friction and event.channel is None}
-    waypoints: list[Event] = []
-    for moment in sorted({*changes, latest, time}):
-        if not start < moment <= time:
-            continue
-        previous_time = float(times[np.searchsorted(times, moment) - 1])
-        friction = state_at(previous_time).friction
-        if isinstance(bounds.ahead, FrictionRamp):
-            goal = coulomb(bounds.ahead.friction, friction.size)
-            friction = friction + (goal - friction) * (
-                (moment - previous_time) / (bounds.ahead.time - previous_time)
-            )
-        waypoints.append(FrictionRamp(moment, tuple(friction) if np.ptp(friction) else friction[0]))
-    return waypoints
 
 
 def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:
@@ -605,7 +422,7 @@ def _joint_paths(
     return groups
 
 
-def _channels(events: Sequence[Event]) -> list["_Channel"]:
+def list_channels(events: Sequence[Event]) -> list["LoadChannel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`; in two directions y is last."""
     loads = to_loads(events)
     channels = []
@@ -614,7 +431,7 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
         for number in range(len(CHANNELS)):
             indices = np.flatnonzero(where == number)
             channels.append(
-                _Channel(indices, loads.time[indices], loads.value[indices], control[indices])
+                LoadChannel(indices, loads.time[indices], loads.value[indices], control[indices])
             )
         return channels
     time, control = event_times(events), np.array([_control(type(event)) for event in events])
@@ -628,14 +445,14 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
             for _, event in of_channel
         ]
         channels.append(
-            _Channel(indices, time[indices], np.array(values, dtype=float), control[indices])
+            LoadChannel(indices, time[indices], np.array(values, dtype=float), control[indices])
         )
     return channels
 
 
-def load_waypoints(events: Sequence[Event]) -> dict[str, "_Channel"]:
+def load_waypoints(events: Sequence[Event]) -> dict[str, "LoadChannel"]:
     """Return the waypoints of each load channel, by its name; tangential y only if events have two directions."""
-    normal, along_x, _, *along_y = _channels(events)
+    normal, along_x, _, *along_y = list_channels(events)
     return dict(zip((CHANNELS[0], *COMPONENTS), (normal, along_x, *along_y), strict=False))
 
 
@@ -649,7 +466,7 @@ _CONTROL_OF = np.array([_control(kind) for kind in KINDS])
 
 
 @attrs.frozen(eq=False)
-class _Channel:
+class LoadChannel:
     """Waypoints of one channel in the order of time; arrays are (waypoint)."""
 
     numbers: Integers  #: their indices among the events

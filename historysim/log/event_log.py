@@ -5,13 +5,13 @@ from collections.abc import Iterable
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import attrs
 import numpy as np
 
 from historysim.asperities.body import Body
-from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.instrument import Instrument
 from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
 from historysim.basics.files import as_path, path_to_write
@@ -20,13 +20,19 @@ from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, over_text, time_text
 from historysim.loads.events import Event
+from historysim.loads.forking import fork_waypoints
 from historysim.loads.holding import apply_hold
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, straight_paths
-from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
+from historysim.recording.recorder import (
+    DatasetRecorder,
+    JobOptions,
+    Selection,
+    chosen_asperities,
+)
 from historysim.recording.unknown_past import past_lines
 from historysim.replaying import Replay
 
@@ -83,30 +89,24 @@ class EventLog:
         self._file = path if isinstance(path, LogFile) else LogFile(as_path(path))
 
     @classmethod
-    def create(  # noqa: PLR0913 - the arguments of `replay`
+    def create(
         cls,
         path: str | Path,
         ensemble: Body,
         events: Iterable[Event] = (),
         *,
-        substeps: int = 1,
-        saturate: bool = False,
-        record: Selection = "touching",
-        instrument: Instrument = RIGID,
         title: str = "",
-        hold: bool | None = None,
+        **options: Unpack[JobOptions],
     ) -> Self:
-        """Make a log with an ensemble and the first events, in place of one of that name; the rest as for `replay`.
+        """Make a log with an ensemble and the first events, in place of one of that name; options as for `replay`.
 
         The log has the waypoints of channels that `hold` holds. Raises InputError: what cannot be
         used. OSError: it cannot be written, or another process is writing it.
         """
-        schedule.check_substeps(substeps)
-        chosen_asperities(ensemble, (), record)
-        job = Replay(
-            ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument
-        )
-        events = apply_hold(as_events(events), hold, stacklevel=3)
+        events = apply_hold(as_events(events), options.pop("hold", None), stacklevel=3)
+        job = Replay(ensemble, (), **options)
+        schedule.check_substeps(job.substeps)
+        chosen_asperities(ensemble, (), job.record)
         return cls(
             LogFile.create(
                 path_to_write(path, ENDING), LogHeader.from_replay(job, title=title), events
@@ -245,9 +245,7 @@ class EventLog:
                 f"{self.path}: has no event up to t = {time_text(time)}; expected a time from its first event on"
                 + (f", at t = {time_text(events[0].time)}" if events else "")
             )
-        past += schedule.fork_waypoints(
-            events, time, partial(self._state, content), self.instrument
-        )
+        past += fork_waypoints(events, time, partial(self._state, content), self.instrument)
         past.sort(key=attrgetter("time"))
         return EventLog(LogFile.create(path_to_write(path, ENDING), self._file.head, past))
 

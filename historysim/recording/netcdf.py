@@ -21,7 +21,9 @@ from historysim.basics.arguments import DIRECTION, Array
 from historysim.basics.files import (
     WriterLock,
     own_file,
+    path_to_write,
     publish,
+    replacing,
     sync_file,
     write_errors,
     write_reason,
@@ -29,7 +31,7 @@ from historysim.basics.files import (
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
 from historysim.recording.recorder import CELLS_AT_ONCE, Recorder, asperity_coordinates
-from historysim.recording.unknown_past import FORGOTTEN, Bounds
+from historysim.recording.unknown_past import FORGOTTEN, Bounds, make_bounds
 from historysim.recording.variables import (
     COMPONENTS,
     COORDINATES,
@@ -360,3 +362,14 @@ def _even(count: int, maximum: int) -> int:
     return min(
         range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size)
     )
+
+
+def write_replay(job: Any, path: str | Path, *, progress: bool = False) -> None:  # noqa: ANN401 - a `Replay`
+    """Replay into a netCDF file, which appears when it is complete."""
+    options: dict[str, Any] = {"attributes": job.attributes(), "bounds": make_bounds(job)}
+    with (
+        replacing(path_to_write(path, ".nc")) as file,
+        job.recorder(FileRecorder, path=file, **options) as target,
+    ):
+        job.walk(target, progress=progress)
+        target.finish(progress=progress)

@@ -2,12 +2,12 @@
 
 import abc
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, TypedDict, final
 
 import attrs
 import numpy as np
 
-from historysim.asperities.body import Body, require
+from historysim.asperities.body import Body, require, select_touching
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
@@ -47,6 +47,19 @@ if TYPE_CHECKING:
 
 Selection = str | Sequence[int]
 
+
+class JobOptions(TypedDict, total=False):
+    """Options of `Replay`."""
+
+    substeps: int
+    saturate: bool
+    record: Selection
+    instrument: Instrument
+    threads: int | None
+    hold: bool | None
+    past: str
+
+
 # rows that are walked, at most, before they are recorded and the progress bar moves on
 ROWS_AT_ONCE = 1 << 12
 # Rows times asperities that are held in memory between writes to a file; as many again while they
@@ -79,8 +92,7 @@ def chosen_asperities(
             if is_loaded
             else float(np.abs(channel_values(events, TangentialDisplacement)).max(initial=0.0))
         )
-        touching = ensemble._may_touch(load, approach, displacement)  # noqa: SLF001 - no user calls it
-        return np.flatnonzero(touching)
+        return np.flatnonzero(select_touching(ensemble, load, approach, displacement))
     selection = np.asarray(record if not isinstance(record, str) else ())
     if selection.ndim != 1 or selection.dtype.kind not in "iu" or selection.size == 0:
         raise InputError(

@@ -10,10 +10,10 @@ from pairs import UNIT as PAIR
 import historysim as hs
 from historysim.loads import schedule
 from historysim.loads.events import FrictionChange, LoadEvent
+from historysim.loads.forking import fork_waypoints
 from historysim.loads.schedule import (
     AT_WAYPOINT,
     BEYOND_LAST,
-    fork_waypoints,
     make_cursor,
     row_count,
 )

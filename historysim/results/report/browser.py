@@ -98,10 +98,8 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
         return _from_steps(history)
     ensemble = job.ensemble
     if not isinstance(ensemble, Ensemble):
-        items = ensemble._nouns[1]  # noqa: SLF001 - words for messages
-        raise InputError(
-            f"pages cannot compute {items} of this type; its pictures show what was recorded"
-        )
+        kind = type(ensemble).__name__
+        raise InputError(f"pages cannot compute {kind}; its pictures show what was recorded")
     if ensemble.attracts:
         raise InputError("pages cannot compute attraction; its pictures show what was recorded")
     if ensemble.evolves:
