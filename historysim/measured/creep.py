@@ -16,6 +16,7 @@ from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
 from historysim.measured.comparison import Observation, compute_response, find_load_steps, observe
+from historysim.measured.intervals import student_factor
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import (
     Measurement,
@@ -280,7 +281,7 @@ def quiet(measurement: Measurement, rests: list[Rest]) -> Measurement:
 
 def _smooth(time: Floats, values: Floats) -> Floats:
     """Return the mean, or where that is less than noise explains, a line over time and over its logarithm."""
-    from scipy import stats
+    from scipy.special import fdtrc
 
     mean = np.full(values.size, values.mean())
     fraction = (time - time[0]) / (time[-1] - time[0])
@@ -288,10 +289,7 @@ def _smooth(time: Floats, values: Floats) -> Floats:
     curve = design @ np.linalg.lstsq(design, values, rcond=None)[0]
     squares, all_of_it = float(np.sum((values - curve) ** 2)), float(np.sum((values - mean) ** 2))
     free = values.size - 3
-    if (
-        squares <= 0
-        or stats.f.sf((all_of_it - squares) / 2 / (squares / free), 2, free) < LEAST_CHANCE
-    ):
+    if squares <= 0 or fdtrc(2, free, (all_of_it - squares) / 2 / (squares / free)) < LEAST_CHANCE:
         return curve if all_of_it > 0 else mean
     return mean
 
@@ -478,8 +476,6 @@ def _creeping(record: _Record) -> _Law:
     These leave the holds out one by one (jackknife): that has all that differs from hold to hold,
     in it correlated noise. The model is taken as linear there.
     """
-    from scipy import stats
-
     count = len(record.rests)
     if count < FEWEST_HOLDS:
         few = count_text(count, "hold", "holds")
@@ -505,7 +501,7 @@ def _creeping(record: _Record) -> _Law:
     remaining = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
     moves = np.array([-np.linalg.pinv(square) @ gradient for square, gradient in remaining])
     variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
+    reach = student_factor(count - 1, CONFIDENCE) * np.sqrt(variance)
     per_decade, drift = (
         WithInterval(*(of * float(solution.x[at] + sign * reach[at]) for sign in (0, -1, 1)))
         for at, of in ((0, unit * math.log(10)), (2, drift_unit))

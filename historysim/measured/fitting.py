@@ -16,6 +16,7 @@ from historysim.basics.wording import count_text
 from historysim.errors import UnlikelyValueWarning
 from historysim.measured import intervals
 from historysim.measured.comparison import ModelResponse, Observation, compute_residuals
+from historysim.measured.intervals import student_factor
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, OFFSET, Model, Search, SearchResult
 
@@ -200,8 +201,6 @@ def fit_parameters(
 
 def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> ParameterFit:
     """Compute estimates, intervals and notes from the result of a search; `outliers` were excluded from it."""
-    from scipy import stats
-
     names, count, observation = search.names, len(search.names), search.observation
     freedom = search.compared.size - count
     variance = float(result.residual @ result.residual) / freedom
@@ -211,9 +210,7 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
     covariance = _covariance(result.slopes)
     deviation = np.sqrt(np.diag(covariance))
     # a model that does not fit widens the intervals; one that fits by luck does not narrow them
-    by_noise = (
-        stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
-    )
+    by_noise = student_factor(freedom, CONFIDENCE) * deviation * math.sqrt(max(variance, 1.0))
     wanders = _measure_wander(search, result, covariance, misfit)
     if wanders is None:
         reach = _measure_noise_effect(search, result, covariance)
@@ -398,12 +395,10 @@ def _measure_noise_effect(search: Search, result: SearchResult, covariance: Floa
     A contact remembers the noise of single samples: the turns of the displacement, its zero, and each fall of the
     normal load. The error in one such place moves all residuals after it, which are not independent.
     """
-    from scipy import stats
-
     random = np.random.default_rng(0)
     changes = [search.noise_change(result, random) for _ in range(NOISE_REPEATS)]
     moves = np.array(changes) @ result.slopes[: search.compared.size] @ covariance
-    student = stats.t.ppf((1 + CONFIDENCE) / 2, NOISE_REPEATS - 1)
+    student = student_factor(NOISE_REPEATS - 1, CONFIDENCE)
     # noise that is there has had its mean effect as well
     effect: Floats = student * moves.std(axis=0, ddof=1) + np.abs(moves.mean(axis=0))
     return effect

@@ -15,7 +15,7 @@ from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.wording import TERMINAL, columns, html_table
 from historysim.measured.branches import read_aperture, split_compliance
 from historysim.measured.correction import running_median
-from historysim.measured.intervals import FEWEST_LOOPS, compute_mean_wander
+from historysim.measured.intervals import FEWEST_LOOPS, compute_mean_wander, student_factor
 from historysim.measured.loop_table import (
     CONFIDENCE,
     LoopQuantity,
@@ -246,11 +246,8 @@ class Fretting:
             wander = compute_mean_wander(values, CONFIDENCE)
             reach = math.nan if wander is None else wander.reach
         else:
-            from scipy import stats
-
-            reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1)) * float(
-                stats.sem(values)
-            )
+            error = float(values.std(ddof=1)) / math.sqrt(values.size)
+            reach = student_factor(values.size - 1, CONFIDENCE) * error
         return float(values.mean()) - reach, float(values.mean()) + reach
 
     def text(self, quantity: str) -> str:

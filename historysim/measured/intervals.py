@@ -83,7 +83,7 @@ def compute_half_width(
     pieces are branches, alternately forward and backward, which may differ by an offset of the
     load; with `line` the record drifts.
     """
-    from scipy import optimize, stats
+    from scipy import optimize, special
 
     root, position = np.sqrt(share), np.cumsum(share) - share / 2
     turn = np.where(np.arange(share.size) % 2, -1.0, 1.0)
@@ -134,7 +134,7 @@ def compute_half_width(
 
     def inside(width: float) -> float:
         probabilities = (
-            stats.t.cdf((bound - centre) / deviation, freedom) for bound in (width, -width)
+            special.stdtr(freedom, (bound - centre) / deviation) for bound in (width, -width)
         )
         return float(weight @ np.subtract(*probabilities)) - confidence
 
@@ -144,13 +144,19 @@ def compute_half_width(
     return float(optimize.brentq(inside, 0.0, upper, rtol=1e-6))
 
 
+def student_factor(freedom: float, confidence: float) -> float:
+    """Half width of Student's interval over the standard error, for some degrees of freedom."""
+    # scipy.stats takes a second to import, and has the same function
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, (1 + confidence) / 2))
+
+
 def compute_student_half_width(moves: Floats, share: Floats, confidence: float) -> float:
     """Compute the half width of Student's interval of an estimate from its influence values, for independent pieces."""
-    from scipy import stats
-
     # a piece is part of the mean that it is compared with
     variance = float(np.sum(moves**2 / np.maximum(1 - share, 1 / (2 * share.size))))
-    return float(stats.t.ppf((1 + confidence) / 2, share.size - 1)) * math.sqrt(variance)
+    return student_factor(share.size - 1, confidence) * math.sqrt(variance)
 
 
 def compute_mean_wander(values: Floats, confidence: float) -> Wander | None:
@@ -164,14 +170,12 @@ def compute_mean_wander(values: Floats, confidence: float) -> Wander | None:
     wander = compute_wander((values - values.mean()) / count, np.full(count, 1 / count), confidence)
     if count >= FEW_PIECES:
         return wander
-    from scipy import stats
-
     # so few do not show a correlation: Student's interval, of the mean or of the middle of the line
     place = np.arange(count) if wander.drifts else np.zeros(count)
     residuals = values - np.polyval(np.polyfit(place, values, int(wander.drifts)), place)
     freedom = count - 1 - int(wander.drifts)
     error = math.sqrt(float(residuals @ residuals) / freedom / count)
-    return attrs.evolve(wander, reach=float(stats.t.ppf((1 + confidence) / 2, freedom)) * error)
+    return attrs.evolve(wander, reach=student_factor(freedom, confidence) * error)
 
 
 def split_into_pieces(turns: Integers, size: int) -> Integers:

@@ -10,6 +10,7 @@ import numpy as np
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import choose_unit, quantity_text
 from historysim.basics.wording import columns, count_text, html_table
+from historysim.measured.intervals import student_factor
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,7 +116,7 @@ def straight_line(x: Floats, y: Floats) -> StraightLine:
             0.0 if math.isnan(error) else float(error)
             for error in (line.stderr, line.intercept_stderr)
         ]
-        reach = [float(stats.t.ppf((1 + CONFIDENCE) / 2, x.size - 2)) * error for error in errors]
+        reach = [student_factor(x.size - 2, CONFIDENCE) * error for error in errors]
     slope, intercept = float(line.slope), float(line.intercept)
     return StraightLine(
         slope,

@@ -70,6 +70,7 @@ _AT_BOUND = 1e-3
 # Deviations from the median of so many neighbours, over the usual ones, above which a sample is an
 # outlier: Gaussian noise has one in 10⁸ samples.
 _OUTLIER, _NEIGHBOURS = 6.0, 5
+_REMEMBERED = 2  # responses that a search keeps
 _STATIONARY = 0.1  # gradient, in standard errors of an estimate, up to which a result is stationary
 # The pattern search: steps in standard errors of estimates and nodes; decrease of the objective,
 # over the number of samples, that is negligible; largest number of restarts from a lower point; and
@@ -155,6 +156,8 @@ class Search:
     noise_fraction: Floats
     offset_start: float  #: offset of the displacement to start from [m]
     offset_unit: float  #: offset of the displacement for an unknown of 1 [m]
+    #: the last responses by their unknowns: residuals, slopes and weights are found at the same ones
+    _responses: dict[bytes, ModelResponse] = attrs.field(factory=dict, init=False)
 
     @classmethod
     def from_start(
@@ -552,11 +555,16 @@ class Search:
         return terms
 
     def _compute_response(self, x: Floats) -> ModelResponse:
+        if (known := self._responses.get(x.tobytes())) is not None:
+            return known
         shifts = self.observation.node_offset[1:-1].copy()
         shifts[: self.free] += (
             x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
         )
-        return self._replay(x, self.observation, shifts)
+        while len(self._responses) >= _REMEMBERED:
+            del self._responses[next(iter(self._responses))]
+        response = self._replay(x, self.observation, shifts)
+        return self._responses.setdefault(x.tobytes(), response)
 
     def _replay(self, x: Floats, observation: Observation, shifts: Floats) -> ModelResponse:
         values = self.to_values(x[: len(self.names)]).tolist()

@@ -15,6 +15,7 @@ from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, s
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import count_text, html_table
 from historysim.errors import InputError
+from historysim.measured.intervals import student_factor
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import (
     FEWEST_SPIKES,
@@ -548,7 +549,7 @@ def _select_approach(
 
 def _fit_approach(along: Floats, friction: Floats, edges: Floats, origin: float) -> Approach | str:
     """Return the running-in that the windows behind a place [s or m] show, or why they show none."""
-    from scipy import optimize, stats
+    from scipy import optimize
 
     edges = edges[edges >= origin]
     if edges.size <= FEWEST_WINDOWS:
@@ -591,9 +592,7 @@ def _fit_approach(along: Floats, friction: Floats, edges: Floats, origin: float)
     neighbours = float(residuals[1:] @ residuals[:-1]) / square
     correlation = float(np.clip(neighbours + 3 / residuals.size, 0.0, _MOST_CORRELATED))
     wider = (1 + correlation) / (1 - correlation)
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, residuals.size - 3)) * np.sqrt(
-        np.diag(covariance) * wider
-    )
+    reach = student_factor(residuals.size - 3, CONFIDENCE) * np.sqrt(np.diag(covariance) * wider)
     bounds_of_estimates = np.stack([estimates, estimates - reach, estimates + reach], axis=1)
     bounds_of_estimates[2, 1] = max(bounds_of_estimates[2, 1], 0.0)
     bounds_of_estimates[:2] *= unit
@@ -667,16 +666,16 @@ def _find_simpler_form(
     centres: Floats, means: Floats, lengths: Floats, square: float, scatter: float
 ) -> str:
     """Return which simpler or other form describes the windows as well; nothing where none does."""
-    from scipy import stats
+    from scipy.special import fdtrc
 
     free = means.size - 3
     constant, line = (
         float(np.sum((means - np.polyval(np.polyfit(centres, means, n), centres)) ** 2))
         for n in (0, 1)
     )
-    if stats.f.sf((constant - square) / 2 / scatter, 2, free) > CHANCE_OF_CONSTANT:
+    if fdtrc(2, free, max(constant - square, 0.0) / 2 / scatter) > CHANCE_OF_CONSTANT:
         return "an exponential describes the windows no better than a constant"
-    if stats.f.sf((line - square) / scatter, 1, free) > CHANCE_OF_LINE:
+    if fdtrc(1, free, max(line - square, 0.0) / scatter) > CHANCE_OF_LINE:
         return "an exponential describes the windows no better than a straight line, which has no steady value"
     slower = min(_least(decay, centres, means, lengths)[0] for decay in _SLOWER)
     if square - slower > CLEARLY_BETTER * scatter:

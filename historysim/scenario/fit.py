@@ -270,40 +270,46 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit | Any
     if scenario.run == EACH:
         return each_run(scenario, lambda run: fit(run, progress=progress))
     with progress_bar(progress, "record", 1, desc="reading", leave=False) as read:
-        observation, model, start = prepare_fit(scenario)
+        measurement, observation, model, start = prepare_fit(scenario)
         read()
     bar = progress_bar(progress, "walk", desc="fitting", delay=2)
     forgotten: int | None = None
     with located_errors(scenario.path.name), error_path("loading"), bar as done:
         solve = functools.partial(fit_parameters, model, start, notify=lambda of: done(1, of))
         if scenario.sections.loading.past == UNKNOWN:
-            estimates, forgotten = _fit_unknown_past(scenario, model, solve)
+            estimates, forgotten = _fit_unknown_past(scenario, measurement, model, solve)
         else:
             estimates = solve(observation)
     ensemble, instrument = model(estimates.values)
     offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
     # as `compare` of the fitted scenario: all samples, with the fitted zero and, for loops, without
     # the fitted spring
-    observation = _observe_record(scenario, instrument, offset, average=False, forgotten=forgotten)
+    measurement = measurement.add_displacement_offset(offset)
+    observation = _observe_record(
+        scenario, measurement, instrument, average=False, forgotten=forgotten
+    )
     response = compute_response(ensemble, instrument, observation)
-    measurement = scenario.measurement().add_displacement_offset(offset)
     moved = _compute_displacement(scenario, ensemble, instrument, measurement)
     respond = functools.partial(_respond, ensemble, observation)
     return Fit(scenario, estimates, Comparison(observation, response, instrument, moved, respond))
 
 
 def _fit_unknown_past(
-    scenario: Scenario, model: Model, solve: Callable[[Observation], ParameterFit]
+    scenario: Scenario,
+    measurement: Measurement,
+    model: Model,
+    solve: Callable[[Observation], ParameterFit],
 ) -> tuple[ParameterFit, int]:
     """Fit the samples that do not depend on the past; return also the first of them.
 
     Which they are depends on the parameters, so that the first fit is from the end of the first
     whole stroke on.
     """
-    every = _observe_record(scenario, scenario.instrument, average=False)
+    observe_record = functools.partial(_observe_record, scenario, measurement, scenario.instrument)
+    every = observe_record(average=False)
     forgotten = int(every.turns[min(2, every.turns.size - 2)])
     for _ in range(MOST_FITS):
-        estimates = solve(_observe_record(scenario, scenario.instrument, forgotten=forgotten))
+        estimates = solve(observe_record(forgotten=forgotten))
         found = _find_forgotten(*model(estimates.values), every)
         if 0 <= forgotten - found <= SAME_SAMPLES * every.time.size:
             break
@@ -315,26 +321,27 @@ def _respond(ensemble: Body, observation: Observation, instrument: Instrument) -
     return compute_response(ensemble, instrument, observation)
 
 
-def prepare_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
-    """Return the observation, the model and the starting values of a fit; errors as for `fit`."""
+def prepare_fit(
+    scenario: Scenario,
+) -> "tuple[Measurement, Observation, Model, dict[str, float]]":
+    """Return the record, its observation, the model and the starting values of a fit; errors as for `fit`."""
     scenario.check_comparable()
     _, model, start = build_model(scenario)
-    return _observe_record(scenario, scenario.instrument), model, start
+    measurement = scenario.measurement()
+    observation = _observe_record(scenario, measurement, scenario.instrument)
+    return measurement, observation, model, start
 
 
 def _observe_record(
     scenario: Scenario,
+    measurement: Measurement,
     instrument: Instrument,
-    offset: float = 0.0,
     *,
     average: bool = True,
     forgotten: int | None = None,
 ) -> Observation:
-    """Observe the record of a fit, with an offset added to its displacement [m]; its loops refer to the contact."""
-    measurement, section = (
-        scenario.measurement().add_displacement_offset(offset),
-        scenario.sections.fit,
-    )
+    """Observe the record of a fit; its loops refer to the contact."""
+    section = scenario.sections.fit
     if section is not None and OFFSET in section.parameters:
         measurement = attrs.evolve(measurement, starts_displaced=True)
     noise: dict[str, Any] = {"forgotten": forgotten}
