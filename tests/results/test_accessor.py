@@ -5,13 +5,13 @@ import re
 
 import pytest
 import xarray as xr
+from pairs import STIFF as PAIR
 
 import historysim as hs
 from historysim.results import accessor, queries
 from historysim.results.accessor import Queries
 from historysim.results.queries import all_queries, earlier_names
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [
     hs.NormalLoad(0.0, 0.1),
     *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3)),

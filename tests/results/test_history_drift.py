@@ -15,39 +15,6 @@ RADIUS = 0.5e-6
 ONE = {"summit_radius": RADIUS}
 
 
-def forward_and_back(loads, friction=(0.5, 0.5)):
-    """One contact: slides forward at the first load, which then changes, and comes back by small steps."""
-    ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
-    events = [hs.NormalLoad(float(time), load) for time, load in enumerate((loads[0], *loads))]
-    events += [
-        hs.TangentialDisplacement(time, way)
-        for time, way in ((1.0, 2e-6), (2.0, 2e-6), (3.0, -2e-6))
-    ]
-    return hs.replay(
-        ensemble,
-        sorted([*events, hs.FrictionChange(2.0, friction[1])], key=lambda event: event.time),
-    )
-
-
-@pytest.mark.parametrize(
-    ("loads", "drifts"),
-    [
-        ((50e-3, 70e-3), 78.0),
-        ((50e-3, 30e-3), 179.1),
-        ((100e-3, 120e-3), 63.6),
-        ((100e-3, 80e-3), 2 * 68.0),
-    ],
-)
-def test_branch_drift_has_the_numbers_of_the_issue(loads, drifts):
-    """Alumina on zirconia, R = .5 µm, μ = .5; a higher load to begin with drifts less."""
-    found = one_contact.branch_drift(PAIR, normal_load=loads, friction=(0.5, 0.5), **ONE)
-    # the source's numbers have been rounded before they were taken from one another
-    assert found * 1e9 == pytest.approx(drifts, rel=1e-3)
-    assert history_drift.branch_drift(forward_and_back(loads), 1, 2) == pytest.approx(
-        float(found), rel=1e-12
-    )
-
-
 @pytest.mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
 @pytest.mark.parametrize("loads", [(50e-3, 70e-3), (50e-3, 30e-3)])
 def test_the_backward_branch_agrees_with_stepping_back(loads, friction):

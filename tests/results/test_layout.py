@@ -192,12 +192,12 @@ def test_most_queries_have_an_answer(expected):
 @pytest.mark.parametrize(
     ("transformation", "name"),
     [
-        # every transformation with a quarter of the queries and every query with a quarter of the
+        # every transformation with a seventh of the queries and every query with a seventh of the
         # transformations
         (transformation, name)
         for row, transformation in enumerate(EQUIVALENT)
         for column, name in enumerate(all_queries())
-        if (row + column) % 4 == 0
+        if (row + column) % 7 == 0
     ],
 )
 def test_an_equivalent_history_gives_the_same_answer(expected, transformation, name):
@@ -217,10 +217,11 @@ def test_an_equivalent_history_gives_the_same_answer(expected, transformation, n
 
 
 @pytest.mark.filterwarnings("ignore::FutureWarning", "ignore:overflow:RuntimeWarning")
-@pytest.mark.parametrize("transformation", OTHER)
-def test_another_history_gives_an_answer_or_a_message(transformation):
-    history = OTHER[transformation](HISTORY)
-    for name in all_queries():
+@pytest.mark.parametrize("row", range(len(OTHER)), ids=OTHER)
+def test_another_history_gives_an_answer_or_a_message(row):
+    history = [*OTHER.values()][row](HISTORY)
+    # every query with a third of the histories
+    for name in [*all_queries()][row % 3 :: 3]:
         with suppress(HistorySimError):
             answer(history, name)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from golden import refused
+from pairs import COMPLIANT
 
 import historysim as hs
 from historysim.recording.provenance import named_states_attribute
@@ -22,9 +23,7 @@ def test_the_last_step_at_a_time_is_the_state():
     assert named_states_attribute({}) == named_states(history()) == {}
 
 
-ENSEMBLE = hs.Ensemble(
-    hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), [0.0, -1e-8], 1e-5, 0.2
-)
+ENSEMBLE = hs.Ensemble(COMPLIANT, [0.0, -1e-8], 1e-5, 0.2)
 EVENTS = [
     hs.NormalLoad(0.0, 1e-3),
     hs.TangentialDisplacement(1.0, 3e-9),

@@ -34,38 +34,6 @@ AT_ONCE = [
 ]
 
 
-def test_the_tractions_agree_with_cattaneo_and_mindlin():
-    """Virgin loading to T, then a reversal by which counter-slip has come to b."""
-    peak, back = 0.15 * LOAD, 0.03 * LOAD
-    events = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, peak), hs.TangentialLoad(2.0, back)]
-    history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
-    a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
-    c = a * np.cbrt(1 - peak / (MU * LOAD))
-    b = a * np.cbrt(1 - (peak - back) / (2 * MU * LOAD))
-    found = recompute.profiles(history, 0, [1, -1], points=50)
-
-    def disc(radius):
-        inside = np.clip(radius**2 - found["radius"].values ** 2, 0, None)
-        return 3 * LOAD / (2 * np.pi * a**3) * np.sqrt(inside)
-
-    rounding = 1e-9 * disc(a).max()
-    np.testing.assert_allclose(found["pressure"].values, [disc(a)] * 2, atol=rounding)
-    np.testing.assert_allclose(found["friction_limit"].values, [MU * disc(a)] * 2, atol=rounding)
-    # the square root is steep at a front
-    for row, expected in enumerate([disc(a) - disc(c), -disc(a) + 2 * disc(b) - disc(c)]):
-        np.testing.assert_allclose(
-            found["traction"].values[row], MU * expected, atol=1e-6 * disc(a).max()
-        )
-    assert found["stick_radius"].values == pytest.approx([c, b], rel=1e-9)
-    assert found["step"].values.tolist() == [1, 2]
-    points = recompute.reversal_points(history, 0, -1)
-    assert points["radius"].values == pytest.approx([c], rel=1e-9)
-    assert points["displacement"].values == pytest.approx(
-        history.tangential_displacement.values[1:2], rel=1e-9
-    )
-    assert recompute.reversal_points(history, 0, 1).sizes["reversal"] == 0
-
-
 @pytest.mark.parametrize("substeps", [1, 7])
 def test_recomputed_asperities_equal_those_of_the_engine(substeps):
     job = hs.Replay(MANY, EVENTS, substeps=substeps, hold=False)

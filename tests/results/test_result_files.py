@@ -7,6 +7,7 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
+from pairs import STIFF as PAIR
 
 import historysim as hs
 from historysim.errors import InputError
@@ -15,7 +16,6 @@ from historysim.recording.netcdf import FileRecorder
 from historysim.results.analysis import history_summary
 from historysim.results.result_files import file_type, open_file_history, open_result, read_table
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
 EVENTS = [
     hs.NormalLoad(0.0, 0.1),

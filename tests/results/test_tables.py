@@ -8,12 +8,12 @@ import pytest
 import xarray as xr
 from conventions import conventions, discovery
 from golden import refused
+from pairs import STIFF as PAIR
 
 import historysim as hs
 from historysim.results import tables
 from historysim.results.tables import flat_columns, sweep_summary, write_sweep
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.1)]
 EVENTS += [hs.TangentialDisplacement(float(time), (-1) ** time * 2e-7) for time in range(1, 5)]
 TABLE = xr.Dataset(

@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
+from pairs import STIFF
 
 import historysim as hs
 from historysim.measured.comparison import Comparison, compute_response, observe
@@ -145,8 +146,7 @@ def height_map():
 
 @cache
 def ball():
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
-    return hs.Ensemble(pair, 0.0, 1e-3, 0.2)
+    return hs.Ensemble(STIFF, 0.0, 1e-3, 0.2)
 
 
 @cache

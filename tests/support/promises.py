@@ -16,6 +16,7 @@ from unittest import mock
 import attrs
 import netCDF4
 import numpy as np
+from pairs import UNIT
 
 import historysim as hs
 from historysim.log import result as result_writer
@@ -247,9 +248,8 @@ def demand_of_a_run_of_a_log(folder: Path, made: Sample, marks: list[str]) -> No
 
 
 def before_an_append(folder: Path, _: Sample) -> None:
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
     hs.EventLog.create(
-        folder / LOG, hs.Ensemble(pair, summit_height=0.0, summit_radius=1.0, friction=0.2)
+        folder / LOG, hs.Ensemble(UNIT, summit_height=0.0, summit_radius=1.0, friction=0.2)
     ).close()
 
 

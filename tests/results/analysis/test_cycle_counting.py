@@ -210,34 +210,11 @@ def test_asperities_with_their_own_coefficients_have_their_own_cycles(normal, ta
         assert (np.diff(counted.start_time) >= 0).all()
 
 
-def test_an_asperity_alone_has_the_cycles_of_its_contact():
-    events = varying(3, hs.NormalDisplacement, hs.TangentialDisplacement)
-    alone = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, FRICTION), events).contact.cycles()
-    among = hs.replay(contact(), events).contact.cycles(0)
-    assert among.sizes == alone.sizes
-    assert among.dissipated_energy.values == pytest.approx(
-        alone.dissipated_energy.values, rel=1e-9, abs=1e-15
-    )
-    assert among.end_time.values == pytest.approx(alone.end_time.values, rel=1e-9, nan_ok=True)
-
-
-def test_a_reversal_is_remembered_until_its_loop_closes():
-    reach = FRICTION * contact().approach_at(LOAD)
-    counted = hs.replay(contact(), held(LOAD, np.array([0.8, 0.2, 0.4]) * reach)).contact.cycles()
-    assert counted.closed.values.tolist() == [False, False, False]
-    assert np.isnan(counted.end_time).all()
-    closing = hs.replay(
-        contact(), held(LOAD, np.array([0.8, 0.2, 0.4, 0.2 - 1e-3]) * reach)
-    ).contact.cycles()
-    assert closing.end_time.values[2] == pytest.approx(3.0 + 0.2 / 0.201, rel=1e-9)
-
-
 def evaluation(events, friction=FRICTION, heights=HEIGHTS, **options):
     return hs.replay(hs.Ensemble(PAIR, heights, 1.0, friction, **options), events)
 
 
 SLIDE = held(LOAD, [1e-3, -1e-3])
-PLANAR = [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(1.0, (1e-3, 1e-3))]
 REFUSED = {
     "two tangential directions": lambda: evaluation(
         [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(1.0, (1e-3, 1e-3))]

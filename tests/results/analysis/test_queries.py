@@ -237,17 +237,6 @@ def test_the_order_of_sliding_agrees_with_springs(history, springs):
     )
 
 
-def test_within_one_step_the_instants_give_the_order(events, ball):
-    coarse = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events)
-    order = np.argsort((HEIGHTS + DEPTH)[:4] * FRICTION[:4])
-    assert slips.slides_first(coarse).tolist() == order.tolist()
-    assert slips.slip_onset(coarse)["slide_rank"].values.tolist() == np.argsort(order).tolist()
-    few = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record=[1])
-    assert dict(history_summary.summary(few))["first to slide"].endswith("(of those recorded)")
-    assert slips.slides_first(ball).size == 0
-    assert dict(history_summary.summary(ball))["first to slide"] == "none"
-
-
 def test_the_stiffness_of_asperities_is_the_slope_of_the_curve(ball, history):
     onward, reversed_ = (
         analysis.tangential_stiffness(history, way) for way in ("onward", "reversed")

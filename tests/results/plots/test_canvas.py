@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from drawn_data import hidden_data
 from pairs import GLASS as PAIR
+from pairs import STIFF
 from swept import BALL
 
 import historysim as hs
@@ -21,9 +22,8 @@ from historysim.results.plots.canvas import draw_on_target, new_figure
 
 
 def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
     history = hs.replay(
-        hs.Ensemble(pair, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), hs.TangentialLoad(1.0, 0.01)]
+        hs.Ensemble(STIFF, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), hs.TangentialLoad(1.0, 0.01)]
     )
     settings, figure = dict(mpl.rcParams), hs.plot(history, picture="loop")
     figure.savefig(tmp_path / "h.pdf")

@@ -1,18 +1,14 @@
 """Contents of the pictures of histories; their looks are covered by the reference pictures."""
 
-from pathlib import Path
-
 import matplotlib as mpl
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import COMPLIANT as PAIR
 
 import historysim as hs
 from historysim.results.plots import histories, style, tractions
-from historysim.results.plots.pictures import PICTURES
 
-SCENARIOS = Path(__file__).parents[3] / "scenarios"
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
 
 
@@ -102,35 +98,6 @@ def test_swings_ignore_noise():
     swings = list(tractions._swings(noisy))
     assert len(swings) == 3
     assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)
-
-
-def test_the_picture_of_wear_shows_wear():
-    history = hs.run(SCENARIOS / "25_wear.toml")
-    left, right = hs.plot(history, picture="wear").axes
-    total, *each = left.get_lines()
-    assert total.get_ydata() == pytest.approx(history.worn_volume.sum("asperity").values, abs=1e-40)
-    assert sum(line.get_ydata()[-1] for line in each) == pytest.approx(total.get_ydata()[-1])
-    before, after = right.get_lines()
-    assert (after.get_xdata() < before.get_xdata()).all()
-    assert [axes.get_title(loc="left") for axes in hs.plot(history, panels=["wear"]).axes] == [
-        "Wear"
-    ]
-    assert PICTURES["wear"].is_reported(history)
-    assert not PICTURES["wear"].is_reported(replayed())
-
-
-def test_the_picture_shows_first_loading_and_flattened_summits():
-    history = hs.run(SCENARIOS / "26_running_in.toml")
-    figure = hs.plot(history, picture="yielding")
-    left, right = figure.axes
-    yielding, elastic = (line.get_ydata() for line in left.get_lines())
-    assert np.nanmax(yielding) == pytest.approx(90e-3, rel=1e-6)
-    # 50 mN is come back to without yielding
-    assert np.nanmin(elastic) == pytest.approx(50e-3, rel=1e-6)
-    *_, before, after = right.get_lines()
-    assert before.get_xdata().size == int((history.yielding_load.isel(step=-1) > 0).sum())
-    assert (after.get_xdata() < before.get_xdata()).all()
-    assert (after.get_ydata() > before.get_ydata()).all()
 
 
 def test_messages():

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from golden import refused
 from overlapping import on_top_of_each_other
-from pictured import ball, friction_changes
+from pairs import COMPLIANT as PAIR
+from pictured import friction_changes
 
 import historysim as hs
 from historysim.results import analysis, recompute
 from historysim.results.plots.pictures import PICTURES, REPLACED
 from historysim.scenario.kinds import kinds
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 ENSEMBLE = hs.Ensemble(
     PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2]
 )
@@ -228,21 +228,3 @@ def test_pictures_of_several_panels_need_a_figure(history):
 def test_a_size_in_which_nothing_can_be_read_is_refused(history):
     with refused("size is 30 × 25 mm"):
         hs.plot(history, size=(30, 25))
-
-
-def asperity(*displacements):
-    state = ball().advance(ball().initial_state(), normal_load=0.1)
-    for displacement in displacements:
-        state = ball().advance(state, tangential_displacement=displacement)
-    return ball().asperity(0, state)
-
-
-def test_the_traction_stays_within_friction_times_pressure():
-    one = asperity(1e-8, -5e-9)
-    (axes,) = hs.plots.asperity(one).axes
-    above, below, traction, *dots = axes.get_lines()
-    assert (np.abs(traction.get_ydata()) <= above.get_ydata() * (1 + 1e-9) + 1e-12).all()
-    np.testing.assert_array_equal(below.get_ydata(), -above.get_ydata())
-    assert len(dots) == len(one.reversal_points)
-    assert axes.get_xlabel() == "radius (µm)"
-    assert axes.get_title(loc="left") == "asperity 0, partial slip"

@@ -4,11 +4,9 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
-from sections import LINES, SECTIONS, loaded, write_files
+from pairs import COMPLIANT as PAIR
 
 import historysim as hs
-from historysim.cli import main
 from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.plots import style
@@ -20,12 +18,7 @@ from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.summits import Summits
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
-MAP, PROFILE, DISTRIBUTION = "Surface and summits", "Profile and summits", "Asperity distribution"
-MOVED = LINES.replace(
-    "{ time = 0, normal_load = 0 }",
-    '{ time = 0, normal_load = "1 mN" }, { after = 1, tangential_displacement = "3 nm" }',
-)
+MAP, DISTRIBUTION = "Surface and summits", "Asperity distribution"
 
 
 def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", friction=0.2):
@@ -136,21 +129,6 @@ def test_touching_summits_are_marked_for_any_selection_of_recorded_asperities(ro
         assert ("touching, not recorded" in legend(figure)) == bool((expected == -1).any())
 
 
-def test_the_heights_are_drawn_where_they_are(rough):
-    surface, _, _ = rough
-    _, panels = drawn(surface)
-    (image,) = panels[MAP].get_images()
-    assert panels[MAP].get_xlabel() == "$x$ (µm)"
-    np.testing.assert_allclose(image.get_array(), surface["height"].values.T, rtol=1e-12)
-    assert image.get_extent() == pytest.approx((-0.5e-6, 59.5e-6, -1e-6, 79e-6))
-    assert image.origin == "lower"
-    assert panels[MAP].get_aspect() == 1
-    low, high = np.percentile(surface["height"].values, (0.5, 99.5))
-    assert image.get_clim() == pytest.approx((low, high))
-    (bar,) = panels[MAP].child_axes
-    assert bar.get_ylabel() == "height $z$ (nm)"
-
-
 def test_missing_heights_have_a_separate_colour():
     heights = np.random.default_rng(0).normal(size=(30, 20)) * 1e-9
     heights[np.random.default_rng(1).random(heights.shape) < 0.31] = np.nan
@@ -164,30 +142,6 @@ def test_missing_heights_have_a_separate_colour():
     assert (shown[missing] == mpl.colors.to_rgba(plots.MISSING)).all()
     assert not (shown[~missing] == mpl.colors.to_rgba(plots.MISSING)).all(axis=-1).any()
     assert legend(figure) == ["missing height"]
-
-
-def test_a_profile_is_a_curve():
-    surface = random_surface((1, 80), 1e-6, 50e-9, 8e-6, seed=1)
-    summits = surface.summits(3)
-    group, history = surface_group.dataset(summits, surface), history_of(summits, (1e-5, 2e-5))
-    for step in (0, -1):
-        _, panels = rendered(group, history, step)
-        axes = panels[PROFILE]
-        (curve,) = [
-            line
-            for line in axes.get_lines()
-            if line.get_linestyle() == "-" and line.get_marker() != "."
-        ]
-        assert axes.get_xlabel() == "$y$ (µm)"
-        assert axes.get_ylabel() == "height $z$ (nm)"
-        np.testing.assert_allclose(curve.get_xdata(), np.arange(80) * 1e-6, atol=1e-15)
-        np.testing.assert_allclose(curve.get_ydata(), surface.heights.ravel())
-        check_marks(axes, summits.y, summits.height, history["slip_state"].values[step])
-        assert flat(axes) == pytest.approx(float(history["separation"][step]))
-        assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))
-    assert [
-        line for line in drawn(group)[1][PROFILE].get_lines() if line.get_linestyle() == "--"
-    ] == []
 
 
 # -- one, many and none
@@ -259,22 +213,6 @@ def test_a_summit_at_the_height_of_the_flat_agrees_with_the_contact_count():
 
 # -- kinds, files and histories
 # -----------------------------------------------------------------------
-
-
-def test_a_scenario_and_its_result_are_drawn(tmp_path, monkeypatch):
-    write_files(tmp_path)
-    loaded(tmp_path, SECTIONS["random"], MOVED)
-    monkeypatch.chdir(tmp_path)
-    for arguments in (["plot", "s.toml"], ["run", "s.toml", "-q"]):
-        assert CliRunner().invoke(main, arguments).exit_code == 0
-    with xr.open_dataset("s.nc") as history, xr.open_dataset("s.nc", group="surface") as surface:
-        _, panels = drawn(surface, history, 1)
-        check_marks(
-            panels[MAP],
-            surface["summit_x"].values,
-            surface["summit_y"].values,
-            history["slip_state"].values[1],
-        )
 
 
 def test_a_history_without_its_surface_has_the_summits_that_it_holds(rough, tmp_path):

@@ -5,6 +5,7 @@ import shlex
 from html import unescape
 
 import pytest
+from pairs import COMPLIANT as PAIR
 
 import historysim as hs
 from historysim.results.report.reports import (
@@ -13,7 +14,6 @@ from historysim.results.report.reports import (
     validity_section,
 )
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [
     hs.NormalLoad(0.0, 4e-3),
     hs.TangentialDisplacement(1.0, 5e-9),
