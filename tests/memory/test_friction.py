@@ -193,9 +193,7 @@ def test_where_friction_no_longer_holds_a_load_the_contact_slides_from_where_it_
 @pytest.mark.parametrize("law", [limits.MOST_FRICTION, hs.laws.ShearStrength(1e30)])
 def test_the_largest_coefficient_is_full_stick(motion, law):
     # T = 8 G* a U of a contact that does not slip; the slip zone, U/(μδ) wide, takes a quarter of that share off
-    ensemble = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, law
-    )
+    ensemble = hs.Ensemble(UNIT, 0.0, 1.0, law)
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     displacement = motion * state.approach
     stick = 8 * 0.25 * math.sqrt(state.approach) * displacement
@@ -207,16 +205,15 @@ def test_the_largest_coefficient_is_full_stick(motion, law):
 
 
 def test_larger_coefficients_are_refused_wherever_they_are_given():
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-    ensemble = hs.Ensemble(pair, [0.0, -0.1], 1.0, 0.2)
+    ensemble = hs.Ensemble(UNIT, [0.0, -0.1], 1.0, 0.2)
     state = ensemble.initial_state()
     curves, rows = hs.Patches.from_normal_curves, np.linspace(0.1, 1.0, 8)
     large = 1.01 * limits.MOST_FRICTION
     for give in (
-        lambda: hs.Ensemble(pair, 0.0, 1.0, large),
-        lambda: hs.Ensemble(pair, [0.0, -0.1], 1.0, [0.2, large]),
-        lambda: hs.ContactBatch(pair, radius=1.0, friction=large, count=2),
-        lambda: curves(pair, rows, rows[:, None] ** 1.5, friction=large),
+        lambda: hs.Ensemble(UNIT, 0.0, 1.0, large),
+        lambda: hs.Ensemble(UNIT, [0.0, -0.1], 1.0, [0.2, large]),
+        lambda: hs.ContactBatch(UNIT, radius=1.0, friction=large, count=2),
+        lambda: curves(UNIT, rows, rows[:, None] ** 1.5, friction=large),
         lambda: hs.FrictionChange(0.0, large),
         lambda: hs.FrictionRamp(0.0, (0.2, large)),
         lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.2, large]),
@@ -230,9 +227,7 @@ def test_the_library_takes_larger_coefficients_for_the_largest():
     # as a law of the caller's or a factor of an FMU may make them
     from historysim.basics.library import ffi, lib
 
-    ensemble = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2
-    )
+    ensemble = hs.Ensemble(UNIT, 0.0, 1.0, 0.2)
     memory = lib.hs_state_new(
         ensemble.initial_state().memory.line.contact, ffi.new("double *", 1e20)
     )

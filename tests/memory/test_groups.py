@@ -62,53 +62,6 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     np.testing.assert_allclose(view(line.dissipated_each, 20), lost, rtol=1e-13)
 
 
-@pytest.mark.parametrize("seed", [0])
-def test_contacts_of_a_batch_have_the_bits_of_single_asperities(seed):
-    """Both use the fast path; an asperity that is alone uses the general update."""
-    random = np.random.default_rng(seed)
-    friction = np.array([0.0, 0.2, 0.3, 0.45])
-    # of unit radius, with units of 1 m and E*: the numbers of a memory are those of a batch of unit
-    # scale
-    contact = lib.hs_contact_new(1, [0.0], [1.0], ffi.NULL, ffi.NULL, 1.0, 1.0)
-    alone = [take_ownership(lib.hs_state_new(contact, [coefficient])) for coefficient in friction]
-    lib.hs_contact_free(contact)
-    batch = ffi.gc(lib.hs_batch_new(4, 4, list(friction), 1, [1.0], 1.0), lib.hs_batch_free)
-    approach, met, loads, vertices = (
-        1e-3,
-        [0.0],
-        ffi.new("double[8]"),
-        ffi.new("hs_batch_vertex[]", 100),
-    )
-    for _ in range(300):
-        # held, grown, withdrawn, separated; loops within loops, earlier displacements, gross slip,
-        # the friction limit
-        before, approach = (
-            approach,
-            random.choice([approach] * 4 + [random.uniform(-2e-4, 2e-3), approach + 1e-6]),
-        )
-        ways = [random.uniform(-1e-4, 1e-4), random.uniform(-1e-3, 1e-3), met[-1] + 1e-16]
-        ways += [
-            met[-1] + sign * random.choice(friction) * (approach - before) for sign in (-1.0, 1.0)
-        ]
-        met.append(random.choice([*met[-4:], *ways]))
-        check(lib.hs_batch_step(batch, [approach] * 4, [met[-1]] * 4, loads, loads + 4))
-        for number, memory in enumerate(alone):
-            move(memory, approach, met[-1])
-            assert (loads[number], loads[4 + number]) == (
-                memory.line.normal_load,
-                memory.line.tangential_load,
-            )
-            depth = lib.hs_batch_take(batch, number, vertices)
-            contact_vertices = [(v.label, v.anchor, v.slope, v.force) for v in vertices[0:depth]]
-            general = stack(memory)
-            assert contact_vertices == list(
-                zip(
-                    *(general[key] for key in ("label", "anchor", "slope", "tangential")),
-                    strict=True,
-                )
-            )
-
-
 @pytest.mark.parametrize("stiffness", [np.inf, 1.0])
 @pytest.mark.parametrize("shared", [0.0, 0.3])
 def test_replaying_a_computed_displacement_gives_the_load(shared, stiffness):
@@ -239,33 +192,3 @@ def test_a_scaled_contact_goes_on_as_its_groups(change):
             state = hs.Replay(evolving, [*events, fresh, later], hold=False).state()
         ends.append(np.append(state.tangential_load, state.stored_energy / state.normal_load))
     np.testing.assert_allclose(ends[0], ends[1], rtol=1e-11)
-
-
-def dissipated(height, radius, friction, approaches, displacements):
-    """Energies (step, asperity) and their totals; approaches count from the level 0 of the heights."""
-    ensemble = hs.Ensemble(PAIR, height, radius, friction)
-    history = replay(
-        ensemble, approaches + height.max(), hs.TangentialDisplacement, displacements, record="all"
-    )
-    return history.dissipated_energy.values, history.total_dissipated_energy.values
-
-
-@pytest.mark.parametrize("count", [2, 300])
-def test_each_asperity_dissipates_as_it_does_alone(count):
-    """Groups of one, which put off their losses, against contacts of one asperity, which have no other group."""
-    rng = np.random.default_rng(3)
-    height, radius = rng.uniform(-0.5, 0.0, count), rng.uniform(0.5, 2.0, count)
-    friction = rng.uniform(0.1, 0.5, count)
-    # a spiral, of which one long way wipes out everything; approached, withdrawn, lifted off, both
-    # together, and held
-    spiral = 0.3 * 0.9 ** np.arange(30) * (-1.0) ** np.arange(30)
-    displacements = np.concatenate([[0.0], spiral, [0.5], rng.uniform(-0.3, 0.3, 20)])
-    approaches = np.concatenate([np.full(32, 0.4), rng.choice([-0.05, 0.1, 0.3, 0.3, 0.6], 20)])
-    energies, totals = dissipated(height, radius, friction, approaches, displacements)
-    for i in {0, 1, count // 2, count - 1}:
-        alone, _ = dissipated(height[[i]], radius[[i]], friction[[i]], approaches, displacements)
-        np.testing.assert_allclose(
-            energies[:, i], alone[:, 0], rtol=1e-12, atol=1e-14 * alone.max()
-        )
-    np.testing.assert_allclose(totals, energies.sum(axis=1), rtol=1e-12)
-    assert (np.diff(totals) >= 0.0).all()

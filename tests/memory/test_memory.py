@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pairs import GLASS
 from pairs import UNIT as UNIT_PAIR
-from springs import Contact
 
 import historysim as hs
 from historysim.contact import hertz, mindlin
@@ -191,40 +190,6 @@ def test_a_mirrored_history_is_mirrored_bit_for_bit_and_energies_add_up(drawn):
     assert energies.sum(axis=1) == pytest.approx(total, rel=1e-11, abs=1e-18)
 
 
-@settings(max_examples=8)
-@given(histories(steep=[False], longest=6))
-def test_the_work_of_the_tangential_load_is_stored_or_dissipated(drawn):
-    first, *_, last = drawn.states()
-    spent = last.dissipated_energy - first.dissipated_energy
-    stored = last.stored_energy - first.stored_energy
-    for substeps in (400, 800):
-        history = drawn.replay(substeps=substeps, record="totals")
-        load, place = history.total_tangential_load.values, history.tangential_displacement.values
-        scale = np.trapezoid(np.abs(load), np.cumsum(np.abs(np.diff(place, prepend=0.0))))
-        # trapezoids over smooth stretches and a few kinks; ramps within the tolerance of the energy
-        assert abs(np.trapezoid(load, place) - stored - spent) < (10 / substeps**2 + 2e-6) * scale
-
-
-def assert_same_history(history, other, rounding):
-    """Equal but for rounding, relative to the largest value of each variable."""
-    for name in history.data_vars:
-        one, two = history[name].values.astype(float), other[name].values.astype(float)
-        if name == "slide_time":
-            np.testing.assert_allclose(one, two, rtol=0, atol=1e-6)
-            continue
-        # a stick radius falls to 0 as a root
-        tolerance = (
-            math.sqrt(rounding) if name in {"stick_radius", "tangential_stiffness"} else rounding
-        )
-        assert np.abs(one - two).max() <= tolerance * np.abs(one).max(), name
-
-
-@given(histories(steep=[False], compliance=True))
-def test_substeps_of_straight_paths_change_nothing(drawn):
-    once, often = (drawn.straight().replay(substeps=n) for n in (1, 7))
-    assert_same_history(once, often.isel(step=slice(None, None, 7)), 1e-12)
-
-
 @given(histories())
 def test_holding_and_saving_a_state_change_nothing(drawn):
     ensemble = drawn.ensemble
@@ -320,33 +285,6 @@ def ball_at(*shares):
     """The ball under its load after tangential loads that are shares of the limit, and its contact."""
     state = ramped(BALL, (BALL_LOAD, 0.0), *((BALL_LOAD, share * BALL_LIMIT) for share in shares))
     return state, BALL.asperity(0, state)
-
-
-@pytest.mark.parametrize("turn", [0.3, 0.8, 0.99, -0.7])
-@pytest.mark.parametrize("part", [0.9, 0.2, -0.5, -0.99])
-def test_unloading_is_the_closed_form(turn, part):
-    state, ball = ball_at(turn, part * turn)
-    load, reversal = part * turn * BALL_LIMIT, turn * BALL_LIMIT
-    closed = mindlin.displacement_after_reversal(load, reversal_load=reversal, **ELASTIC)
-    # near the zero of the curve its two branches nearly cancel
-    largest = abs(mindlin.tangential_displacement(reversal, **ELASTIC))
-    assert state.tangential_displacement == pytest.approx(closed, abs=16 * EPS * largest)
-    points = ball.reversal_points
-    slipped = mindlin.counter_slip_radius(load, reversal_load=reversal, **SLIPPING)
-    assert ball.stick_radius == pytest.approx(slipped, rel=1e-12)
-    assert points.radius == pytest.approx([mindlin.stick_radius(reversal, **SLIPPING)], rel=1e-12)
-    assert points.displacement == pytest.approx(
-        [mindlin.tangential_displacement(reversal, **ELASTIC)], abs=16 * EPS * largest
-    )
-    r = np.linspace(0, 1.1 * BALL_RADIUS, 40)
-    peak = 0.2 * 1.5 * BALL_LOAD / (math.pi * BALL_RADIUS**2)
-    # the root at an edge takes half the digits of its radius
-    assert ball.traction(r) == pytest.approx(
-        mindlin.traction_after_reversal(
-            r, tangential_load=load, reversal_load=reversal, **SLIPPING
-        ),
-        abs=1e-7 * peak,
-    )
 
 
 @pytest.mark.parametrize("share", [1e-6, 1e-4, 1e-2, 0.3, 0.9, 1.0])
@@ -459,17 +397,6 @@ def test_many_histories_agree_with_rows_of_springs(drawn):
 # -- friction changes and lift-off -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("control", CHANNELS)
-def test_a_rise_of_friction_changes_nothing_until_the_next_load(control):
-    ensemble = hs.Ensemble(UNIT_PAIR, [0.0, -0.01, -0.02], [1.0, 0.5, 2.0], 0.4)
-    state = ramped(ensemble, (0.1, 0.0), (0.1, 0.02), (0.1, -0.01))
-    if control == "displacements":
-        state = ensemble.advance(state, tangential_displacement=state.tangential_displacement)
-    risen = ensemble.advance(state, friction=2 * ensemble.friction)
-    assert_same_memory(risen, state)
-    assert risen.dissipated_energy == state.dissipated_energy
-
-
 def test_a_fall_of_friction_at_fixed_displacement_clips_the_virgin_state():
     held = SPHERE.advance(
         ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.003)),
@@ -493,20 +420,6 @@ def test_a_fall_of_friction_at_fixed_displacement_clips_the_virgin_state():
     assert fallen.dissipated_energy - held.dissipated_energy == pytest.approx(lost, rel=1e-9)
 
 
-def test_a_fall_of_friction_under_a_tangential_load_moves_the_contact_to_hold_it():
-    state = ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.003))
-    fallen = SPHERE.advance(state, friction=0.4)
-    assert fallen.tangential_load == pytest.approx(0.003, rel=4 * EPS)
-    assert fallen.tangential_displacement == pytest.approx(
-        mindlin.tangential_displacement(
-            0.003, **hertz_unit(LOAD, friction=0.4), shear_modulus=0.25
-        ),
-        rel=1e-13,
-    )
-    with pytest.raises(hs.FrictionLimitError):
-        SPHERE.advance(state, friction=0.25)
-
-
 @pytest.mark.parametrize("factor", [0.999999, 0.998, 0.9, 0.6, 0.31])
 def test_sliding_continues_when_friction_falls(factor):
     rng = np.random.default_rng(4)
@@ -528,34 +441,6 @@ def test_sliding_continues_when_friction_falls(factor):
 def spiral_turns(count, share=0.9):
     """Ever smaller reversals, as shares of the limit."""
     return share * (1 - np.arange(count) / count) * (-1.0) ** np.arange(count)
-
-
-def test_partial_lift_off_erases_the_memory_of_separated_asperities():
-    contact = Contact.build(2.0, 0.3, [0.0, -0.01, -0.02], [1.0, 0.5, 2.0], 0.4)
-    ensemble = build_ensemble(contact)
-    state = displaced(ensemble, (0.03, 0.0), (0.03, 0.005), (0.03, 0.003))
-    assert all(ensemble.asperity(i, state).reversal_points.size == 1 for i in range(3))
-    lifted = displaced(ensemble, (0.015, 0.003), state=state)
-    low = ensemble.asperity(2, lifted)
-    assert low.slip_state == hs.SlipState.SEPARATED
-    assert (
-        low.normal_load
-        == low.tangential_load
-        == low.contact_radius
-        == low.stick_radius
-        == low.stored_energy
-        == 0
-    )
-    assert low.reversal_points.size == 0
-    back = displaced(ensemble, (0.03, 0.003), state=lifted)
-    low = ensemble.asperity(2, back)
-    assert low.slip_state == hs.SlipState.FULL_STICK
-    assert low.reversal_points.size == 0
-    assert low.tangential_load == pytest.approx(0, abs=EPS)
-    assert low.normal_load > 0
-    assert ensemble.asperity(0, back).tangential_load == pytest.approx(
-        ensemble.asperity(0, lifted).tangential_load, rel=1e-12
-    )
 
 
 @given(contacts())

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from histories import random_contact
 from springs import Contact, SpringRow
 
 UNIT = Contact.build(
@@ -51,21 +50,3 @@ def test_virgin_loading_converges_to_cattaneo_mindlin_with_second_order():
     assert orders == pytest.approx([2.0, 2.0], abs=0.25)
     assert np.all(errors[:, :2] * springs[:, np.newaxis] ** 2 < [1.0, 1.5])
     assert np.all(errors[:, 2] < 1e-9)
-
-
-def test_the_work_of_the_tangential_load_is_stored_or_dissipated():
-    rng = np.random.default_rng(2)
-    contact = random_contact(rng, 4, several_coefficients=True)
-    row = SpringRow(contact, 0.03, 300)
-    work = 0.0
-    for _ in range(6):
-        approach, displacement = rng.uniform(-0.003, 0.03), rng.uniform(-0.012, 0.012)
-        path = np.linspace(
-            (row.approach, row.tangential_displacement), (approach, displacement), 801
-        )
-        loads = [row.total_tangential_load]
-        for here in path[1:]:
-            row.apply(("displacement", here[0]), ("displacement", here[1]), substeps=1)
-            loads.append(row.total_tangential_load)
-        work += np.trapezoid(loads, path[:, 1])
-    assert row.elastic_energy.sum() + row.dissipated_energy.sum() == pytest.approx(work, rel=1e-5)
