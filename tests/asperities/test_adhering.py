@@ -33,17 +33,6 @@ def test_one_asperity_has_the_numbers_of_its_contact():
     assert found.regime[0] is Regime.MAUGIS
 
 
-def test_those_that_touch_come_in_the_order_of_their_loads():
-    found = adhering([0.0, -1e-9, -5e-9, -2e-9], [1e-6, 9e-6, 1e-6, 1e-6], 4e-9)
-    assert found.asperity.tolist() == [1, 0, 3]
-    assert (np.diff(found.normal_load) < 0).all()
-    assert len(found.regime) == 3
-
-
-def test_little_adhesion_under_much_load_is_hertz():
-    assert adhering([0.0], 1e-6, 50e-9, work_of_adhesion=1e-4).regime[0] is Regime.HERTZ
-
-
 SCENARIO = """
 [materials]
 first = {first}

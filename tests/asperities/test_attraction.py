@@ -5,7 +5,6 @@ import pytest
 from golden import check_messages, refused
 
 import historysim as hs
-from historysim.asperities.attraction import ATTRACTIONS
 from historysim.measured.fit_model import build_model
 
 MODULUS, RADIUS, WORK, FRICTION = 1e11, 1e-5, 0.05, 0.3
@@ -323,10 +322,6 @@ def test_the_pull_off_of_a_history_and_its_picture():
         "peak normal load, which is that from outside"
         in dict(history.contact.summary())["attraction"]
     )
-
-
-def test_the_laws_are_registered():
-    assert set(ATTRACTIONS) == {"dmt", "meniscus", "jkr"}
 
 
 def test_messages():

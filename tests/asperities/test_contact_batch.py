@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from golden import check_messages
+from pairs import PLAIN as PAIR
 
 import historysim as hs
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 THETA = 2.0 / 1.2
 
 

@@ -33,12 +33,6 @@ def random_moves(rng, approach, count=30):
     return events
 
 
-def worst(first, second, name):
-    return float(
-        np.abs(first[name].values - second[name].values).max() / np.abs(first[name].values).max()
-    )
-
-
 @pytest.fixture(scope="module")
 def asperities():
     rng = np.random.default_rng(1)
@@ -171,16 +165,6 @@ def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_ju
     )
 
 
-def test_a_flat_punch_sticks_until_all_of_it_slides():
-    table = hs.Patches.from_normal_curves(PAIR, APPROACH[1:], 3.0 * APPROACH[1:], friction=0.5)
-    loads = [hs.NormalLoad(0, 0.2), hs.TangentialLoad(1, 0.0999), hs.TangentialLoad(2, -0.0999)]
-    history = hs.replay(table, loads, substeps=10)
-    assert float(history["total_dissipated_energy"][-1]) < 1e-14
-    np.testing.assert_allclose(
-        history["total_tangential_load"], 3.0 * history["tangential_displacement"], atol=1e-14
-    )
-
-
 @pytest.mark.parametrize("shape", [pytest.param((5000, 1e-4), marks=pytest.mark.slow), (40, 2e-2)])
 def test_measured_curves_of_any_length_are_taken(shape):
     count, noise = shape
@@ -261,23 +245,6 @@ def test_hertz_as_a_table_is_hertz():
     np.testing.assert_allclose(
         given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12
     )
-
-
-def test_an_ensemble_as_tables_is_the_ensemble(asperities, tabulated):
-    events = random_moves(np.random.default_rng(2), 0.07)
-    expected = hs.replay(asperities, events, substeps=4, record="all")
-    given = hs.replay(tabulated, events, substeps=4, record="all")
-    assert tabulated.curves.error() < 2e-4
-    for name in (
-        "total_normal_load",
-        "total_tangential_load",
-        "total_dissipated_energy",
-        "real_contact_area",
-    ):
-        assert worst(expected, given, name) < 3e-4, name
-    for name in ("normal_load", "tangential_load"):
-        assert worst(expected, given, name) < 2e-3, name
-    assert (expected["slip_state"] != given["slip_state"]).mean() < 0.1
 
 
 def test_an_approach_is_found_beyond_what_the_first_element_alone_would_carry():

@@ -4,22 +4,19 @@ import gc
 import hashlib
 import math
 import weakref
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from golden import check_messages
 from histories import random_contact, random_moves, to_events
+from pairs import PLAIN as PAIR
+from pairs import UNIT
 from scipy.optimize import brentq
 
 import historysim as hs
-from historysim.errors import FrictionLimitError, InputError
-from historysim.memory.binding import DISPLACED
-from historysim.memory.paths import STILL, Goals, straight_paths
+from historysim.errors import FrictionLimitError
 
 EPS = np.finfo(float).eps
-
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 
 
 def hertz_loads(ensemble, approach):
@@ -52,18 +49,6 @@ def rough(count, seed=0, **options):
 # -- load balance ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("normal_load", [1e-30, 1e-12, 0.01, 1e3])
-def test_a_sphere_is_hertz(normal_load):
-    sphere = hs.Ensemble(PAIR, summit_height=0.3, summit_radius=2.5, friction=0.4)
-    state = pressed(sphere, normal_load)
-    approach = (3 * normal_load / (4 * 2.0 * math.sqrt(2.5))) ** (2 / 3)
-    assert state.approach == pytest.approx(approach, rel=8 * EPS)
-    assert state.normal_load == pytest.approx(normal_load, rel=2 * EPS)
-    assert sphere.asperity(0, state).contact_radius == pytest.approx(
-        math.sqrt(2.5 * approach), rel=8 * EPS
-    )
-
-
 @pytest.mark.parametrize("count", [2, 7, 300])
 def test_the_approach_is_the_root_of_the_summed_hertz_loads(count):
     ensemble = rough(count)
@@ -79,23 +64,6 @@ def test_the_approach_is_the_root_of_the_summed_hertz_loads(count):
         # a rounding of a sum of loads, and of gaps that are measured from the highest summit
         assert pressed(ensemble, normal_load).approach == pytest.approx(root, rel=1e-13)
         assert ensemble.approach_at(normal_load) == pytest.approx(root, rel=1e-13)
-
-
-@pytest.mark.parametrize("count", [1, 50, 100_000])
-def test_the_loads_of_the_asperities_sum_to_the_total_after_any_step(count):
-    ensemble = rough(count)
-    rng = np.random.default_rng(2)
-    loads = count * 10.0 ** rng.uniform(-9, 1, 12 if count > 1000 else 60)
-    history = hs.replay(
-        ensemble, [hs.NormalLoad(k, load) for k, load in enumerate(loads)], record="all"
-    )
-    assert history.total_normal_load.values == pytest.approx(loads, rel=4 * EPS)
-    # rounding of an approach against the depth of an asperity that has just touched
-    assert history.normal_load.values.sum(axis=1) == pytest.approx(loads, rel=1e-12)
-    approach = ensemble.highest_summit - history.separation.values
-    assert hertz_loads(ensemble, approach[:, np.newaxis]).sum(axis=1) == pytest.approx(
-        loads, rel=1e-11
-    )
 
 
 def test_an_ensemble_iterates_over_its_asperities_in_the_initial_state():
@@ -194,44 +162,6 @@ def test_parameters_are_copied_and_frozen():
             setattr(ensemble, name, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("targets", "complaint"),
-    [
-        ({"normal_load": -1e-9}, "normal_load"),
-        ({"normal_load": np.inf}, "normal_load"),
-        ({"tangential_displacement": -np.inf}, "tangential_displacement"),
-        (
-            {"normal_load": 0.1, "normal_displacement": 0.1},
-            "both normal_load and normal_displacement",
-        ),
-        ({"friction": -0.1}, "friction"),
-    ],
-)
-def test_bad_targets_are_refused_and_leave_the_state_alone(targets, complaint):
-    ensemble = rough(5)
-    state = pressed(ensemble, 0.3)
-    before = fingerprint(state)
-    with pytest.raises(InputError, match=complaint):
-        ensemble.advance(state, **targets)
-    assert fingerprint(state) == before
-
-
-def test_an_ensemble_is_made_of_summits():
-    summits = SimpleNamespace(
-        height=np.array([0.0, 0.1]),
-        radius=np.array([1.0, 2.0]),
-        x=np.array([3.0, 4.0]),
-        y=np.array([5.0, 6.0]),
-    )
-    ensemble = hs.Ensemble.from_summits(PAIR, summits, friction=0.25, tolerance=1e-8)
-    assert np.array_equal(ensemble.summit_height, summits.height)
-    assert np.array_equal(ensemble.summit_radius, summits.radius)
-    assert np.array_equal(ensemble.x, summits.x)
-    assert np.array_equal(ensemble.y, summits.y)
-    assert np.array_equal(ensemble.friction, [0.25, 0.25])
-    assert ensemble.tolerance == 1e-8
-
-
 # -- what they say of themselves -------------------------------------------------------------------
 
 
@@ -248,8 +178,7 @@ def test_an_ensemble_has_a_repr():
 
 @pytest.mark.parametrize("tiny", [9.347990849696351e-257, 1e-160])
 def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-    ensemble = hs.Ensemble(pair, [0.0, -0.01], 1.0, 0.5)
+    ensemble = hs.Ensemble(UNIT, [0.0, -0.01], 1.0, 0.5)
     events = [
         hs.NormalDisplacement(0.0, tiny),
         hs.TangentialDisplacement(1.0, 0.0),
@@ -260,21 +189,6 @@ def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
     assert all(np.isfinite(values.values.astype(float)).all() for values in numbers)
     assert history.contact_count.values[0] == 0
     assert ensemble.advance(ensemble.initial_state(), normal_load=1e-300).approach == 0.0
-
-
-def test_a_deep_memory_is_walked_on_whole():
-    ensemble = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5
-    )
-    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
-    for k in range(300):
-        state = ensemble.advance(state, tangential_displacement=0.01 * (1 - k / 400) * (-1) ** k)
-    vertices = state.vertices()
-    assert len(vertices) > 250
-    still = Goals(DISPLACED, *STILL)
-    walked = ensemble.advance_along(state, straight_paths(still, still))
-    assert walked.vertices().tobytes() == vertices.tobytes()
-    assert len(ensemble.with_friction(state, 0.6).vertices()) == len(vertices)
 
 
 def test_an_ensemble_is_gone_when_nobody_has_it():

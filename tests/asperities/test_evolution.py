@@ -396,23 +396,6 @@ def test_each_law_in_its_coulomb_limit_is_coulombs(name):
             assert difference <= tolerance, (case, quantity, float(difference / tolerance))
 
 
-@pytest.mark.parametrize("name", ["power", "strength", "slid"])
-def test_a_path_to_a_load_is_that_to_the_displacement_where_it_ends(name):
-    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, LAWS[name][0])
-    start = ensemble.advance(
-        ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.004
-    )
-    target = {"normal_displacement": 0.05, "tangential_load": -0.3 * abs(start.tangential_load)}
-    to_load = ensemble.advance(start, **target)
-    target["tangential_load"] = None
-    target["tangential_displacement"] = to_load.tangential_displacement
-    to_displacement = ensemble.advance(start, **target)
-    assert to_displacement.tangential_load == pytest.approx(
-        to_load.tangential_load, abs=1e-4 * to_load.normal_load
-    )
-    assert to_displacement.dissipated_energy == pytest.approx(to_load.dissipated_energy, rel=1e-3)
-
-
 @pytest.mark.parametrize(
     "wear",
     [

@@ -299,39 +299,6 @@ def load_events(seed, count):
     return events
 
 
-def test_loads_on_almost_no_slope_are_those_of_level_asperities():
-    summits = PAIR, [0.0, -20e-9, -30e-9], [10e-6, 8e-6, 12e-6], 0.2
-    events, how = load_events(2, 5), {"hold": False, "record": "totals", "substeps": 3}
-    found = hs.replay(hs.InclinedEnsemble(*summits, slope=1e-14), events, **how)
-    level = hs.replay(hs.Ensemble(*summits), events, **how)
-    for name, scale in (
-        ("total_normal_load", 4e-3),
-        ("total_tangential_load", 4e-4),
-        ("separation", 60e-9),
-        ("tangential_displacement", 10e-9),
-    ):
-        np.testing.assert_allclose(found[name], level[name], rtol=0, atol=1e-9 * scale)
-    # each chord may be off by 1e-5 of what it loses, or by 1e-8 of the loss in gross slip
-    np.testing.assert_allclose(
-        found.total_dissipated_energy,
-        level.total_dissipated_energy,
-        rtol=3e-5,
-        atol=3e-8 * 0.2 * 4e-3 * 60e-9,
-    )
-
-
-def test_a_tangential_load_on_a_symmetric_pair():
-    pair = hs.InclinedEnsemble(PAIR, [0.0, 0.0], RADIUS, FRICTION, slope=[SLOPE, -SLOPE])
-    pressed = pair.advance(pair.initial_state(), normal_load=LOAD)
-    there, back = (
-        pair.advance(pressed, tangential_load=way * 0.6 * FRICTION * LOAD) for way in (1, -1)
-    )
-    assert there.normal_load == pytest.approx(LOAD, rel=1e-12)
-    assert there.tangential_load == pytest.approx(0.6 * FRICTION * LOAD, rel=1e-12)
-    assert there.tangential_displacement == pytest.approx(-back.tangential_displacement, rel=1e-9)
-    assert there.approach == pytest.approx(back.approach, rel=1e-9)
-
-
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_paths_by_load_are_those_by_the_displacements_found(seed):
     ensemble = rough(5, seed)

@@ -94,19 +94,6 @@ def virgin_load(drive, stiffness, **contact):
 # -- the instrument --------------------------------------------------------------------------------
 
 
-def test_the_drive_moves_the_contact_and_bends_the_instrument():
-    instrument = Instrument(lateral_stiffness=334e-3 / 1e-6)
-    assert instrument.drive_displacement(20e-9, 10e-3) == pytest.approx(
-        20e-9 + 10e-3 / 3.34e5, rel=2 * EPS
-    )
-    both = instrument.drive_displacement(np.array([0.0, 1e-9]), np.array([3.34e-3, 0.0]))
-    assert both == pytest.approx([10e-9, 1e-9], rel=2 * EPS)
-    assert not instrument.rigid
-    assert Instrument().rigid
-    assert Instrument() == RIGID
-    assert Instrument().drive_displacement(20e-9, 10e-3) == 20e-9
-
-
 def test_an_invalid_instrument_is_refused():
     state, message = SPHERE.initial_state(), r"^instrument is 334000.0; expected an Instrument"
     for state_ in (state, SPHERE.advance(state, tangential_displacement=0.0)):

@@ -33,15 +33,6 @@ def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     assert some > 1.1 * none
 
 
-def test_a_power_of_the_total_load_keeps_one_coefficient():
-    ensemble = hs.Ensemble(
-        GLASS, [0.0, -20e-9, -50e-9], BALL, PowerLaw(0.2, 10e-3, -0.25, load="total")
-    )
-    state = loaded(ensemble, 40e-3)
-    assert state.friction == pytest.approx(np.full(3, 0.2 * 4**-0.25), rel=1e-12)
-    assert state.group.max() == 0
-
-
 def moves(ensemble, state):
     state = ensemble.advance(state, normal_load=0.01, tangential_load=0.002)
     state = ensemble.advance(state, normal_load=0.02, tangential_load=-0.003)
@@ -118,28 +109,6 @@ def test_a_load_beyond_what_falling_friction_holds_is_refused_or_held():
     assert held.tangential_load == pytest.approx(held.friction[0] * 0.001, rel=1e-9)
     back = ensemble.advance(held, normal_load=0.005, saturate=True)
     assert back.tangential_load == pytest.approx(0.9 * limit, rel=1e-6)
-
-
-def test_what_is_slid_is_followed_on_request_and_changes_nothing():
-    plain, followed = (
-        hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.5, follow_sliding=follow) for follow in (False, True)
-    )
-    states = [moves(ensemble, ensemble.initial_state()) for ensemble in (plain, followed)]
-    for name in (
-        "normal_load",
-        "tangential_load",
-        "approach",
-        "tangential_displacement",
-        "dissipated_energy",
-    ):
-        assert getattr(states[0], name) == getattr(states[1], name)
-    history = hs.replay(
-        followed,
-        [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.1), hs.NormalLoad(1.0, 0.01)],
-    )
-    reach = 0.5 * (followed.highest_summit - history.separation.values[-1] + np.array([0.0, -0.01]))
-    assert history.slid_distance.values[-1] == pytest.approx(0.1 - reach, rel=1e-9)
-    assert history.total_slid_distance.values[-1] == pytest.approx(0.1 - reach.max(), rel=1e-9)
 
 
 @pytest.mark.parametrize("substeps", [1, 10])

@@ -7,7 +7,6 @@ from half_space import HalfSpace
 from scipy.integrate import quad
 
 import historysim as hs
-from historysim.measured.fit_model import build_model
 
 MODULUS, RADIUS, LENGTH, FRICTION = 1e11, 0.01, 0.005, 0.5
 # G* is of no influence in plane strain
@@ -208,14 +207,6 @@ def test_a_noisy_record_is_fitted(tmp_path):
     assert found.comparison.residuals.rms == pytest.approx(0.5, rel=0.1)
 
 
-def test_a_fit_varies_its_friction_and_no_shear_modulus():
-    model = build_model(cylinder(), hs.Instrument())
-    varied, _ = model({"friction": 0.4})
-    assert isinstance(varied, hs.LineContact)
-    assert varied.friction == 0.4
-    assert varied.reference_depth == 0.01
-
-
 SCENARIO = """
 [materials]
 contact_modulus = "100 GPa"
@@ -255,15 +246,6 @@ def test_a_scenario_refuses_what_a_cylinder_has_not(tmp_path, surface, more, rea
     path.write_text(SCENARIO.format(surface=surface, more=more), encoding="utf-8")
     with pytest.raises(hs.InputError, match=reason):
         hs.run(path)
-
-
-def test_a_scenario_makes_the_same_contact(tmp_path):
-    path = tmp_path / "s.toml"
-    path.write_text(SCENARIO.format(surface="", more=""), encoding="utf-8")
-    history = hs.run(path)
-    direct = hs.replay(cylinder(), [hs.NormalLoad(0, 500), hs.TangentialLoad(1, 150)])
-    assert history.stick_half_width.values.tobytes() == direct.stick_half_width.values.tobytes()
-    assert history.attrs["line_reference_depth"] == 0.01
 
 
 def test_messages():

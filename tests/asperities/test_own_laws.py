@@ -4,12 +4,12 @@ import attrs
 import numpy as np
 import pytest
 from golden import refused
+from pairs import PLAIN as PAIR
 
 import historysim as hs
 from historysim.asperities import laws, wear
 from historysim.contact import hertz
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 HEIGHT, RADIUS = np.array([0.0, -0.004, -0.02]), np.array([1.0, 0.7, 1.4])
 MOVES = [
     {"normal_displacement": 0.02},

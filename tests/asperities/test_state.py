@@ -7,10 +7,10 @@ import struct
 import numpy as np
 import pytest
 from golden import refused
+from pairs import PLAIN as PAIR
+from pairs import UNIT
 
 import historysim as hs
-
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 
 
 def rough(count=20, friction=0.4):
@@ -130,9 +130,7 @@ def check_forgeries(state, fields):
 
 
 def test_forged_numbers_have_the_limits_of_input():
-    ensemble = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.3125
-    )
+    ensemble = hs.Ensemble(UNIT, 0.0, 1.0, 0.3125)
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     line = ensemble.advance(state, tangential_displacement=1e-3)
     memory = line.memory.line

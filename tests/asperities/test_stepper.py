@@ -9,12 +9,12 @@ import positioning_stage
 import pytest
 from golden import check_messages
 from histories import random_contact, random_moves, to_events
+from pairs import PLAIN as PAIR
+from pairs import UNIT
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
 from historysim.memory.binding import copy_state
-
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
 
 
 def rough(count=8, friction=0.4, seed=3):
@@ -25,8 +25,7 @@ def rough(count=8, friction=0.4, seed=3):
 def random_history(seed, several):
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 4, several)
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-    ensemble = hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
+    ensemble = hs.Ensemble(UNIT, contact.summit_height, contact.summit_radius, contact.friction)
     return ensemble, random_moves(rng, contact, 0.02, 15)
 
 

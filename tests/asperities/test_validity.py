@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from pairs import PLAIN
 
 import historysim as hs
 from historysim.asperities import laws, validity
@@ -180,10 +181,9 @@ def test_two_spikes_that_carry_all_are_reported():
 @pytest.mark.parametrize(("distance", "reported"), [(1.1, False), (0.9, True)])
 def test_friction_that_rises_faster_than_springs_can_slide_is_reported(distance, reported):
     """Where Δμ/Δs is 1/(θδ) a spring that slides gains as much limit as it is strained."""
-    pair = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
-    rise = 0.3 * pair.displacement_ratio * 0.01 * distance
+    rise = 0.3 * PLAIN.displacement_ratio * 0.01 * distance
     law = laws.SlidFriction([0.0, rise, 2 * rise], [0.2, 0.5, 0.5])
-    ensemble = hs.Ensemble(pair, [0.0, -0.02], 1.0, law)
+    ensemble = hs.Ensemble(PLAIN, [0.0, -0.02], 1.0, law)
     found = [each for each in findings(ensemble, 0.01) if each.name == "rising"]
     assert bool(found) == reported
     assert all("faster than 1/(θδ)" in each.text for each in found)

@@ -326,28 +326,6 @@ def test_friction_of_constant_strength_against_springs():
 # ------------------------------------------------------------------------------------
 
 
-def test_a_hardness_without_end_is_elastic_to_the_bit():
-    events = [
-        hs.NormalLoad(0.0, 1e-3),
-        hs.TangentialDisplacement(1.0, 8e-9),
-        hs.NormalLoad(2.0, 4e-3),
-    ]
-    events += [
-        hs.TangentialLoad(2.0, 2e-4),
-        hs.NormalDisplacement(3.0, 20e-9),
-        hs.TangentialLoad(4.0, 0.0),
-    ]
-    yielding = rough(40, 5, yielding=KogutEtsion(hardness=1e15))
-    with_law, without = (
-        hs.replay(yielding, events, substeps=3, hold=False),
-        hs.replay(rough(40, 5), events, substeps=3, hold=False),
-    )
-    for name in without.data_vars:
-        np.testing.assert_array_equal(with_law[name], without[name], err_msg=str(name))
-    assert not with_law["yielding_load"].any()
-    assert not with_law["yielded_load_share"].any()
-
-
 def test_summits_that_yielded_without_traction_share_one_memory_and_are_elastic():
     ensemble = rough(60, 3, yielding=LAW)
     state = ensemble.advance(ensemble.initial_state(), normal_load=20e-3)
