@@ -159,8 +159,8 @@ class Replay:
         bar: dict[str, Any] = {"desc": "replaying", "initial": start.rows, "delay": 2}
         with progress_bar(progress, "step", target.steps, **bar) as done:
             for block in plan:
-                how["rows"] = target.blank(block.row_time.size)
-                state = self.advance_over(block, state, **how)
+                rows = target.blank(block.row_time.size)
+                state = self.advance_over(block, state, rows=rows, **how)
                 target.record(block.row_time)
                 if on_event is not None and block.cursor is not None:
                     on_event(block.cursor, state)
