@@ -210,8 +210,8 @@ static void add_elastic_energy(const hs_ring_class *ring_class, double *asperity
         hs_vector a = inner->deflection, b = outer->deflection;
         hs_slip x = {inner->label, outer->label, a.x, b.x, 0.5 * a.x, 0.5 * b.x};
         hs_slip y = {inner->label, outer->label, a.y, b.y, 0.5 * a.y, 0.5 * b.y};
-        hs_add_energy(ring_class->curve, asperity_energy, &x);
-        hs_add_energy(ring_class->curve, asperity_energy, &y);
+        hs_add_energy(ring_class->curve, asperity_energy, NULL, &x);
+        hs_add_energy(ring_class->curve, asperity_energy, NULL, &y);
     }
 }
 

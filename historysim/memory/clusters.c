@@ -10,25 +10,27 @@ const double hs_proxy_point[HS_PROXIES] = {
     -0.09801714032956077, -0.29028467725446233, -0.47139673682599786, -0.6343932841636455,
     -0.773010453362737,   -0.8819212643483549,  -0.9569403357322089,  -0.9951847266721969};
 
-hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t count) {
+int64_t hs_count_clusters(int64_t count) {
     int64_t clusters = 0, width = HS_BLOCK;
-    int levels = 0;
     do {
         clusters += (count + width - 1) / width;
-        ++levels;
         width *= 2;
     } while (width < 2 * count);
+    return clusters;
+}
+
+hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t count) {
+    int64_t total = hs_count_clusters(count), width = HS_BLOCK;
     hs_clusters *result =
-        (hs_clusters *)malloc(sizeof *result + (size_t)clusters * sizeof(hs_cluster));
+        (hs_clusters *)malloc(sizeof *result + (size_t)total * sizeof(hs_cluster));
     if (!result) return NULL;
     result->gap = gap;
     result->weight = weight;
     result->count = count;
-    result->levels = levels;
-    hs_cluster *at = result->memory;
-    width = HS_BLOCK;
-    for (int level = 0; level < levels; ++level, width *= 2) {
-        result->level[level] = at;
+    result->total = total;
+    result->levels = 0;
+    for (hs_cluster *at = result->memory; at < result->memory + total; width *= 2) {
+        result->level[result->levels++] = at;
         at += (count + width - 1) / width;
     }
     return result;
@@ -124,4 +126,77 @@ void hs_fill_clusters(hs_clusters *clusters) {
                      2 * index + 2 <= below ? 2 : 1, clusters->gap + start, count);
         }
     }
+}
+
+/* Compute the Chebyshev coefficients of a function from its values at the proxies. */
+static void coefficients_of(const double *value, double *coefficient) {
+    for (int j = 0; j < HS_PROXIES; ++j) coefficient[j] = 0.0;
+    for (int p = 0; p < HS_PROXIES; ++p) {
+        double y = hs_proxy_point[p], previous = y, current = 1.0;
+        for (int j = 0; j < HS_PROXIES; ++j) {
+            coefficient[j] += (j ? 2.0 : 1.0) / HS_PROXIES * value[p] * current;
+            double successor = 2.0 * y * current - previous;
+            previous = current;
+            current = successor;
+        }
+    }
+}
+
+/* Add weight times the series of a cluster, by Clenshaw's recurrence, at gaps above `origin`. */
+HS_WIDE static void add_series(const hs_cluster *cluster, const double *coefficient, double origin,
+                               const double *restrict gap, double stretch,
+                               const double *restrict weight, int count, double *restrict sum) {
+    const double scale = cluster->half_width > 0.0 ? 1.0 / cluster->half_width : 0.0;
+    double x[HS_BLOCK], outer[HS_BLOCK], inner[HS_BLOCK];
+    for (int i = 0; i < count; ++i) {
+        x[i] = (gap[i] * stretch + (origin - cluster->centre)) * scale;
+        outer[i] = inner[i] = 0.0;
+    }
+    for (int j = HS_PROXIES - 1; j > 0; --j)
+        for (int i = 0; i < count; ++i) {
+            double successor = coefficient[j] + 2.0 * x[i] * inner[i] - outer[i];
+            outer[i] = inner[i];
+            inner[i] = successor;
+        }
+    for (int i = 0; i < count; ++i)
+        sum[i] += (weight ? weight[i] : 1.0) * (coefficient[0] + x[i] * inner[i] - outer[i]);
+}
+
+/* Interpolate in one cluster and in those within it, `value` the sum of those that contain it. */
+static void descend(const hs_clusters *clusters, const double *far, int level, int64_t index,
+                    const double *outer, int64_t start, int64_t stop, double *energy) {
+    const int64_t width = (int64_t)HS_BLOCK << level, first = index * width;
+    const hs_cluster *cluster = clusters->level[level] + index;
+    const double *own = far + (cluster - clusters->memory) * HS_PROXIES;
+    double value[HS_PROXIES], coefficient[HS_PROXIES];
+    int is_zero = 1;
+    if (first >= stop || first + width <= start || first >= clusters->count) return;
+    for (int p = 0; p < HS_PROXIES; ++p) {
+        value[p] = outer[p] + own[p];
+        is_zero &= value[p] == 0.0;
+    }
+    if (!is_zero) coefficients_of(value, coefficient);
+    if (level == 0) {
+        int64_t from = start > first ? start : first, last = first + width;
+        if (last > stop) last = stop;
+        if (!is_zero)
+            add_series(cluster, coefficient, 0.0, clusters->gap + from, 1.0,
+                       clusters->weight + from, (int)(last - from), energy + (from - start));
+        return;
+    }
+    for (int64_t child = 2 * index; child < 2 * index + 2; ++child) {
+        const hs_cluster *inner = clusters->level[level - 1] + child;
+        double at_child[HS_PROXIES] = {0};
+        if (!is_zero && child * (width / 2) < clusters->count)
+            add_series(cluster, coefficient, inner->centre, hs_proxy_point, inner->half_width, NULL,
+                       HS_PROXIES, at_child);
+        descend(clusters, far, level - 1, child, at_child, start, stop, energy);
+    }
+}
+
+void hs_interpolate_far(const hs_clusters *clusters, const double *far, int64_t start, int64_t stop,
+                        double *energy) {
+    const double none[HS_PROXIES] = {0};
+    if (stop > clusters->count) stop = clusters->count;
+    descend(clusters, far, clusters->levels - 1, 0, none, start, stop, energy);
 }

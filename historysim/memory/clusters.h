@@ -28,6 +28,7 @@ typedef struct hs_cluster {
 typedef struct hs_clusters {
     const double *gap, *weight; /* of the asperities */
     int64_t count;
+    int64_t total; /* clusters of all levels */
     int levels;
     hs_cluster *level[48];
     hs_cluster memory[1];
@@ -37,6 +38,13 @@ typedef struct hs_clusters {
 hs_clusters *hs_clusters_new(const double *gap, const double *weight, int64_t count);
 /* Compute the proxies; a range of asperities may be summed by clusters only if its gaps ascend. */
 void hs_fill_clusters(hs_clusters *clusters);
+/* Number of clusters of all levels. */
+int64_t hs_count_clusters(int64_t count);
+/* Add to the energies of asperities `start` to `stop` - 1 their weights times functions of the gap,
+ * given at the proxies of all clusters (cluster, proxy), of which each is summed up in its
+ * asperities: the transpose of a sum over proxies. */
+void hs_interpolate_far(const hs_clusters *clusters, const double *far, int64_t start, int64_t stop,
+                        double *energy);
 /* Chebyshev points in [-1, 1]. */
 extern const double hs_proxy_point[HS_PROXIES];
 

@@ -79,7 +79,7 @@ static double chord_energy(const slip_energy *energy, const front_point *from,
         piece.slip_high = slip * hs_max(last - first, 0.0);
         piece.drag_high =
             energy->friction * hs_max(from->edge + 0.5 * (first + last) * rise - a, 0.0);
-        if (k > 0) total += hs_add_energy(energy->curve, energy->part, &piece);
+        if (k > 0) total += hs_add_energy(energy->curve, energy->part, NULL, &piece);
     }
     return total;
 }

@@ -8,6 +8,7 @@
 typedef struct hs_group {
     hs_curve curve;
     double *asperity_energy; /* energy dissipated by each asperity of the group */
+    double *far_energy;      /* at proxies of clusters; NULL if all is added to each asperity */
     hs_vertex *stack;
     double friction;
     int64_t start; /* position of its first asperity in the arrays of the contact */
@@ -20,6 +21,7 @@ static inline hs_group hs_group_of(const hs_line *memory, int64_t index) {
     int64_t start = contact->first[index];
     return HS_MADE(hs_group){hs_curve_of(contact, start, contact->first[index + 1] - start),
                              memory->dissipated_each + start,
+                             memory->is_direct || memory->evolved ? NULL : memory->far_energy,
                              memory->vertices + index * memory->capacity,
                              memory->friction[index],
                              start,

@@ -174,7 +174,10 @@ typedef struct hs_clock {
 typedef struct hs_line {
     hs_contact *contact;
     double *friction;        /* (group) present coefficients */
-    double *dissipated_each; /* (count) energy that each asperity has dissipated, by its position */
+    double *dissipated_each; /* (count) energy that each asperity has dissipated, by its position;
+                                of many asperities without what is in `far_energy` */
+    double *far_energy;      /* (cluster, proxy) energy over weight at proxies of clusters, which is
+                                interpolated where it is read; NULL without clusters */
     int64_t *depth;          /* (group) vertices of each stack, the deepest first */
     uint8_t *steep;          /* (group) true if the polyline has slopes beyond μ */
     hs_vertex *vertices;     /* (group, capacity) */
@@ -200,7 +203,7 @@ typedef struct hs_line {
     int32_t normal_control; /* last control of each channel, which is held */
     int32_t tangential_control;
     int32_t lost_slides; /* true if slide times were lost for want of memory */
-    int32_t unused;
+    int32_t is_direct;   /* true while energies are added to each asperity */
 } hs_line;
 
 typedef struct hs_vector {

@@ -472,6 +472,7 @@ int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive
     saturating.saturate = 1;
     memset(&evolution, 0, sizeof evolution);
     int status = hs_line_restore_groups(memory), falls = 0;
+    hs_settle_energies(memory);
     if (status == HS_OK) status = hs_split_groups(memory, friction, friction);
     if (status == HS_OK) status = hs_fields_init(&ctx, memory, &evolution, &saturating, &unread);
     if (status != HS_OK) return status;
@@ -495,7 +496,9 @@ int hs_line_set_friction(hs_line *memory, const double *friction, const hs_drive
     if (falls) {
         for (int64_t g = 0; g < contact->groups; ++g)
             memory->friction[g] = ctx.goals[0][contact->order[contact->first[g]]];
+        memory->is_direct = 1;
         status = change_friction(&ctx, memory, held);
+        memory->is_direct = 0;
         memory->excess = 0.0;
         if (memory->tangential_control == HS_LOAD) memory->tangential_load = load;
     }

@@ -68,7 +68,14 @@ static double knot_slip_energy(hs_curve curve, const hs_slip *slip) {
     return total;
 }
 
-double hs_add_energy(hs_curve curve, double *asperity_energy, const hs_slip *slip) {
+HS_WIDE static void add_terms(double *restrict sum, const double *restrict term, int count) {
+    for (int i = 0; i < count; ++i) sum[i] += term[i];
+}
+
+double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy,
+                     const hs_slip *slip) {
+    static const double unit[HS_PROXIES] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
+                                            1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
     double energy[HS_BLOCK], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
     /* knots have no energies of asperities */
@@ -79,18 +86,27 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, const hs_slip *sli
         if (asperity_energy) asperity_energy[0] += energy[0];
         return energy[0];
     }
-    int64_t count = hs_count_touching(curve.gap, curve.count, slip->high);
+    int64_t count = hs_count_touching(curve.gap, curve.count, slip->high), inner = count;
     hs_chunk chunk;
-    if (asperity_energy) curve.clusters = NULL;
+    if (asperity_energy && !far_energy) curve.clusters = NULL;
+    /* the energy is smooth in the gap below `low`, and between both labels */
+    if (curve.clusters) inner = hs_count_touching(curve.gap, count, slip->low);
     for (int64_t start = 0; start < count; start += chunk.size) {
-        hs_next_chunk(curve, start, count, slip->low, &chunk);
+        int below = start < inner;
+        hs_next_chunk(curve, start, below ? inner : count, below ? slip->low : slip->high, &chunk);
         hs_slip shifted = *slip;
         shifted.low -= chunk.origin;
         shifted.high -= chunk.origin;
-        slip_energies(chunk.gap, chunk.weight, chunk.count, &shifted, energy);
+        const int is_far = asperity_energy && chunk.cluster;
+        slip_energies(chunk.gap, is_far ? unit : chunk.weight, chunk.count, &shifted, energy);
+        if (is_far) {
+            double *far = far_energy + (chunk.cluster - curve.clusters->memory) * HS_PROXIES;
+            add_terms(far, energy, HS_PROXIES);
+            for (int p = 0; p < HS_PROXIES; ++p) energy[p] *= chunk.weight[p];
+        } else if (asperity_energy) {
+            add_terms(asperity_energy + start, energy, chunk.count);
+        }
         hs_add(lane, energy, chunk.count);
-        for (int i = 0; asperity_energy && i < chunk.count; ++i)
-            asperity_energy[start + i] += energy[i];
     }
     return hs_lanes_sum(lane);
 }
@@ -126,7 +142,8 @@ void hs_flush_losses(hs_losses *losses, double *asperity_energy) {
 void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
     if (!losses) return;
     if (!losses->queues || group->curve.count > 1) {
-        losses->total += hs_add_energy(group->curve, group->asperity_energy, slip);
+        losses->total +=
+            hs_add_energy(group->curve, group->asperity_energy, group->far_energy, slip);
         return;
     }
     hs_queue_loss(losses, group->curve.gap[0], group->curve.weight[0], group->start,
@@ -196,8 +213,8 @@ double hs_elastic_energy(const hs_line *memory, double *asperity_energy) {
                    v_high = memory->displacement - stack[j].anchor;
             hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high,
                             0.5 * v_low,        0.5 * v_high};
-            total += hs_add_energy(group.curve,
-                                   asperity_energy ? asperity_energy + group.start : NULL, &held);
+            total += hs_add_energy(
+                group.curve, asperity_energy ? asperity_energy + group.start : NULL, NULL, &held);
         }
     }
     return total;

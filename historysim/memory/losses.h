@@ -28,9 +28,10 @@ typedef struct hs_losses {
     double total; /* sum of the losses that are not in the queue */
 } hs_losses;
 
-/* ∫ slip·drag·N'' da over labels, dimensionless, added to `asperity_energy` unless NULL; returns
- * the sum. */
-double hs_add_energy(hs_curve curve, double *asperity_energy, const hs_slip *slip);
+/* ∫ slip·drag·N'' da over labels, dimensionless, added to `asperity_energy` unless NULL, and of
+ * clusters far from the labels to `far_energy` unless NULL; returns the sum. */
+double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy,
+                     const hs_slip *slip);
 void hs_init_losses(hs_losses *losses, int64_t groups);
 /* Compute the queued energies and add them to the energies of all asperities. */
 void hs_flush_losses(hs_losses *losses, double *asperity_energy);

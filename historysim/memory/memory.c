@@ -77,9 +77,13 @@ static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t c
     target->yielded_energy = source->yielded_energy;
 }
 
+size_t hs_far_count(const hs_contact *contact) {
+    return contact->clusters ? (size_t)contact->clusters->total * HS_PROXIES : 0;
+}
+
 /* Bytes of the block of friction, dissipated energies, depths and steep flags. */
 static size_t size_of_numbers(const hs_contact *contact) {
-    return (size_t)contact->groups * 17 + (size_t)contact->count * 8;
+    return (size_t)contact->groups * 17 + ((size_t)contact->count + hs_far_count(contact)) * 8;
 }
 
 int hs_line_init(hs_line *memory, hs_contact *contact, int64_t capacity, int evolves) {
@@ -93,7 +97,8 @@ int hs_line_init(hs_line *memory, hs_contact *contact, int64_t capacity, int evo
         return HS_OUT_OF_MEMORY;
     }
     memory->dissipated_each = memory->friction + groups;
-    memory->depth = (int64_t *)(memory->dissipated_each + count);
+    memory->far_energy = contact->clusters ? memory->dissipated_each + count : NULL;
+    memory->depth = (int64_t *)(memory->dissipated_each + count + hs_far_count(contact));
     memory->steep = (uint8_t *)(memory->depth + groups);
     memory->capacity = capacity;
     memory->normal_control = memory->tangential_control = HS_LOAD;
@@ -162,6 +167,7 @@ int hs_line_add_evolved(hs_line *memory) {
     if (memory->evolved) return HS_OK;
     memory->evolved = new_evolved(contact->count, 0);
     if (!memory->evolved) return HS_OUT_OF_MEMORY;
+    hs_settle_energies(memory);
     for (int64_t i = 0; i < contact->count; ++i) {
         double weight = contact->weight[i];
         memory->evolved->summit_height[contact->order[i]] =
@@ -307,6 +313,21 @@ int hs_line_assign(hs_line *memory, const hs_line *from) {
     return HS_OK;
 }
 
+void hs_dissipated_energies(const hs_line *memory, int64_t start, int64_t count, double *energy) {
+    memcpy(energy, memory->dissipated_each + start, (size_t)count * sizeof *energy);
+    if (memory->far_energy)
+        hs_interpolate_far(memory->contact->clusters, memory->far_energy, start, start + count,
+                           energy);
+}
+
+void hs_settle_energies(hs_line *memory) {
+    const hs_contact *contact = memory->contact;
+    if (!memory->far_energy) return;
+    hs_interpolate_far(contact->clusters, memory->far_energy, 0, contact->count,
+                       memory->dissipated_each);
+    memset(memory->far_energy, 0, hs_far_count(contact) * sizeof(double));
+}
+
 int64_t hs_line_contact_count(const hs_line *memory) {
     return hs_count_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
@@ -359,7 +380,8 @@ static hs_line *subdivide(const hs_line *memory, hs_contact *contact, const int6
     result->slid_labels[0] = result->slid_labels[1] = 0.0;
     if (result->evolved) copy_evolved(result->evolved, memory->evolved, contact->count);
     for (int64_t i = 0; i < contact->count; ++i)
-        result->dissipated_each[i] = memory->dissipated_each[position[contact->order[i]]];
+        hs_dissipated_energies(memory, position[contact->order[i]], 1, result->dissipated_each + i);
+    if (result->far_energy) memset(result->far_energy, 0, hs_far_count(contact) * sizeof(double));
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t leader = contact->order[contact->first[index]], from = parent[leader];
         int touches = contact->gap[contact->first[index]] < memory->approach;
@@ -382,6 +404,7 @@ static hs_line *subdivide(const hs_line *memory, hs_contact *contact, const int6
 static int regroup(hs_line *memory, int64_t groups, const int64_t *group, const double *gap,
                    const double *weight, const uint8_t *fresh) {
     const hs_contact *contact = memory->contact;
+    hs_settle_energies(memory);
     int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent),
             *position = parent + count;
     if (!parent) return HS_OUT_OF_MEMORY;

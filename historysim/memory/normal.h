@@ -31,8 +31,9 @@ static inline hs_curve hs_curve_of(const hs_contact *contact, int64_t start, int
 typedef struct hs_chunk {
     const double *gap, *weight;
     int count;
-    int64_t size;  /* number of asperities */
-    double origin; /* of gaps */
+    int64_t size;              /* number of asperities */
+    double origin;             /* of gaps */
+    const hs_cluster *cluster; /* NULL of asperities */
     double proxy_gap[HS_PROXIES];
 } hs_chunk;
 /* Set the chunk that starts at position `start` of a sum over asperities below `stop`, of a
@@ -50,6 +51,7 @@ static inline void hs_next_chunk(hs_curve curve, int64_t start, int64_t stop, do
     } else {
         chunk->size = chunk->count = hs_size_of_block(stop - start);
     }
+    chunk->cluster = cluster;
     if (!cluster) return;
     for (int p = 0; p < HS_PROXIES; ++p)
         chunk->proxy_gap[p] = cluster->half_width * hs_proxy_point[p];

@@ -320,6 +320,7 @@ static int switch_to_rings(hs_state *state) {
     int64_t *class_stop =
         (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *class_stop);
     int status = class_stop ? hs_line_restore_groups(line) : (int)HS_OUT_OF_MEMORY;
+    hs_settle_energies(line);
     if (status == HS_OK &&
         !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance)))
         status = HS_OUT_OF_MEMORY;

@@ -439,6 +439,7 @@ static int move_along_chord(ramp *way, hs_point to, const hs_group_loads *loads,
     int status = hs_line_assign(memory, way->present);
     if (status == HS_OK) status = hs_reserve_vertices(memory);
     if (status != HS_OK) return status;
+    memory->is_direct = 1;
     status = hs_init_fronts(&fronts, memory->contact->groups);
     hs_begin_ramp(memory, load, force, time);
     if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, loads, &fronts);
@@ -587,6 +588,7 @@ int hs_ramp(hs_line *memory, double load, double force, double time, const hs_dr
     const int has_room = way.present && way.trial && way.ends && way.rates && way.part;
     int status = has_room ? integrate_ramp(memory, &way) : (int)HS_OUT_OF_MEMORY;
     if (status == HS_OK) hs_line_swap(memory, way.present);
+    memory->is_direct = 0;
     hs_line_free(way.present);
     hs_line_free(way.trial);
     free(way.ends);

@@ -442,8 +442,16 @@ static void record_knots(const hs_recorder *recorder, const hs_line *memory, int
 static void record_energies(const hs_recorder *recorder, const hs_line *line, int64_t at) {
     const double unit = line->contact->units.energy;
     double *target = recorder->rows->dissipated_energy;
-    for (int64_t c = 0; target && c < recorder->rows->columns; ++c)
-        target[at + c] = line->dissipated_each[recorder->columns.position[c]] * unit;
+    const int64_t *position = recorder->columns.position;
+    const double *energy = recorder->energy ? recorder->energy : line->dissipated_each;
+    if (!target) return;
+    if (recorder->energy) hs_dissipated_energies(line, 0, line->contact->count, recorder->energy);
+    for (int64_t c = 0; c < recorder->rows->columns; ++c) {
+        double single = energy[position[c]];
+        if (line->far_energy && !recorder->energy)
+            hs_dissipated_energies(line, position[c], 1, &single);
+        target[at + c] = single * unit;
+    }
 }
 
 /* Fill loads, radii and slip states of the columns, in blocks that fit the cache; `inner` holds the
@@ -558,7 +566,10 @@ int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *
     recorder->inner = (double *)calloc(2 * capacity, sizeof(double));
     recorder->zones = (hs_zone *)malloc(count * sizeof *recorder->zones);
     recorder->chosen = (double *)malloc(recorder->all ? 1 : 8 * columns * sizeof(double));
-    if (!recorder->inner || !recorder->zones || !recorder->chosen) {
+    int interpolates = rows->dissipated_energy && count >= HS_MIN_CLUSTERED && columns > count / 64;
+    if (interpolates) recorder->energy = (double *)malloc(count * sizeof(double));
+    if (!recorder->inner || !recorder->zones || !recorder->chosen ||
+        (interpolates && !recorder->energy)) {
         hs_recorder_clear(recorder);
         return HS_OUT_OF_MEMORY;
     }
@@ -574,6 +585,7 @@ void hs_recorder_forget(hs_recorder *recorder) {
 void hs_recorder_clear(hs_recorder *recorder) {
     hs_recorder_forget(recorder);
     free(recorder->chosen);
+    free(recorder->energy);
     free(recorder->inner);
     free(recorder->zones);
     free(recorder->stack);

@@ -31,6 +31,7 @@ typedef struct hs_recorder {
                       group, else by position */
     double *inner_sum; /* contributions of the `summed` deepest vertices of a single group,
                           unchanged between rows */
+    double *energy;    /* dissipated by all asperities, by position; NULL if few are recorded */
     hs_vertex *stack;  /* (depth) of the previous row */
     int64_t depth, summed;
     hs_zone *zones; /* (group) of this row, allocated for as many as asperities; NULL if there are

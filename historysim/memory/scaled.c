@@ -51,11 +51,14 @@ static int agrees(const hs_line *memory, int64_t index, int64_t leader, double s
     return 0;
 }
 
-/* Copy numbers by asperity from the order of one contact to the order of another. */
-static void reorder(const double *source, const hs_contact *from, double *target,
-                    const hs_contact *to, double *scratch) {
-    for (int64_t i = 0; i < from->count; ++i) scratch[from->order[i]] = source[i];
-    for (int64_t i = 0; i < to->count; ++i) target[i] = scratch[to->order[i]];
+/* Copy the energies of asperities from the order of one contact to the order of another. */
+static void reorder_energies(hs_line *from, hs_line *to, double *scratch) {
+    hs_settle_energies(from);
+    for (int64_t i = 0; i < from->contact->count; ++i)
+        scratch[from->contact->order[i]] = from->dissipated_each[i];
+    for (int64_t i = 0; i < from->contact->count; ++i)
+        to->dissipated_each[i] = scratch[to->contact->order[i]];
+    if (to->far_energy) memset(to->far_energy, 0, hs_far_count(to->contact) * sizeof(double));
 }
 
 /* Give the sliding times of a memory to another. */
@@ -97,7 +100,7 @@ int hs_line_add_scaled(hs_line *memory, int64_t depth) {
         scaled->dissipated = memory->dissipated;
         scaled->excess = memory->excess;
         scaled->clock = memory->clock;
-        reorder(memory->dissipated_each, contact, scaled->dissipated_each, shaped, gap);
+        reorder_energies(memory, scaled, gap);
         pass_slides(memory, scaled);
         memset(memory->depth, 0, (size_t)contact->groups * sizeof *memory->depth);
     }
@@ -174,7 +177,7 @@ int hs_line_restore_groups(hs_line *memory) {
         }
         memory->depth[index] = last - group.stack + 1;
     }
-    reorder(scaled->dissipated_each, scaled->contact, memory->dissipated_each, contact, scratch);
+    reorder_energies(scaled, memory, scratch);
     free(scratch);
     pass_slides(scaled, memory);
     memory->scaled = NULL;

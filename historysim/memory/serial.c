@@ -19,6 +19,7 @@
 #define PLANE 16
 #define TURNED 32
 #define SCALED 64
+#define FAR 128
 
 static const char no_memory[] = "there is not enough memory";
 
@@ -92,7 +93,9 @@ static size_t state_bytes(const head *header) {
     size_t evolved =
         header->features & EVOLVES ? hs_evolved_arrays((header->features & YIELDS) != 0) * n : 0;
     size_t slides = header->features & SLIDES ? (watched ? watched : n) : 0;
-    size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)header->vertices + evolved + slides;
+    size_t far = header->features & FAR ? (size_t)hs_count_clusters(header->count) * HS_PROXIES : 0;
+    size_t numbers =
+        4 * n + 3 * g + 1 + watched + 6 * (size_t)header->vertices + evolved + slides + far;
     size_t plane = header->features & PLANE ? PLANE_BYTES : 0;
     plane += (size_t)header->classes * sizeof(class_head) + (size_t)header->nodes * NODE_BYTES;
     /* flags of one byte stand after the numbers */
@@ -116,7 +119,8 @@ static head head_of_state(const hs_state *state) {
     header.features = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) +
                       (hs_evolves(memory) > 1 ? YIELDS : 0) +
                       (hs_active(memory)->slides ? SLIDES : 0) + (memory->scaled ? SCALED : 0) +
-                      (state->plane ? PLANE : 0) + (body ? TURNED : 0);
+                      (hs_active(memory)->far_energy ? FAR : 0) + (state->plane ? PLANE : 0) +
+                      (body ? TURNED : 0);
     header.classes = body ? body->class_count : 0;
     for (int64_t c = 0; c < header.classes; ++c) header.nodes += body->classes[c].node_count;
     header.normal_control = memory->normal_control;
@@ -143,6 +147,8 @@ static unsigned char *transfer_arrays(const hs_line *memory, unsigned char *at, 
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     at = transfer(at, memory->friction, 8 * g, writes);
     at = transfer(at, line->dissipated_each, 8 * n, writes);
+    if (line->far_energy)
+        at = transfer(at, line->far_energy, 8 * hs_far_count(line->contact), writes);
     at = transfer(at, memory->depth, 8 * g, writes);
     if (scaled)
         at = transfer(at, scaled->vertices, (size_t)scaled->depth[0] * sizeof(hs_vertex), writes);
@@ -308,6 +314,9 @@ const char *hs_state_check(const hs_state *state) {
         !are_usable(hs_active(memory)->dissipated_each, contact->count, energy))
         return "a load, a displacement or an energy is not finite, or beyond the largest that is "
                "computed with";
+    const hs_line *line = hs_active(memory);
+    if (line->far_energy && !all_finite(line->far_energy, (int64_t)hs_far_count(line->contact)))
+        return "an energy is not finite";
     if (!are_coefficients(memory->friction, contact->groups))
         return "a coefficient of friction is not between 0 and the largest that is computed with";
     if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
@@ -393,7 +402,7 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *he
     if (size < sizeof *header + sizeof(uint64_t)) return "the bytes are cut off, or too many";
     memcpy(header, bytes, sizeof *header);
     int64_t max_count = (int64_t)(size / 8),
-            kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED | SCALED);
+            kind = header->features & ~(int64_t)(SLIDES | PLANE | TURNED | SCALED | FAR);
     int scaled = (header->features & SCALED) != 0, planar = (header->features & PLANE) != 0,
         turned = (header->features & TURNED) != 0;
     int is_kind = kind == 0 || kind == EVOLVES || (kind == KNOTS && header->groups == 1) ||
@@ -526,7 +535,8 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     if (!contact) return HS_NOT_A_STATE;
     at += 8 * (3 * n + g + 1 + (size_t)header.watched);
     /* depths stand after friction and energies, and give the number of vertices */
-    int64_t deepest = max_stack_depth(&header, at + 8 * (g + n));
+    size_t far = header.features & FAR ? (size_t)hs_count_clusters(header.count) * HS_PROXIES : 0;
+    int64_t deepest = max_stack_depth(&header, at + 8 * (g + n + far));
     int evolves = !(header.features & EVOLVES) ? 0
                   : header.features & YIELDS   ? 2
                                                : 1,
@@ -549,6 +559,7 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     line->normal_control = (int32_t)header.normal_control;
     line->tangential_control = (int32_t)header.tangential_control;
     *error = header.features & SCALED ? read_scaled(line, &header, at) : NULL;
+    if (!*error && hs_far_count(hs_active(line)->contact) != far) *error = "clusters do not fit";
     if (*error) {
         hs_state_free(result);
         return HS_NOT_A_STATE;

@@ -66,6 +66,12 @@ static inline hs_line *hs_active(const hs_line *memory) {
 }
 /* Number of asperities in contact. */
 int64_t hs_line_contact_count(const hs_line *memory);
+/* Numbers of `far_energy`. */
+size_t hs_far_count(const hs_contact *contact);
+/* Energy dissipated by the asperities from position `start` on, `count` of them. */
+void hs_dissipated_energies(const hs_line *memory, int64_t start, int64_t count, double *energy);
+/* Add what is in `far_energy` to the energies of asperities. */
+void hs_settle_energies(hs_line *memory);
 /* Largest number of vertices of a group. */
 int64_t hs_max_depth(const hs_line *memory);
 int hs_has_steep(const hs_line *memory);

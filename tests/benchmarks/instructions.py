@@ -125,6 +125,19 @@ def cliffs(case, contact, normal):
         yield case(name, contact, [*pressed, *withdrawn], saturate=True)
 
 
+def events_of_many(case):
+    """Yield cases of 200,000 asperities, of which each event counts: totals do not grow with their number."""
+    crowd = ensemble(200_000)
+    normal = crowd.advance(crowd.initial_state(), normal_displacement=APPROACH).normal_load
+    for name, events in (
+        ("displacement", displacements(40)),
+        ("load", loads(40, 0.2 * normal)),
+        ("ramps of 10 %", ramps(4, normal, 0.1)),
+    ):
+        *job, size = case(f"event of 200,000, {name}", crowd, events)
+        yield *job, size // len(crowd)
+
+
 def cases():
     """Yield the cases: name, ensemble, events, options of the replay, and the number of asperities times steps."""
 
@@ -159,6 +172,7 @@ def cases():
         crowd,
         [hs.NormalLoad(1.0 + k, normal * (1.0 + 0.1 * k)) for k in range(20)],
     )
+    yield from events_of_many(case)
     yield case("approach and displacement", many, together(approaches(10), displacements(10)))
     yield case("own coefficients, load", own, loads(4, 0.15 * load[own]))
     two = ensemble(20, np.tile((0.15, 0.25), 10))

@@ -109,3 +109,78 @@ def test_summits_that_wear_have_clusters_of_their_present_shape():
         * np.sum(np.sqrt(worn.summit_radius.astype(np.longdouble)) * depth**1.5)
     )
     assert state.normal_load == pytest.approx(float(load), rel=1e-12)
+
+
+def strokes(seed, count=40):
+    """Slides, loops within loops, and approaches that grow, fall and lift off; displacements alone."""
+    random = np.random.default_rng(seed)
+    reach = PAIR.contact_modulus / (4 * PAIR.shear_modulus) * 0.3 * TOP
+    events = [hs.NormalDisplacement(0.0, TOP)]
+    for time in range(1, count):
+        if time % 5 == 0:
+            approach = TOP * random.choice([-0.1, 0.02, 0.4, 0.9, 1.3])
+            events.append(hs.NormalDisplacement(time, approach))
+        if time % 5 or time % 2:
+            scale = random.choice([0.01, 0.3, 2.0])
+            events.append(
+                hs.TangentialDisplacement(time, scale * reach * random.uniform(-1.0, 1.0))
+            )
+    return events
+
+
+@pytest.mark.parametrize("own", [False, True])
+@pytest.mark.parametrize("name", GAPS)
+def test_energies_of_asperities_are_those_of_few(name, own):
+    """Energies of few asperities are added to each, those of many to proxies of clusters."""
+    friction = RANDOM.uniform(0.05, 0.5, COUNT) if own else np.full(COUNT, 0.2)
+    height = GAPS[name].min() - GAPS[name]
+    # own coefficients have clusters at constant approach alone
+    events = strokes(3)[: 5 if own else None]
+    ensemble = hs.Ensemble(PAIR, height, RADIUS, friction)
+    every = hs.replay(ensemble, events, record="all", hold=True)
+    chosen = np.append(int(np.argmax(height)), RANDOM.choice(COUNT, 200, replace=False))
+    few = hs.Ensemble(PAIR, height[chosen], RADIUS[chosen], friction[chosen])
+    wanted = hs.replay(few, events, record="all", hold=True).dissipated_energy.values
+    found = every.dissipated_energy.values
+    assert np.abs(found[:, chosen] - wanted).max() < 1e-13 * wanted.max()
+    total = every.total_dissipated_energy.values
+    np.testing.assert_allclose(found.sum(axis=1), total, rtol=1e-12, atol=1e-12 * total[-1])
+    some = hs.replay(ensemble, events, record=np.unique(chosen).tolist(), hold=True)
+    np.testing.assert_array_equal(some.dissipated_energy, found[:, np.unique(chosen)])
+
+
+def test_energies_of_clusters_do_not_depend_on_reading():
+    ensemble = hs.Ensemble(PAIR, -GAPS["uniform"], RADIUS, 0.2)
+    events = strokes(4, 12)
+    job = hs.Replay(ensemble, events, record="totals", hold=True)
+    whole, state = job.state(), ensemble.initial_state()
+    for time in range(12):
+        goals = {
+            f"{event.channel}_displacement": event.value for event in events if event.time == time
+        }
+        state = hs.State.from_bytes(state.to_bytes(), ensemble.initial_state())
+        state = ensemble.advance(state, **goals)
+        ensemble.asperities(state), ensemble.with_friction(state, 0.1), ensemble.enter_plane(state)
+    assert state == whole == hs.Replay(ensemble, events, record="all", hold=True).state()
+
+
+def test_a_fall_of_friction_and_a_turn_take_over_the_energies_of_clusters():
+    height = GAPS["uniform"].min() - GAPS["uniform"]
+    events = [*strokes(4, 12), hs.FrictionChange(12.5, 0.15), hs.TangentialDisplacement(13.0, 1e-8)]
+    chosen = np.append(int(np.argmax(height)), RANDOM.choice(COUNT, 50, replace=False))
+    few = hs.Ensemble(PAIR, height[chosen], RADIUS[chosen], 0.2)
+    wanted, found = (
+        hs.replay(contact, events, record="all", hold=True).dissipated_energy.values[-1]
+        for contact in (few, hs.Ensemble(PAIR, height, RADIUS, 0.2))
+    )
+    assert np.abs(found[chosen] - wanted).max() < 1e-12 * wanted.max()
+    planar = [
+        hs.TangentialDisplacement(e.time, (e.value, 0.0))
+        if isinstance(e, hs.TangentialDisplacement)
+        else e
+        for e in events[:-2]
+    ]
+    turned = [*planar, hs.TangentialDisplacement(13.0, (planar[-1].value[0], 1e-12))]
+    rows = hs.replay(hs.Ensemble(PAIR, height, RADIUS, 0.2), turned, record="all", hold=True)
+    energies = rows.dissipated_energy.values
+    np.testing.assert_allclose(energies[-1], energies[-2], rtol=1e-3, atol=1e-6 * energies.max())
