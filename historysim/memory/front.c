@@ -42,9 +42,16 @@ typedef struct slip_energy {
     hs_curve curve;
     double friction, tolerance;
     double *each; /* of the asperities */
-    double *part; /* on the present piece, 0 before it; NULL of knots */
+    double *far;  /* at proxies of clusters; NULL of few asperities */
+    double *part; /* on the present piece, 0 before it; NULL of knots and clusters */
     double total; /* on the ramp */
 } slip_energy;
+
+/* Correction of the energies of a chord: loads at labels, with factors. */
+typedef struct chord_correction {
+    int nodes;
+    double label[4][3], factor[4][4];
+} chord_correction;
 
 static front_point point_at(hs_curve curve, double front, double edge) {
     front_point found = {front, edge, hs_normal_at(curve, front), {0.0, 0.0, 0.0, 0.0}};
@@ -52,10 +59,10 @@ static front_point point_at(hs_curve curve, double front, double edge) {
     return found;
 }
 
-/* Energy of front and edge that move in proportion, as on a straight path in (d, V); exact for each
- * asperity. */
+/* Energy of front and edge that move in proportion, as on a straight path in (d, V), added to those
+ * of asperities, and of clusters, unless NULL; exact for each asperity. */
 static double chord_energy(const slip_energy *energy, const front_point *from,
-                           const front_point *to, double rate) {
+                           const front_point *to, double rate, double *each, double *far) {
     double slip = rate * (from->front - to->front), rise = to->edge - from->edge, total = 0.0;
     double label[4] = {to->front, from->front, hs_min(from->edge, to->edge),
                        hs_max(from->edge, to->edge)};
@@ -79,7 +86,7 @@ static double chord_energy(const slip_energy *energy, const front_point *from,
         piece.slip_high = slip * hs_max(last - first, 0.0);
         piece.drag_high =
             energy->friction * hs_max(from->edge + 0.5 * (first + last) * rise - a, 0.0);
-        if (k > 0) total += hs_add_energy(energy->curve, energy->part, NULL, &piece);
+        if (k > 0) total += hs_add_energy(energy->curve, each, far, &piece);
     }
     return total;
 }
@@ -105,7 +112,10 @@ HS_WIDE static void add_weighted_loads(const double *restrict gap, const double 
  * kinks are sharper; where the edge follows the front closely, that would be a small difference of
  * large numbers. */
 static double curved_energy(const slip_energy *energy, const front_point *from,
-                            const front_point *to, double rate, double growth, int nodes) {
+                            const front_point *to, double rate, double growth,
+                            chord_correction *correction) {
+    const int nodes = correction->nodes;
+    double (*label)[3] = correction->label, (*factor)[4] = correction->factor;
     hs_curve curve = energy->curve;
     const double h = curve.gap[0], width = to->front - from->front,
                  chord = (to->edge - from->edge) / width;
@@ -115,7 +125,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
     const double slope1 =
         to->at_edge.slope > 0.0 ? growth * to->at_front.slope / to->at_edge.slope : chord;
     const int close = hs_max(from->edge - from->front, to->edge - to->front) < CLOSE * fabs(width);
-    double label[4][3], factor[4][4], total = 0.0, weights = 0.0, mean = 0.0, front_loads = 0.0;
+    double total = 0.0, weights = 0.0, mean = 0.0, front_loads = 0.0;
     for (int g = 0; g < nodes; ++g) {
         double x = hs_toward(begin, end, front_node[nodes - 2][g]), a = h + x * x,
                t = (a - from->front) / width;
@@ -144,7 +154,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
         factor[g][3] = close ? -factor_of_node * (d - straight) : 0.0;
         weights += factor_of_node;
         mean += factor[g][2];
-        if (curve.load) {
+        if (!energy->part) {
             total += factor_of_node * (load - hs_load_at(curve, straight).load) +
                      factor[g][2] * front.load + factor[g][3] * front.slope;
             front_loads += factor_of_node * front.load;
@@ -154,7 +164,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
     mean /= weights;
     total -= mean * front_loads;
     for (int g = 0; g < nodes; ++g) factor[g][2] += mean * factor[g][1];
-    if (curve.load) return total;
+    if (!energy->part) return total;
     double lane[HS_LANES] = {0};
     for (int64_t begin_of_block = 0; begin_of_block < curve.count; begin_of_block += HS_BLOCK) {
         int count = hs_size_of_block(curve.count - begin_of_block);
@@ -165,6 +175,40 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
         hs_add(lane, part, count);
     }
     return hs_lanes_sum(lane);
+}
+
+/* Add a correction to the energies of asperities, or of the proxies of clusters that are far from
+ * all labels. */
+static void add_correction(const slip_energy *energy, const chord_correction *correction) {
+    static const double unit[HS_PROXIES] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
+                                            1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    const hs_curve curve = energy->curve;
+    const int count = 3 * correction->nodes;
+    double labels[12];
+    int64_t start = 0;
+    hs_chunk chunk;
+    for (int k = 0; k < count; ++k) {
+        double label = correction->label[k / 3][k % 3];
+        int at = k;
+        for (; at > 0 && labels[at - 1] > label; --at) labels[at] = labels[at - 1];
+        labels[at] = label;
+    }
+    for (int k = 0; k < count; ++k) {
+        int64_t stop = hs_count_touching(curve.gap, curve.count, labels[k]);
+        for (; start < stop; start += chunk.size) {
+            hs_next_chunk(curve, start, stop, labels[k], &chunk);
+            double *sum = energy->each + start;
+            if (chunk.cluster)
+                sum = energy->far + (chunk.cluster - curve.clusters->memory) * HS_PROXIES;
+            for (int g = 0; g < correction->nodes; ++g) {
+                const double *label = correction->label[g];
+                double shifted[3] = {label[0] - chunk.origin, label[1] - chunk.origin,
+                                     label[2] - chunk.origin};
+                add_weighted_loads(chunk.gap, chunk.cluster ? unit : chunk.weight, chunk.count,
+                                   shifted, correction->factor[g], sum);
+            }
+        }
+    }
 }
 
 /* Add the energies of a piece to the asperities, and clear them; returns their sum. No asperity
@@ -189,6 +233,7 @@ typedef struct front_piece {
     front_point from, to[MOST_HALVINGS + 1];
     double rate, growth; /* dissipated per slip of the front: μ - side·m; dN/dP(a) */
     double total;        /* energy of the present half */
+    chord_correction correction;
 } front_piece;
 
 static const hs_adaptive front_settings = {
@@ -219,8 +264,9 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
     const double width = from->front - to->front, scale = energy->friction * rate;
     (void)chords;
     *error = piece->total = 0.0;
+    piece->correction.nodes = 0;
     if (width <= 0.0) return HS_OK;
-    double total = piece->total = chord_energy(energy, from, to, rate);
+    double total = piece->total = chord_energy(energy, from, to, rate, energy->part, NULL);
     if (from->edge == to->edge) return HS_OK;
     const hs_normal *f0 = &from->at_front, *f1 = &to->at_front, *e0 = &from->at_edge,
                     *e1 = &to->at_edge;
@@ -230,9 +276,9 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
     double stiffer = hs_max(e0->slope - f0->slope, e1->slope - f1->slope);
     double correction = total > 0.0 ? 0.125 * scale * stiffer * bend * width * width / total : 0.0;
     if (!(correction > NEGLIGIBLE * energy->tolerance)) return HS_OK;
-    int nodes = correction <= enough[0] ? 2 : correction <= enough[1] ? 3 : 4;
-    double curved = curved_energy(energy, from, to, rate, growth, nodes);
-    total = curve.load ? total + curved : curved;
+    piece->correction.nodes = correction <= enough[0] ? 2 : correction <= enough[1] ? 3 : 4;
+    double curved = curved_energy(energy, from, to, rate, growth, &piece->correction);
+    total = energy->part ? curved : total + curved;
     double integral = f0->integral - f1->integral,
            moment = from->front * f0->load - to->front * f1->load - integral;
     double d_moment = (from->edge * e0->load - e0->integral) - (to->edge * e1->load - e1->integral);
@@ -252,9 +298,14 @@ static int integrate_front(hs_integrand *integrand, const hs_interval *step, int
 static int accept_front(hs_integrand *integrand, const hs_interval *step) {
     front_piece *piece = (front_piece *)integrand->context;
     slip_energy *energy = piece->energy;
+    const front_point *to = piece->to + step->level;
     energy->total +=
         energy->part ? accept_parts(energy->part, energy->each, energy->curve.count) : piece->total;
-    piece->from = piece->to[step->level];
+    if (energy->far && piece->from.front > to->front) {
+        chord_energy(energy, &piece->from, to, piece->rate, energy->each, energy->far);
+        add_correction(energy, &piece->correction);
+    }
+    piece->from = *to;
     return HS_OK;
 }
 
@@ -360,9 +411,10 @@ int hs_ramp_group(hs_line *memory, double load, double force, double time, const
     int status = hs_reserve_vertices(memory);
     if (status != HS_OK) return status;
     hs_group group = hs_group_of(memory, 0);
-    slip_energy energy = {group.curve,           group.friction, drive->tolerance,
-                          group.asperity_energy, NULL,           0.0};
-    if (!group.curve.load &&
+    slip_energy energy = {
+        group.curve, group.friction, drive->tolerance, group.asperity_energy, NULL, NULL, 0.0};
+    if (group.curve.clusters) energy.far = group.far_energy;
+    if (!group.curve.load && !energy.far &&
         !(energy.part = (double *)calloc((size_t)group.curve.count, sizeof(double))))
         return HS_OUT_OF_MEMORY;
     const hs_point from = {memory->approach, memory->displacement};

@@ -184,3 +184,40 @@ def test_a_fall_of_friction_and_a_turn_take_over_the_energies_of_clusters():
     rows = hs.replay(hs.Ensemble(PAIR, height, RADIUS, 0.2), turned, record="all", hold=True)
     energies = rows.dissipated_energy.values
     np.testing.assert_allclose(energies[-1], energies[-2], rtol=1e-3, atol=1e-6 * energies.max())
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_energies_of_ramps_are_those_of_half_as_many(name):
+    """Two equal halves under twice the loads, of which one half has no clusters."""
+    some = slice(0, 16_000)
+    height, radius = GAPS[name][some].min() - GAPS[name][some], RADIUS[some]
+    random = np.random.default_rng(8)
+    half = hs.Ensemble(PAIR, height, radius, 0.2)
+    load = half.advance(half.initial_state(), normal_displacement=0.6 * TOP).normal_load
+    ends = random.uniform((0.0, -0.19), (2.0, 0.19), (12, 2)) * load
+    ends[8] = 0.0
+
+    def ramps(factor):
+        return [
+            event
+            for time, (normal, share) in enumerate(factor * ends)
+            for event in (
+                hs.NormalLoad(time, float(normal)),
+                hs.TangentialLoad(time, float(share * normal / (factor * load))),
+            )
+        ]
+
+    whole = hs.Ensemble(PAIR, np.tile(height, 2), np.tile(radius, 2), 0.2)
+    assert whole.initial_state().memory.line.far_energy
+    assert not half.initial_state().memory.line.far_energy
+    wanted, found = (
+        hs.replay(contact, ramps(factor), record="all")
+        for contact, factor in ((half, 1.0), (whole, 2.0))
+    )
+    energy = found.dissipated_energy.values
+    largest = wanted.dissipated_energy.values.max()
+    for side in (energy[:, :16_000], energy[:, 16_000:]):
+        assert np.abs(side - wanted.dissipated_energy.values).max() < 1e-9 * largest
+    total = found.total_dissipated_energy.values
+    np.testing.assert_allclose(energy.sum(axis=1), total, rtol=1e-11, atol=1e-11 * total[-1])
+    np.testing.assert_allclose(total, 2.0 * wanted.total_dissipated_energy, rtol=1e-9)
