@@ -169,11 +169,17 @@ class RampWarning(UserWarning):
 
 @contextmanager
 def error_path(*place: str | int) -> Iterator[None]:
-    """Prefix the path of an InputError raised inside with these names and indices."""
+    """Prefix the path of an InputError, or of each of a group, raised inside with these names and indices."""
     try:
         yield
     except InputError as error:
         error.place = (*place, *error.place)
+        raise
+    except ExceptionGroup as group:
+        # errors of several keys of a scenario
+        for inner in group.exceptions:
+            if isinstance(inner, InputError):
+                inner.place = (*place, *inner.place)
         raise
 
 

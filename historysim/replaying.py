@@ -190,8 +190,9 @@ def replay(ensemble: Body, events: Sequence[Event], **options: Unpack[JobOptions
 
     The Dataset has the dimensions ``step`` and ``asperity``. It warns if nothing ever touches.
     """
-    events = apply_hold(as_events(events), options.pop("hold", None), stacklevel=3)
-    history = Replay(ensemble, events, hold=False, **options).dataset()
+    events = apply_hold(as_events(events), options.get("hold"), stacklevel=3)
+    options["hold"] = False
+    history = Replay(ensemble, events, **options).dataset()
     provenance.warn_of_no_contact(ensemble, events)
     return history
 

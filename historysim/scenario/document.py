@@ -1,43 +1,23 @@
 """From a TOML file, with some values replaced, to the sections of a scenario."""
 
-import inspect
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import attrs
-from cattrs import Converter
 
 from historysim.basics.files import kind_text, path_state
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
 from historysim.basics.wording import MOST_QUOTED, printable
-from historysim.errors import InputError, field_error
-from historysim.loads.friction_course import FrictionCourse
+from historysim.errors import InputError
 from historysim.scenario.grid import text_with_values, with_values
-from historysim.scenario.loading_kinds import Loading, loading_from_toml
-from historysim.scenario.schema import (
-    from_table,
-    kind_from_toml,
-    register_column_hooks,
-    schema_converter,
-    table,
-)
-from historysim.scenario.sections import (
-    MaterialEntry,
-    Pictures,
-    Sections,
-    course_from_toml,
-    material_from_toml,
-)
-from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, SurfaceKind
+from historysim.scenario.schema import from_table, structure
+from historysim.scenario.sections import Pictures, PictureSections, Sections
 from historysim.tables.readers import list_files
-
-DEEPEST = 20  # largest depth of nested sums
 
 
 def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[str, Sections]:
@@ -49,8 +29,8 @@ def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[
             "is empty; expected at least [materials], [surface], [friction] and [loading]"
         )
     if not values:
-        return source, structure_sections(document)
-    return text_with_values(source, values), structure_sections(with_values(document, values))
+        return source, from_table(Sections, document)
+    return text_with_values(source, values), from_table(Sections, with_values(document, values))
 
 
 def parse_toml(source: str) -> dict[str, Any]:
@@ -157,69 +137,9 @@ def _fix_for_word(key: str, word: str) -> str:
 
 
 def structure_pictures(document: Mapping[str, Any]) -> Pictures:
-    """Structure only ``[picture]`` of a scenario; errors as for `structure_sections`."""
-    return _converter().structure(document.get("picture", []), Pictures)
-
-
-def structure_sections(document: Mapping[str, Any]) -> Sections:
-    """Structure the sections of a scenario; wrong fields are errors of cattrs."""
-    return _converter().structure(document, Sections)
-
-
-@cache
-def _converter() -> Converter:
-    converter = schema_converter()
-    for fits, hook in (
-        (_is_base, _surface_from_toml),
-        (lambda kind: kind == MaterialEntry, material_from_toml),
-        (lambda kind: kind is FrictionCourse, course_from_toml),
-        (lambda kind: kind is Loading, loading_from_toml),
-        (lambda kind: kind == Pictures, _pictures_from_toml),
-    ):
-        converter.register_structure_hook_func(fits, partial(hook, converter))
-    register_column_hooks(converter)
-    return converter
-
-
-def _is_base(kind: object) -> bool:
-    """Return True for an abstract class of surfaces, of which a table names one kind."""
-    return isinstance(kind, type) and issubclass(kind, SurfaceKind) and inspect.isabstract(kind)
-
-
-def _surface_from_toml(converter: Converter, value: object, base: Any) -> SurfaceKind:  # noqa: ANN401 - a class
-    """Structure a surface; each surface of a sum is a subclass of ``base``."""
-    entry = dict(table(value))
-    if base is not SurfaceKind:
-        for key in {"rule", "prune", "ball_radius"} & entry.keys():
-            raise field_error(
-                "belongs to the surface as a whole; expected it next to first and second", key
-            )
-        return kind_from_toml(converter, entry, SURFACES, among=base)
-    level, depth = _summands(value), 0
-    while level:
-        level, depth = [summand for outer in level for summand in _summands(outer)], depth + 1
-        if depth > DEEPEST:
-            raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
-    common_keys = attrs.fields_dict(ChangedSurface).keys() - {"of"}
-    keys = {key: entry.pop(key) for key in sorted(common_keys & entry.keys())}
-    surface = kind_from_toml(converter, entry, SURFACES)
-    return from_table(ChangedSurface, {"of": surface, **keys}, converter, "of") if keys else surface
-
-
-def _summands(entry: object) -> list[object]:
-    """Return the two surfaces of a sum; empty for another surface."""
-    return (
-        [entry[key] for key in ("first", "second") if key in entry]
-        if isinstance(entry, dict)
-        else []
-    )
-
-
-def _pictures_from_toml(converter: Converter, value: object, kind: object) -> Pictures:
-    # modules that draw are imported only if a picture is requested
-    from historysim.scenario.picture_section import pictures_from_toml
-
-    return pictures_from_toml(converter, value, kind)
+    """Structure only ``[picture]`` of a scenario; errors as for `structure`."""
+    pictures: Pictures = structure(document.get("picture", []), PictureSections)
+    return pictures
 
 
 def _source(path: Path) -> str:

@@ -17,11 +17,11 @@ from historysim.results.plots.pictures import (
     draw_figure,
     make_figure,
 )
-from historysim.scenario.document import parse_toml, structure_pictures, structure_sections
+from historysim.scenario.document import parse_toml, structure_pictures
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.schema import located_errors
-from historysim.scenario.sections import Pictures
+from historysim.scenario.schema import from_table, located_errors
+from historysim.scenario.sections import Pictures, Sections
 
 if TYPE_CHECKING:
     from historysim.results.plots.canvas import FigureOrAxes, Place
@@ -76,7 +76,7 @@ def _embedded_scenario(content: xr.Dataset, kind: str) -> Scenario:
     """Return the scenario whose text a result holds; the files that it names are expected from the result's folder."""
     text, result = str(content.attrs["scenario"]), Path(str(content.encoding.get("source", "")))
     with located_errors(IN_RESULT):
-        scenario = Scenario(result.parent / IN_RESULT, text, structure_sections(parse_toml(text)))
+        scenario = Scenario(result.parent / IN_RESULT, text, from_table(Sections, parse_toml(text)))
     for file in scenario.files[1:]:
         if not file.exists():
             raise InputError(

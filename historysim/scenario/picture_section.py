@@ -1,9 +1,6 @@
 """``[picture]``: the figure of a scenario, and the data of a scenario for each picture."""
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
-
-from cattrs import Converter
 
 from historysim.errors import InputError, field_error
 from historysim.recording import surface_group
@@ -34,14 +31,14 @@ Scenario = Any
 IN_SCENARIOS = {HISTORY, SWEEP, SCENARIO}
 
 
-def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictures:
+def pictures_from_toml(value: object) -> Pictures:
     """Structure ``[picture]``, or each ``[[picture]]``.
 
     Raises InputError: an unknown kind, or keys that do not fit it.
     """
-    structured = partial(_picture_from_toml, converter)
+    is_array = isinstance(value, list)
     pictures = (
-        structure_array(value, structured) if isinstance(value, list) else (structured(value),)
+        structure_array(value, _picture_from_toml) if is_array else (_picture_from_toml(value),)
     )
     for index, picture in enumerate(pictures):
         if len(pictures) > 1 and picture.own_figure:
@@ -53,13 +50,13 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     return pictures
 
 
-def _picture_from_toml(converter: Converter, value: object) -> Picture:
+def _picture_from_toml(value: object) -> Picture:
     if "kind" not in table(value):
         names = [name for name, kind in PICTURES.items() if IN_SCENARIOS & {*kind.of}]
         raise field_error(f"missing; expected one of {', '.join(names)}", "kind")
     if removed := removal_text(table(value)["kind"]):
         raise field_error(removed, "kind")
-    picture: Picture = kind_from_toml(converter, value, PICTURES)
+    picture: Picture = kind_from_toml(value, PICTURES)
     if not IN_SCENARIOS & {*picture.of}:
         raise field_error(
             f"{picture.kind!r} is not a picture of a scenario, its result or its sweep", "kind"

@@ -29,11 +29,10 @@ from historysim.scenario.document import (
     find_named_files,
     parse_toml,
     read_sections,
-    structure_sections,
 )
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import EACH
-from historysim.scenario.schema import located_errors
+from historysim.scenario.schema import from_table, located_errors
 from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
@@ -121,7 +120,7 @@ class Scenario:
         """Return the scenario at a point of a sweep, with its text unchanged; errors as for `load`."""
         with located_errors(self.path.name):
             return attrs.evolve(
-                self, sections=structure_sections(with_values(self.document, point))
+                self, sections=from_table(Sections, with_values(self.document, point))
             )
 
     def surface(self) -> BuiltSurface:
@@ -462,27 +461,30 @@ def _build_ensemble(sections: Sections, surface: BuiltSurface) -> Body:
     kind: Any = _body_type(surface)
     _check_supported(kind, sections, surface)
     with error_path("surface"):
+        body: Body
         if surface.curve is not None:
-            return kind.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
-        if surface.cylinder is not None:
+            body = kind.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
+        elif surface.cylinder is not None:
             radius, length, depth = surface.cylinder
-            return kind(pair, radius, length, coefficients, depth)
-        if surface.solutions is not None:
-            return Ensemble.from_solutions(
+            body = kind(pair, radius, length, coefficients, depth)
+        elif surface.solutions is not None:
+            body = Ensemble.from_solutions(
                 pair, surface.solutions, coefficients, rings=sections.rings
             )
-        if kind is not Ensemble:
-            return kind.from_summits(pair, surface.summits, coefficients)
-        return Ensemble.from_summits(
-            pair,
-            surface.summits,
-            coefficients,
-            wear=sections.wear,
-            follow_sliding=sections.record.sliding,
-            rings=sections.rings,
-            yielding=surface.yielding,
-            attraction=sections.attraction,
-        )
+        elif kind is not Ensemble:
+            body = kind.from_summits(pair, surface.summits, coefficients)
+        else:
+            body = Ensemble.from_summits(
+                pair,
+                surface.summits,
+                coefficients,
+                wear=sections.wear,
+                follow_sliding=sections.record.sliding,
+                rings=sections.rings,
+                yielding=surface.yielding,
+                attraction=sections.attraction,
+            )
+        return body
 
 
 def _body_type(surface: BuiltSurface) -> type[Body]:

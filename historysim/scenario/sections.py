@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
-from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.basics.fields import (
@@ -25,14 +24,16 @@ from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.grid import Grid, build_grid
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
+    STRUCTURES,
     AnyAttraction,
     AnyFrictionLaw,
     AnyWearLaw,
+    By,
     ColumnsOf,
     NumbersFile,
-    cattrs_note,
     explicit_fields,
     from_table,
+    structure,
     structure_array,
     table,
     text,
@@ -47,7 +48,24 @@ if TYPE_CHECKING:
     from historysim.results.plots.pictures import Picture
 
 Pictures = tuple["Picture", ...]
-MaterialEntry = Annotated[Any, "material"]  # A `Material`, which is imported when there is one
+
+
+def _material_from_toml(value: object) -> "Material":
+    """Structure a built-in material from its name, or a custom one from a table."""
+    from historysim.contact.materials import Material, material
+
+    return from_table(Material, value) if isinstance(value, dict) else material(text(value))
+
+
+def _pictures_from_toml(value: object) -> Pictures:
+    # modules that draw are imported only if a picture is requested
+    from historysim.scenario.picture_section import pictures_from_toml
+
+    return pictures_from_toml(value)
+
+
+MaterialEntry = Annotated[Any, By(_material_from_toml)]
+PictureSections = Annotated[Any, By(_pictures_from_toml)]
 
 
 @attrs.frozen
@@ -95,15 +113,6 @@ class MaterialsSection:
             return MaterialPair(self.first, self.second)
 
 
-def material_from_toml(converter: Converter, value: object, _: object) -> "Material":
-    """Structure a built-in material from its name, or a custom one from a table."""
-    from historysim.contact.materials import Material, material
-
-    return (
-        from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
-    )
-
-
 @attrs.frozen(kw_only=True)
 class CourseFile(NumbersFile):
     """A friction course from a file of numbers."""
@@ -123,11 +132,14 @@ class CourseFile(NumbersFile):
         )
 
 
-def course_from_toml(converter: Converter, value: object, _: object) -> FrictionCourse | CourseFile:
+def _course_from_toml(value: object) -> FrictionCourse | CourseFile:
     """Structure a course: read from a file, or written out."""
     if "file" in table(value):
-        return converter.structure(value, CourseFile)
-    return from_table(FrictionCourse, value, converter)
+        return from_table(CourseFile, value)
+    return from_table(FrictionCourse, value)
+
+
+STRUCTURES[FrictionCourse] = _course_from_toml
 
 
 @attrs.frozen
@@ -140,16 +152,16 @@ class Coefficients:
     course: FrictionCourse | None = None
 
     @classmethod
-    def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
+    def from_toml(cls, value: object) -> Any:  # noqa: ANN401 - coefficients, or a law
         """Structure ``[friction]``: coefficients, or a law."""
         entry = table(value)
         if "law" in entry:
-            return converter.structure(entry, AnyFrictionLaw)
+            return structure(entry, AnyFrictionLaw)
         if not entry:
             raise field_error(
                 "missing; expected a coefficient, or law with its keys", "coefficient"
             )
-        return from_table(cls, entry, converter)
+        return from_table(cls, entry)
 
     @classmethod
     def hint_for_key(cls, key: str) -> str:
@@ -292,11 +304,11 @@ class MetadataSection:
     values: dict[str, str] = attrs.field(factory=dict)
 
     @classmethod
-    def from_toml(cls, value: object, _: Converter) -> "MetadataSection":
+    def from_toml(cls, value: object) -> "MetadataSection":
         """Check names and values; an InputError names the key."""
         values = {}
         for key, entry in table(value).items():
-            with cattrs_note(key):
+            with error_path(key):
                 values[key] = cls._attribute(key, entry)
         return cls(values)
 
@@ -444,7 +456,7 @@ class Sections:
     metadata: MetadataSection = MetadataSection()
     sweep: SweepSection | None = None
     design: DesignSection | None = None
-    picture: Pictures = ()
+    picture: PictureSections = ()
     title: str = ""  #: A heading, before the first section
 
     @classmethod

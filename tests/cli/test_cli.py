@@ -325,7 +325,7 @@ SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py
 @pytest.mark.parametrize(
     ("command", "heavy"),
     [
-        (["--help"], {"numpy", "xarray", "matplotlib", "cattrs"}),
+        (["--help"], {"numpy", "xarray", "matplotlib"}),
         # it is asked often, of files that are being written; the compiler alone takes longer than
         # the check
         (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),

@@ -20,7 +20,7 @@ from sections import (
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.scenario import document, scenario, surface_kinds
+from historysim.scenario import scenario, surface_kinds
 from historysim.studies.sweep_table import find_unit
 from historysim.surfaces.distribution import (
     Gaussian,
@@ -350,12 +350,12 @@ def nested(levels):
 def test_sums_within_sums_have_a_deepest_one(folder):
     one, other = random_surface(**ROUGH), random_surface(**OTHER)
     expected = one
-    for _ in range(document.DEEPEST):
+    for _ in range(surface_kinds.DEEPEST):
         expected = expected + other
-    found = built(folder, nested(document.DEEPEST))
+    found = built(folder, nested(surface_kinds.DEEPEST))
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
     said = "s.toml: surface: sums within sums, more than 20 deep; expected fewer"
-    assert refusal(folder, nested(document.DEEPEST + 1)) == said
+    assert refusal(folder, nested(surface_kinds.DEEPEST + 1)) == said
     path = folder / "s.toml"
     levels = [".first" * level for level in range(60)]
     path.write_text(

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import attrs
-from cattrs import Converter
 
 from historysim.basics.fields import Key, QuantityFields
 from historysim.basics.limits import at_most, most
@@ -15,7 +14,7 @@ from historysim.basics.wording import Notify, format_value, silent
 from historysim.errors import InputError, field_error
 from historysim.loads.events import Event
 from historysim.recording.unknown_past import PASTS, UNTOUCHED
-from historysim.scenario.schema import kind_from_toml, table
+from historysim.scenario.schema import from_table, kind_from_toml, table
 
 EACH = "each"  # run = "each": all runs of a record, evaluated separately
 # kinds identified by a key of the same name, without ``kind``
@@ -54,6 +53,25 @@ class Loading(QuantityFields, abc.ABC):
                 "substeps",
             )
 
+    @classmethod
+    def from_toml(cls, value: object) -> "Loading":
+        """Structure ``[loading]``; InputError unless it is exactly one kind of loading."""
+        if cls is not Loading:
+            return from_table(cls, value)
+        entry = table(value)
+        kinds = [key for key in NAMED_BY_A_KEY if key in entry]
+        if kinds == ["blocks", "file"]:
+            # conditioning loops before the record
+            kinds = ["file"]
+        if "kind" not in entry and len(kinds) != 1:
+            problem = " and ".join(kinds) or ", ".join(repr(key) for key in entry) or "nothing"
+            registered = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
+            more = f", or kind, one of {registered}" if registered else ""
+            raise InputError(
+                f"{problem} given; expected exactly one of waypoints, blocks and file{more}"
+            )
+        return kind_from_toml({"kind": kinds[0], **entry} if kinds else entry, LOADINGS)
+
     @abc.abstractmethod
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
         """Build the events, in time order; paths are relative to the folder; ``notify`` receives notices."""
@@ -66,20 +84,3 @@ class Loading(QuantityFields, abc.ABC):
     def names(self) -> dict[str, float]:
         """Times [s] of named waypoints."""
         return {}
-
-
-def loading_from_toml(converter: Converter, value: object, _: object) -> Loading:
-    """Structure ``[loading]``; InputError unless it is exactly one kind of loading."""
-    entry = table(value)
-    kinds = [key for key in NAMED_BY_A_KEY if key in entry]
-    if kinds == ["blocks", "file"]:
-        # conditioning loops before the record
-        kinds = ["file"]
-    if "kind" not in entry and len(kinds) != 1:
-        problem = " and ".join(kinds) or ", ".join(repr(key) for key in entry) or "nothing"
-        registered = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
-        more = f", or kind, one of {registered}" if registered else ""
-        raise InputError(
-            f"{problem} given; expected exactly one of waypoints, blocks and file{more}"
-        )
-    return kind_from_toml(converter, {"kind": kinds[0], **entry} if kinds else entry, LOADINGS)

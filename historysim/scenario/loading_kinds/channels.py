@@ -10,7 +10,6 @@ from typing import Annotated, Any, Self
 
 import attrs
 import numpy as np
-from cattrs import Converter
 
 from historysim.basics.arguments import Floats
 from historysim.basics.fields import (
@@ -196,7 +195,7 @@ class Channel:
                 fit_unit(self.time.unit, ("s",))
 
     @classmethod
-    def from_toml(cls, value: object, converter: Converter) -> Self:
+    def from_toml(cls, value: object) -> Self:
         """Structure a channel from a table, or from the name of its column."""
         if isinstance(value, str):
             value = {"column": value}
@@ -206,7 +205,7 @@ class Channel:
             )
         if "column" in value:
             Column(value["column"])
-        return from_table(cls, value, converter)
+        return from_table(cls, value)
 
     @property
     def sources(self) -> tuple[Column, ...]:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Self, cast
 
 import attrs
-from cattrs import Converter
 
 from historysim.basics.fields import NOT_NEGATIVE, Time
 from historysim.basics.wording import Notify, format_value, silent
@@ -61,9 +60,9 @@ class Waypoint:
             raise InputError(f"no value; expected one or more of {', '.join(EVENTS.own())}")
 
     @classmethod
-    def from_toml(cls, value: object, converter: Converter) -> Self:
+    def from_toml(cls, value: object) -> Self:
         """Structure a waypoint from a table, whose other keys are names of events."""
-        waypoint = with_kinds(cls, value, converter)
+        waypoint = with_kinds(cls, value)
         change = waypoint.changes.get("friction")
         if waypoint.asperities is not None and isinstance(change, tuple):
             waypoint = attrs.evolve(
@@ -239,9 +238,9 @@ class Each:
             )
 
     @classmethod
-    def from_toml(cls, value: object, converter: Converter) -> Self:
+    def from_toml(cls, value: object) -> Self:
         """Structure the values from a table, whose other keys are names of events."""
-        return with_kinds(cls, value, converter, in_turn=True)
+        return with_kinds(cls, value, in_turn=True)
 
     @property
     def turns(self) -> list[Changes]:

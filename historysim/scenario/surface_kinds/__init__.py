@@ -1,6 +1,7 @@
 """Kinds of ``[surface]`` in a scenario, and the keys common to all."""
 
 import abc
+import inspect
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -9,8 +10,14 @@ import attrs
 
 from historysim.basics.fields import Force, Key, Length, QuantityFields
 from historysim.basics.registry import Registry
-from historysim.errors import error_path, field_error
-from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw
+from historysim.errors import InputError, error_path, field_error
+from historysim.scenario.schema import (
+    AnyWearLaw,
+    AnyYieldingLaw,
+    from_table,
+    kind_from_toml,
+    table,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,6 +30,7 @@ if TYPE_CHECKING:
 
 INTERACTIONS = ("none", "full")
 MOST_PASSES = 1000
+DEEPEST = 20  # largest depth of nested sums
 # Kinds of ``[surface]`` by name.
 SURFACES: Registry[type["SurfaceKind"]] = Registry(
     "historysim.surfaces", f"{__name__}:SurfaceKind", "kind of surface", __name__
@@ -62,6 +70,28 @@ class SurfaceKind(QuantityFields, abc.ABC):
     also_called: ClassVar[tuple[str, ...]] = ()  #: synonyms, for suggestions in messages
 
     @classmethod
+    def from_toml(cls, value: object) -> "SurfaceKind":
+        """Structure a surface of the kind that a table names; each surface of a sum has a height map."""
+        if not inspect.isabstract(cls):
+            return from_table(cls, value)
+        entry = dict(table(value))
+        if cls is not SurfaceKind:
+            for key in {"rule", "prune", "ball_radius"} & entry.keys():
+                raise field_error(
+                    "belongs to the surface as a whole; expected it next to first and second", key
+                )
+            return kind_from_toml(entry, SURFACES, among=cls)
+        level, depth = _summands(value), 0
+        while level:
+            level, depth = [summand for outer in level for summand in _summands(outer)], depth + 1
+            if depth > DEEPEST:
+                raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
+        common_keys = attrs.fields_dict(ChangedSurface).keys() - {"of"}
+        keys = {key: entry.pop(key) for key in sorted(common_keys & entry.keys())}
+        surface = kind_from_toml(entry, SURFACES)
+        return from_table(ChangedSurface, {"of": surface, **keys}, "of") if keys else surface
+
+    @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":
         """Return the class for the keys of a section, if a kind has several classes."""
         del entry
@@ -74,6 +104,13 @@ class SurfaceKind(QuantityFields, abc.ABC):
     def without_preparation(self) -> "SurfaceKind | None":
         """Return the kind without preparation of its map and with all summits; None if nothing prepares it."""
         return None
+
+
+def _summands(entry: object) -> list[object]:
+    """Return the two surfaces of a sum; empty for another surface."""
+    if not isinstance(entry, dict):
+        return []
+    return [entry[key] for key in ("first", "second") if key in entry]
 
 
 @attrs.frozen
