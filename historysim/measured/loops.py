@@ -278,7 +278,12 @@ class Options(TypedDict, total=False):
 
 def loops_of_history(history: "xr.Dataset", **options: Unpack[Options]) -> Loops:
     """Return the friction loops of a simulated history, which is taken as straight between its steps."""
-    return loops_of_channels(*history_channels(history), **options, displacement_noise=0.0)
+    loops = loops_of_channels(*history_channels(history), **options, displacement_noise=0.0)
+    if "total_attraction" not in history:
+        return loops
+    pull = quantity_text(float(history["total_attraction"].values.max()), "N")
+    text = f"is over the load from outside alone; the asperities attract, with up to {pull}"
+    return attrs.evolve(loops, remarks=(("friction coefficient", text),))
 
 
 def loops_of_measurement(

@@ -382,7 +382,7 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
     """Return normal load, real contact area and normal stiffness over the approach, on first loading.
 
     ``normal_load`` [N], ``contact_area`` [m²], ``normal_stiffness`` dN/dδ [N/m] and
-    ``contact_count`` along ``approach`` [m] of the highest summit from first touch, evenly up to
+    ``contact_count`` along ``approach`` [m] of the highest summit, or the cylinder, evenly up to
     that at the greatest load of the history; the area is left out if it is unknown.
     ``theory_normal_load`` and so on hold, for 20 summits or more, the integrals of Greenwood and
     Williamson with the mean radius, and the mean and deviation of the heights, of all summits; for
@@ -436,9 +436,8 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         data["contact_count"] = describe(
             "approach", rows["contact_count"].values, "asperities in contact"
         )
-        along = describe(
-            "approach", approach, "approach of the highest summit from first touch", "m"
-        )
+        what = "highest summit" if ensemble.line_length is None else "cylinder"
+        along = describe("approach", approach, f"approach of the {what} from first touch", "m")
         attributes = {"title": history.attrs.get("title", ""), "theory": theory}
         return xr.Dataset(data, {"approach": along}, attributes)
 

@@ -326,3 +326,20 @@ def test_the_pull_off_of_a_history_and_its_picture():
 
 def test_messages():
     check_messages(globals())
+
+
+def test_loops_say_that_their_coefficient_leaves_attraction_out():
+    ball = sphere()
+    stroke = 10 * FRICTION * ball.advance(ball.initial_state(), normal_load=PULL).approach
+    turns = stroke * np.array([1, -1, 1, -1, 1])
+    drive = [hs.TangentialDisplacement(1.0 + t, u) for t, u in enumerate(turns.tolist())]
+    history = hs.replay(ball, [hs.NormalLoad(0.0, PULL), *drive], substeps=100)
+    loops = hs.loops(history)
+    # the contact slides at μ times the load from outside and the attraction together
+    assert loops.friction_coefficient == pytest.approx(2 * FRICTION, rel=1e-6)
+    note = dict(loops.summary())["friction coefficient"]
+    assert (
+        note == "is over the load from outside alone; the asperities attract, with up to 3.142 µN"
+    )
+    without = hs.loops(history.drop_vars("total_attraction"))
+    assert "friction coefficient" not in dict(without.summary())

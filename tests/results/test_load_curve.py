@@ -28,6 +28,12 @@ def test_one_ball_agrees_with_hertz():
     assert curve["normal_load"].to_numpy()[-1] == pytest.approx(20e-3, rel=1e-12)
 
 
+def test_the_approach_of_a_cylinder_is_not_that_of_a_summit():
+    line = hs.LineContact(PAIR, radius=0.01, length=0.005, friction=0.5, reference_depth=0.01)
+    curve = hs.replay(line, LOADS).contact.load_curve(points=3)
+    assert curve["approach"].attrs["long_name"] == "approach of the cylinder from first touch"
+
+
 def test_many_summits_are_near_greenwood_and_williamson():
     heights = np.random.default_rng(1).normal(0, 50e-9, 20_000)
     history = hs.replay(hs.Ensemble(PAIR, heights, 5e-6, friction=0.2), [hs.NormalLoad(0.0, 5.0)])
