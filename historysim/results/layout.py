@@ -6,11 +6,12 @@ deal with one layout only.
 """
 
 import math
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
 from historysim.errors import InputError
@@ -18,22 +19,29 @@ from historysim.recording.stored_units import to_declared_units
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable, known_variables
 from historysim.results.history_view import MODULI
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # coordinates that remain if one step or asperity is selected
 _LABELS = {"step": "time", "asperity": "asperity"}
 _COORDINATES = frozenset(variable.name for variable in COORDINATES)
 _SINGLE_PRECISION = np.dtype(np.float32).itemsize
 
 
+def is_dataset(data: object) -> "TypeGuard[xr.Dataset]":
+    """Return True for a Dataset; pictures of records do not need xarray, which takes long to import."""
+    xarray = sys.modules.get("xarray")
+    return xarray is not None and isinstance(data, xarray.Dataset)
+
+
 def is_history(data: object) -> bool:
     """Return whether an object is a Dataset with the loads of a history, and not a sweep or a table of such loads."""
     return (
-        isinstance(data, xr.Dataset)
-        and "total_normal_load" in data.variables
-        and "content" not in data.attrs
+        is_dataset(data) and "total_normal_load" in data.variables and "content" not in data.attrs
     )
 
 
-def selected_axes(history: xr.Dataset) -> tuple[str, ...]:
+def selected_axes(history: "xr.Dataset") -> tuple[str, ...]:
     """Return the axes, ``step`` or ``asperity``, of which one member was selected, so that they are not dimensions."""
     scalars = {axis: label for axis, label in _LABELS.items() if axis not in history.dims}
     variables = history.variables
@@ -42,7 +50,7 @@ def selected_axes(history: xr.Dataset) -> tuple[str, ...]:
     )
 
 
-def standard_layout(history: xr.Dataset) -> xr.Dataset:
+def standard_layout(history: "xr.Dataset") -> "xr.Dataset":
     """Return a history with its declared dimensions, types and coordinates; the same object if it has them already.
 
     Undone are ``transpose``, ``swap_dims``, ``reset_coords`` and ``set_coords``, the selection of
@@ -72,7 +80,7 @@ def standard_layout(history: xr.Dataset) -> xr.Dataset:
         for name, declared_variable in result.variables.items()
     ):
         data = {name: variable for name, variable in variables.items() if name not in coordinates}
-        result = xr.Dataset(
+        result = type(history)(
             data, {name: variables[str(name)] for name in coordinates}, history.attrs
         )
     if result is not history:
@@ -89,7 +97,7 @@ def _declarations() -> Mapping[str, Sequence[Variable]]:
     return declarations
 
 
-def _check_complete(history: xr.Dataset) -> None:
+def _check_complete(history: "xr.Dataset") -> None:
     """Check that a history has the variables and attributes that every history has."""
     if not is_history(history):
         raise InputError(
@@ -116,7 +124,7 @@ def report_missing_variables(*histories: object) -> Iterator[None]:
         # missing
         names = {name for name in _declarations() if f"'{name}'" in str(error)}
         for history in histories:
-            if isinstance(history, xr.Dataset) and (missing := names - history.variables.keys()):
+            if is_dataset(history) and (missing := names - history.variables.keys()):
                 raise _missing_variables(missing) from error
         raise
 
@@ -128,7 +136,7 @@ def _missing_variables(names: Iterable[str]) -> InputError:
     )
 
 
-def _with_axes(history: xr.Dataset) -> xr.Dataset:
+def _with_axes(history: "xr.Dataset") -> "xr.Dataset":
     """Return a history along ``step`` and ``asperity``, which may have been swapped for coordinates."""
     if "time" in history.xindexes and history["time"].dims == ("step",):
         # the index of a lazy history, with which xarray cannot rename the coordinate
@@ -163,8 +171,8 @@ def _name_error(dimension: str, axis: str) -> InputError:
 
 
 def _as_declared(
-    variable: xr.Variable, declarations: Sequence[Variable], selected: Sequence[str]
-) -> xr.Variable:
+    variable: "xr.Variable", declarations: Sequence[Variable], selected: Sequence[str]
+) -> "xr.Variable":
     """Return a variable with the dimensions and the type that it is declared with."""
     # friction is declared along the steps, and along the asperities, too, if these differ
     declared = max(
@@ -192,7 +200,7 @@ def _as_declared(
     return _with_type(variable if variable.dims == order else variable.transpose(*order), declared)
 
 
-def _without(variable: xr.Variable, dimension: str, name: str) -> xr.Variable:
+def _without(variable: "xr.Variable", dimension: str, name: str) -> "xr.Variable":
     """Return a variable without a dimension along which it is constant, as `xarray.concat` repeats it."""
     start = variable.isel({dimension: 0}) if variable.size else variable
     missing = variable.isnull()
@@ -209,7 +217,7 @@ def _without(variable: xr.Variable, dimension: str, name: str) -> xr.Variable:
     return start
 
 
-def _with_type(variable: xr.Variable, declared: Variable) -> xr.Variable:
+def _with_type(variable: "xr.Variable", declared: Variable) -> "xr.Variable":
     """Convert a variable to its declared type; InputError if a flag or count is missing."""
     kind, size = variable.dtype.kind, variable.dtype.itemsize
     is_integer = np.dtype(declared.dtype).kind == "i"
@@ -225,10 +233,10 @@ def _with_type(variable: xr.Variable, declared: Variable) -> xr.Variable:
             f"{declared.name} of the history has missing or interpolated values; expected recorded steps and "
             "asperities, selected with isel or sel"
         )
-    return xr.Variable(variable.dims, values.astype(declared.dtype), variable.attrs)
+    return type(variable)(variable.dims, values.astype(declared.dtype), variable.attrs)
 
 
-def _check_order(history: xr.Dataset) -> None:
+def _check_order(history: "xr.Dataset") -> None:
     """Check that times do not decrease and labels of asperities differ."""
     time = history.variables["time"].values
     if not np.isfinite(time).all():

@@ -6,11 +6,10 @@ import math
 from collections.abc import Hashable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
-import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.arguments import Booleans, Floats
@@ -22,6 +21,9 @@ from historysim.measured.loop_table import LoopStatistics
 from historysim.measured.loop_values import OF_SLIP
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TABLE, SWEEP = "table", "sweep"  # default of the attribute content of a table, and that of a sweep
 CELLS_AT_ONCE = 1 << 20  # values that are read and written in one block
@@ -36,7 +38,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 MOST_VARIABLES_LISTED = 40
 
 
-def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
+def write_csv(table: "xr.Dataset | xr.DataArray", path: str | Path) -> None:
     """Write a table to a CSV file, which appears under its name when it is complete.
 
     Rows are the members of the first dimension. The header has names, the members of further
@@ -68,7 +70,9 @@ def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
         csv.writer(stream, lineterminator=LINE_END).writerows(_rows(_dataset(table)))
 
 
-def _dataset(table: xr.Dataset | xr.DataArray) -> xr.Dataset:
+def _dataset(table: "xr.Dataset | xr.DataArray") -> "xr.Dataset":
+    import xarray as xr
+
     if not isinstance(table, xr.Dataset | xr.DataArray):
         raise InputError(f"table is {brief(table)}; expected a Dataset or DataArray of xarray")
     return (
@@ -76,7 +80,7 @@ def _dataset(table: xr.Dataset | xr.DataArray) -> xr.Dataset:
     )
 
 
-def _rows(dataset: xr.Dataset) -> Iterator[Sequence[Any]]:
+def _rows(dataset: "xr.Dataset") -> Iterator[Sequence[Any]]:
     along = next(
         (variable.dims[0] for variable in dataset.data_vars.values() if variable.dims), None
     )
@@ -98,7 +102,7 @@ def _rows(dataset: xr.Dataset) -> Iterator[Sequence[Any]]:
 
 
 def _columns(
-    dataset: xr.Dataset, along: Hashable
+    dataset: "xr.Dataset", along: Hashable
 ) -> Iterator[tuple[str, np.ndarray, dict[Any, Any]]]:
     """Yield label, values and attributes of each column of a table with a row for each member of a dimension."""
     names = [name for name, variable in dataset.variables.items() if variable.dims[:1] == (along,)]
@@ -141,18 +145,18 @@ def _plain(value: Any) -> Any:
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
-def flat_columns(table: xr.Dataset) -> xr.Dataset:
+def flat_columns(table: "xr.Dataset") -> "xr.Dataset":
     """Return the columns that `write_csv` writes of a table, as variables along ``row`` with their units."""
     dimensions = [dim for variable in table.data_vars.values() for dim in variable.dims]
     columns = {
         label: ("row", values, attributes)
         for label, values, attributes in _columns(table, dimensions[0])
     }
-    return xr.Dataset(columns, attrs={"title": table.attrs.get("title", "Table")})
+    return type(table)(columns, attrs={"title": table.attrs.get("title", "Table")})
 
 
 def write_netcdf(
-    table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: str = CALCULATED
+    table: "xr.Dataset | xr.DataArray", path: str | Path, *, origin: str = CALCULATED
 ) -> None:
     """Write a history or a table to a netCDF file, which appears under its name when it is complete.
 
@@ -188,7 +192,7 @@ def write_netcdf(
         _append_rows(unfinished, written, along)
 
 
-def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
+def _is_first(dimension: str, dataset: "xr.Dataset") -> bool:
     """Return whether a dimension of a table precedes all others."""
     positions = [
         variable.dims.index(dimension)
@@ -198,7 +202,7 @@ def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
     return bool(positions) and not any(positions)
 
 
-def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
+def _append_rows(path: Path, dataset: "xr.Dataset", along: str) -> None:
     """Write the rows of all variables along a dimension, block by block."""
     # xarray would hold each variable in memory as a whole
     with netCDF4.Dataset(path, "a") as file:
@@ -212,7 +216,7 @@ def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
                 file[str(name)][rows] = variable.isel({along: rows}).values
 
 
-def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]:
+def _encoding(dataset: "xr.Dataset", along: str = "") -> dict[Any, dict[str, Any]]:
     """Return the encoding of variables: strings as characters, fill values only if they are declared."""
     encodings: dict[Any, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
@@ -232,11 +236,11 @@ def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]
     return encodings
 
 
-def _is_small(variable: xr.Variable) -> bool:
+def _is_small(variable: "xr.Variable") -> bool:
     return not variable.size or bool(np.abs(variable.values).max() <= np.iinfo(np.int32).max)
 
 
-def _with_metadata(dataset: xr.Dataset, origin: str) -> xr.Dataset:
+def _with_metadata(dataset: "xr.Dataset", origin: str) -> "xr.Dataset":
     """Return a table with the attributes of a catalogue, in types that every tool knows."""
     result = dataset.copy()
     title = dataset.attrs.get("title") or " and ".join(
@@ -280,7 +284,7 @@ def _encode_attributes(attributes: dict[Any, Any]) -> dict[Any, Any]:
     return {name: encode(value) for name, value in attributes.items()}
 
 
-def table_summary(table: xr.Dataset) -> list[tuple[str, str]]:
+def table_summary(table: "xr.Dataset") -> list[tuple[str, str]]:
     """Return lines of (label, text) of a table that `write_netcdf` wrote: its size, and the range of each variable."""
     sizes = ", ".join(f"{size:,} along {name}" for name, size in table.sizes.items())
     return [
@@ -290,7 +294,7 @@ def table_summary(table: xr.Dataset) -> list[tuple[str, str]]:
     ]
 
 
-def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
+def _ranges(table: "xr.Dataset") -> list[tuple[str, str]]:
     """Return lines of (label, text): each variable with its range, and its long name."""
     lines = []
     for name, values in list(table.data_vars.items())[:MOST_VARIABLES_LISTED]:
@@ -301,7 +305,7 @@ def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
     return lines
 
 
-def _range(values: xr.DataArray) -> str:
+def _range(values: "xr.DataArray") -> str:
     """Return the range of a variable with its unit and missing values; the number of strings, or of true values."""
     if values.dtype.kind == "b":
         return f"{int(values.sum()):,} of {values.size:,}"
@@ -314,7 +318,7 @@ def _range(values: xr.DataArray) -> str:
     return text if finite.size == values.size else f"{text}, {values.size - finite.size:,} missing"
 
 
-def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
+def sweep_summary(sweep: "xr.Dataset") -> list[tuple[str, str]]:
     """Return lines of (label, text) of a sweep.
 
     They state the number of cells, the swept quantities, the range of each number over all cells,
@@ -343,7 +347,7 @@ def sweep_summary(sweep: xr.Dataset) -> list[tuple[str, str]]:
     return [*lines, *(("warning", finding.text) for finding in warnings)]
 
 
-def sweep_rows(sweep: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[Any]]:
+def sweep_rows(sweep: "xr.Dataset", *, steps: bool = True) -> Iterator[Sequence[Any]]:
     """Yield a sweep as a heading with units and one row per cell: swept values and results.
 
     Outputs along ``step`` and ``asperity`` have a row for each of these, with columns of their
@@ -394,7 +398,7 @@ def sweep_rows(sweep: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[An
     yield from frame.loc[valid, columns].itertuples(index=False, name=None)
 
 
-def write_sweep(sweep: xr.Dataset, path: Path) -> None:
+def write_sweep(sweep: "xr.Dataset", path: Path) -> None:
     """Write a sweep as netCDF or, where the ending is .csv, as a table (`sweep_rows`)."""
     if path.suffix.lower() != ".csv":
         write_netcdf(sweep, path)
@@ -408,7 +412,7 @@ def write_sweep(sweep: xr.Dataset, path: Path) -> None:
         )
 
 
-def _swept(sweep: xr.Dataset) -> list[str]:
+def _swept(sweep: "xr.Dataset") -> list[str]:
     """Return the names of the swept quantities, in their order."""
     keys = str(sweep.attrs["swept_keys"]).split()
     by_key = {
@@ -417,7 +421,7 @@ def _swept(sweep: xr.Dataset) -> list[str]:
     return [by_key[f"{key} of the scenario"] for key in keys]
 
 
-def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
+def loop_summary(loops: "xr.Dataset") -> list[tuple[str, str]]:
     """Return lines of (label, text) of friction loops, as `Loops.to_dataset` or `LoopTable.to_dataset` gives them.
 
     Mean ± standard deviation of each quantity over the loops, or for each load or amplitude of a
@@ -449,7 +453,7 @@ def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     return [("loops", f"{loops.sizes['loop']:,}{some}"), values, *means, *criteria]
 
 
-def values_in_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
+def values_in_mean(loops: "xr.Dataset", quantity: Hashable) -> Floats:
     """Return the values that a mean of a loop quantity includes (loop, …): large loops; NaN for a lower bound."""
     values = loops[quantity]
     if quantity in OF_SLIP and "lower_bound" in loops:
@@ -458,7 +462,7 @@ def values_in_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
     return values_of_large
 
 
-def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
+def _mean_text(loops: "xr.Dataset", quantity: Hashable, count: int) -> str:
     """Return a mean, or a lower bound if no branch reached sliding."""
     unit = loops[quantity].attrs["units"]
     statistics = LoopStatistics.from_values(values_in_mean(loops, quantity))
@@ -468,13 +472,13 @@ def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
     return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
 
-def _large(loops: xr.Dataset) -> Booleans:
+def _large(loops: "xr.Dataset") -> Booleans:
     """Return a mask of the loops that count in means, as in `Loops.large`."""
     amplitude = loops["amplitude"].values
     return np.asarray(amplitude >= loops.attrs["amplitude_share"] * amplitude.max())
 
 
-def _levels(table: xr.Dataset) -> list[tuple[str, str]]:
+def _levels(table: "xr.Dataset") -> list[tuple[str, str]]:
     both = table.sel(direction="both")
     (along,) = both["loops"].dims
     lines = []

@@ -5,10 +5,9 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import attrs
-import xarray as xr
 
 from historysim.asperities.instrument import RIGID
 from historysim.basics.units import quantity_text
@@ -22,6 +21,7 @@ from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
+from historysim.results.layout import is_dataset
 from historysim.results.queries import check_one_direction
 from historysim.results.result_files import file_type, open_result
 from historysim.scenario.loading_kinds import EACH
@@ -30,10 +30,12 @@ from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.schema import explicit_fields, located_errors
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from historysim.scenario.fit import Fit
 
 
-Record = xr.Dataset | Measurement | Scenario | str | Path
+Record: TypeAlias = "xr.Dataset | Measurement | Scenario | str | Path"
 
 
 def loops(
@@ -90,7 +92,7 @@ def loops(
         return each_run(record, lambda run: loops(run, **options))
     with _open_record(record) as (channels, scenario):
         check_one_direction(channels, "a query for loops")
-        if isinstance(channels, xr.Dataset):
+        if not isinstance(channels, Measurement):
             return loops_of_history(channels, **options)
         instrument = RIGID if scenario is None else scenario.instrument
         contact = channels.without_spring(instrument.parallel_stiffness)
@@ -132,7 +134,7 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
         return each_run(record, lambda run: sliding(run, over=over, windows=windows))
     with _open_record(record) as (channels, scenario):
         check_one_direction(channels, "a query for friction over time")
-        if isinstance(channels, xr.Dataset):
+        if not isinstance(channels, Measurement):
             return sliding_of_history(channels, over=over, windows=windows)
         instrument = RIGID if scenario is None else scenario.instrument
         contact = channels.without_spring(instrument.parallel_stiffness)
@@ -146,7 +148,7 @@ def _load_scenario(record: Record) -> Record:
 
 
 @contextmanager
-def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]:
+def _open_record(record: Record) -> "Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]":
     """Yield the history or the measurement of a record, and the scenario of a measurement."""
     if isinstance(record, str | Path):
         kind = file_type(Path(record))
@@ -171,7 +173,7 @@ def _open_record(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Sce
         measurement = record.measurement()
         with located_errors(record.path.name), error_path("loading"):
             yield measurement, record
-    elif isinstance(record, xr.Dataset | Measurement):
+    elif isinstance(record, Measurement) or is_dataset(record):
         yield record, None
     else:
         raise InputError(

@@ -272,8 +272,8 @@ def _text_lines(
     if layout.sheet is not None:
         raise field_error("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
     layout = attrs.evolve(layout, encoding=layout.encoding or from_text.detect_encoding(path))
-    lines = from_text.read_lines(path, str(layout.encoding), MOST_ROWS, head_only=head_only)
-    return lines, layout
+    encoding = str(layout.encoding)
+    return from_text.read_lines(path, encoding, MOST_ROWS, head_only=head_only), layout
 
 
 def _file_columns(

@@ -47,9 +47,7 @@ WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 # -- lines -----------------------------------------------------------------------------------------
 
 
-def read_lines(
-    path: Path, encoding: str, most_rows: int, *, head_only: bool = False
-) -> list[str]:
+def read_lines(path: Path, encoding: str, most_rows: int, *, head_only: bool = False) -> list[str]:
     """Return the lines of a text, or the first ones that are searched for a header.
 
     InputError with the byte if the encoding does not fit, or for too many rows.

@@ -308,6 +308,7 @@ def _fits(figure: "Figure") -> bool:
         # the layout alone: nothing is drawn before the figure is saved
         if (layout := figure.get_layout_engine()) is not None:
             layout.execute(figure)
+            figure.stale = False
     if any("not applied" in str(warning.message) for warning in caught):
         return False
     inch = figure.dpi / MILLIMETRES_PER_INCH

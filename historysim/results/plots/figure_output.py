@@ -48,11 +48,17 @@ class PrintedFigure(Figure):
         with mpl.rc_context(PRINT), warnings.catch_warnings():
             # a missing glyph is drawn as a box
             warnings.filterwarnings("ignore", message="Glyph .* missing from")
-            if kind != "svg":
-                super().savefig(fname, **arguments)
-                return
-            stream = io.StringIO()
-            super().savefig(stream, **arguments | {"format": "svg"})
+            layout = self.get_layout_engine()
+            if not self.stale:
+                # laid out already, and not changed since
+                self.set_layout_engine("none")
+            stream = io.StringIO() if kind == "svg" else fname
+            try:
+                super().savefig(stream, **arguments | ({"format": "svg"} if kind == "svg" else {}))
+            finally:
+                self.set_layout_engine(layout)
+        if kind != "svg":
+            return
         # comments hold the raw strings, with characters that XML forbids
         text = NO_XML.sub("\ufffd", stream.getvalue())
         if named:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
@@ -42,6 +41,7 @@ from historysim.results.plots.style import (
 from historysim.results.tables import values_in_mean
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.artist import Artist
 
 COLOURS, MARKERS = STATE_COLOURS[1:3], "^v"
@@ -232,7 +232,7 @@ class LoopTrendsPicture(Titled):
 
     kind, of, size, own_figure, headed = "loop-trends", (), (TWO_COLUMNS, 97.0), True, True
 
-    def sheet(self, data: xr.Dataset) -> Sheet:
+    def sheet(self, data: "xr.Dataset") -> Sheet:
         """Return charts of the Dataset of `Loops.to_dataset`."""
         return Sheet(_trends([data], 24.0), wide="FP;SE", narrow="FP;SE")
 
@@ -250,7 +250,7 @@ def _trend_keys(names: Sequence[str]) -> "list[Artist]":
 
 
 def _trends(
-    sets: Sequence[xr.Dataset], height: float, names: Sequence[str] = ()
+    sets: "Sequence[xr.Dataset]", height: float, names: Sequence[str] = ()
 ) -> dict[str, Chart]:
     """Return a chart for each of the `TRENDS`, of one set of loops or of several in their colours."""
     charts = {}
@@ -298,7 +298,7 @@ def _trends(
     return charts
 
 
-def _chart(values: xr.DataArray, items: Sequence[Item], **options: Any) -> Chart:
+def _chart(values: "xr.DataArray", items: Sequence[Item], **options: Any) -> Chart:
     """Return a chart of a quantity, with its label above."""
     labels: dict[str, Any] = {
         "name": str(values.name).replace("_", " "),
@@ -314,7 +314,7 @@ def _from_zero(values: Floats) -> tuple[float, float]:
     return 1.2 * float(low), 1.2 * float(high) or 1.0
 
 
-def _label(values: xr.DataArray) -> str:
+def _label(values: "xr.DataArray") -> str:
     unit = format_unit(values.attrs["units"])
     return f"{values.attrs['long_name']} ({unit})" if unit else str(values.attrs["long_name"])
 
@@ -339,7 +339,7 @@ class FrettingPicture(Titled):
 
     kind, of, size, own_figure, headed = "fretting", (Fretting,), (TWO_COLUMNS, 97.0), True, True
 
-    def sheet(self, data: Fretting | xr.Dataset) -> Sheet:
+    def sheet(self, data: "Fretting | xr.Dataset") -> Sheet:
         """Return charts of a fretting report, or of a Dataset of loops or a report."""
         table = data.to_dataset() if isinstance(data, Fretting) else data
         along = "run" if "run" in table.dims else "loop"
@@ -385,7 +385,7 @@ class LoopLevelsPicture(Titled):
         True,
     )
 
-    def sheet(self, data: LoopTable | xr.Dataset) -> Sheet:
+    def sheet(self, data: "LoopTable | xr.Dataset") -> Sheet:
         """Return charts of a table of loops, or of the Dataset of its `to_dataset`."""
         table = data.to_dataset() if isinstance(data, LoopTable) else data
         along, charts = (
@@ -413,7 +413,7 @@ class LoopLevelsPicture(Titled):
         return Sheet(charts, wide="FP;CE", narrow="FP;CE", subtitle=title, note=note)
 
 
-def _level(table: xr.Dataset, quantity: str) -> tuple[list[Item], str]:
+def _level(table: "xr.Dataset", quantity: str) -> tuple[list[Item], str]:
     """Return the means of a quantity with their scatter, and its law."""
     values, items = table[quantity], list[Item]()
     along = table[values.dims[0]].values

@@ -7,20 +7,27 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, ClassVar, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args, get_origin
 
 import attrs
-import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
 from historysim.basics.fields import QuantityFields, list_fields
 from historysim.basics.registry import Registry
 from historysim.basics.wording import brief, join_words, nearest, read_findings
 from historysim.errors import InputError
-from historysim.results.layout import is_history, report_missing_variables, standard_layout
+from historysim.results.layout import (
+    is_dataset,
+    is_history,
+    report_missing_variables,
+    standard_layout,
+)
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, draw_on_target
 from historysim.results.plots.chart import Chart, Sheet
 from historysim.results.queries import check_one_direction
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # The pictures by their names in ``[picture]`` and ``--picture``.
 PICTURES: Registry[type["Picture"]] = Registry(
@@ -126,12 +133,12 @@ class Picture(QuantityFields):
         return any(isinstance(subject, str) for subject in cls.of)
 
     @classmethod
-    def report_caption(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - for subclasses
+    def report_caption(cls, history: "xr.Dataset") -> str:  # noqa: ARG003 - for subclasses
         """Return the caption for the report of a history; it may depend on the contents of the history."""
         return cls.caption
 
     @classmethod
-    def is_reported(cls, history: xr.Dataset) -> bool:
+    def is_reported(cls, history: "xr.Dataset") -> bool:
         """Return whether the report of a history includes it."""
         fits = cls.planar or cls.only_planar == (DIRECTION in history.sizes)
         return bool(cls.caption) and cls.needs in history and fits
@@ -299,6 +306,8 @@ def make_figure(
     ``@make_figure.register(type)``. `name` is the path that it was read from, if any; `options` are
     fields of the picture.
     """
+    if is_dataset(subject):
+        return _draw_dataset(subject, picture, name, target, options)
     called = name or f"this {type(subject).__name__}"
     available = {
         key: kind
@@ -358,14 +367,12 @@ def _draw_histories(
     return draw(histories, picture or "loops", target, **options)
 
 
-@make_figure.register(xr.Dataset)
 def _draw_dataset(
-    dataset: xr.Dataset,
-    *,
-    picture: str | None = None,
-    name: str = "",
-    target: Place | None = None,
-    **options: Any,
+    dataset: "xr.Dataset",
+    picture: str | None,
+    name: str,
+    target: Place | None,
+    options: dict[str, Any],
 ) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
     content, called = dataset.attrs.get("content"), name or "this Dataset"
@@ -401,14 +408,14 @@ TABLES = ("table", "history over time")  # contents of files that are tables
 
 def _is_history(subject: Any) -> bool:
     return (
-        isinstance(subject, xr.Dataset)
+        is_dataset(subject)
         and "total_normal_load" in subject
         and subject.attrs.get("content") != SWEEP
     )
 
 
 def _draw_sweep(
-    sweep: xr.Dataset, picture: str | None, target: Place | None, options: dict[str, Any]
+    sweep: "xr.Dataset", picture: str | None, target: Place | None, options: dict[str, Any]
 ) -> FigureOrAxes:
     """Draw loops of the cells where these have rows and no numbers; else a number, by its name or the first one."""
     numbers = [
@@ -473,7 +480,7 @@ def draw_figure(
         for panel, picture, subject in zip(panels.ravel(), fitting, subjects, strict=False):
             picture.draw_named(canvas.part(panel), prepare_data(subject, picture))
         canvas.heading(title)
-        if results := [subject for subject in subjects if isinstance(subject, xr.Dataset)]:
+        if results := [subject for subject in subjects if is_dataset(subject)]:
             findings = [
                 item.name for item in read_findings(str(results[0].attrs.get("validity", "[]")))
             ]
@@ -511,11 +518,11 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
     return function
 
 
-def as_history_list(histories: Any) -> list[xr.Dataset]:
+def as_history_list(histories: Any) -> "list[xr.Dataset]":
     """Return one history, or several, as a list; InputError for other objects."""
     listed = list(histories) if isinstance(histories, list | tuple) else [histories]
     for history in listed:
-        if not isinstance(history, xr.Dataset):
+        if not is_dataset(history):
             raise InputError(
                 f"{brief(history)} is not a history; expected a Dataset from historysim"
             )

@@ -1,10 +1,9 @@
 """Pictures of records: a model and its measurement, channels and spectra, sliding, creep, columns of a table."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import Floats
 from historysim.basics.wording import join_words
@@ -31,6 +30,9 @@ from historysim.results.plots.style import (
     thin_samples,
 )
 from historysim.results.tables import flat_columns
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # drawn dots of a comparison, and samples of sliding
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
@@ -306,11 +308,11 @@ class TablePicture(Titled):
 
     kind, of, own_figure, headed = "table", (), True, True
 
-    def default_size(self, data: xr.Dataset) -> Size:
+    def default_size(self, data: "xr.Dataset") -> Size:
         """Return a row for each unit."""
         return TWO_COLUMNS, 30.0 + 45.0 * min(len(_columns_by_unit(data)[2]), MOST_PANELS)
 
-    def sheet(self, data: xr.Dataset) -> Sheet:
+    def sheet(self, data: "xr.Dataset") -> Sheet:
         """Return up to 4 charts of up to 6 lines."""
         abscissa, numbers, by_unit = _columns_by_unit(data)
         charts: dict[str, Chart] = {}
@@ -344,7 +346,7 @@ class TablePicture(Titled):
         return Sheet(charts, wide=";".join(charts), notices=(notice,))
 
 
-def _columns_by_unit(table: xr.Dataset) -> tuple[str, dict[str, Any], dict[str, list[str]]]:
+def _columns_by_unit(table: "xr.Dataset") -> tuple[str, dict[str, Any], dict[str, list[str]]]:
     """Return the first column of numbers, all of them, and the names of the others by their units."""
     columns = flat_columns(table)
     numbers = {str(name): values for name, values in columns.items() if values.dtype.kind in "fiu"}
