@@ -72,8 +72,9 @@ class Replay:
 
     def __attrs_post_init__(self) -> None:
         """Resolve ``hold`` once, so that a copy of the replay neither warns nor adds waypoints again."""
-        object.__setattr__(self, "events", apply_hold(self.events, self.hold, stacklevel=4))
-        object.__setattr__(self, "hold", False)
+        if self.hold is not False:
+            object.__setattr__(self, "events", apply_hold(self.events, self.hold, stacklevel=4))
+            object.__setattr__(self, "hold", False)
 
     _repr_html_ = html_of_fields
 
@@ -147,11 +148,10 @@ class Replay:
         how: dict[str, Any] = {"threads": self.threads}
         if target.asperities is not None:
             how["asperities"] = target.asperities
-        at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.paths(
             self.events,
             self.substeps,
-            at_once,
+            min(most_rows or target.rows_at_once, target.rows_at_once),
             start=start.cursor,
             until=seconds(until),
             slide_times=is_continued or target.asperities is not None,
@@ -191,8 +191,7 @@ def replay(ensemble: Body, events: Sequence[Event], **options: Unpack[JobOptions
     The Dataset has the dimensions ``step`` and ``asperity``. It warns if nothing ever touches.
     """
     events = apply_hold(as_events(events), options.get("hold"), stacklevel=3)
-    options["hold"] = False
-    history = Replay(ensemble, events, **options).dataset()
+    history = Replay(ensemble, events, **(options | {"hold": False})).dataset()
     provenance.warn_of_no_contact(ensemble, events)
     return history
 

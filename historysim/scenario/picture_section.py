@@ -14,7 +14,6 @@ from historysim.results.plots.pictures import (
 )
 from historysim.results.plots.swept import WORDS
 from historysim.scenario.schema import kind_from_toml, structure_array, table
-from historysim.scenario.sections import Pictures
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -31,7 +30,7 @@ Scenario = Any
 IN_SCENARIOS = {HISTORY, SWEEP, SCENARIO}
 
 
-def pictures_from_toml(value: object) -> Pictures:
+def pictures_from_toml(value: object) -> tuple[Picture, ...]:
     """Structure ``[picture]``, or each ``[[picture]]``.
 
     Raises InputError: an unknown kind, or keys that do not fit it.
