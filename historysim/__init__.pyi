@@ -79,14 +79,10 @@ from historysim.verbs import show as show
 
 # isort: split
 # earlier places, which dir() leaves out
-from historysim.asperities.state import State as EnsembleState  # noqa: F401 - reached as hs.EnsembleState
-from historysim.asperities.state import State as PlanarState  # noqa: F401 - reached as hs.PlanarState
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
 from historysim.interaction.solutions import NormalSolutions as NormalSolutions
 from historysim.loads.events import FrictionRamp as FrictionRamp
 from historysim.loads.events import GeometryChange as GeometryChange
-from historysim.studies.record_search import find_loops as find_loops
-from historysim.studies.record_search import find_sliding as find_sliding
 from historysim.studies.sweep_table import drift_along as drift_along
 from historysim.studies.sweep_table import sweep_statistics as spread  # noqa: F401 - reached as hs.spread
 from historysim.surfaces.distribution import drawn_summits as drawn_summits

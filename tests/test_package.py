@@ -79,15 +79,6 @@ def test_the_contract_stands_on_the_package(name):
     assert name in hs.__all__
 
 
-@pytest.mark.parametrize("name", ["loops", "sliding"])
-def test_the_earlier_name_of_a_command_still_works_and_says_the_present_one(name):
-    with (
-        pytest.warns(DeprecationWarning, match=f"find_{name} is called hs.{name} now"),
-        pytest.raises(hs.InputError, match="expected a history"),
-    ):
-        getattr(hs, f"find_{name}")(3.0)
-
-
 def test_what_is_listed_are_the_public_names_alone():
     assert dir(hs) == sorted(hs.__all__)
     assert not [name for name in dir(hs) if name.startswith("_") and name != "__version__"]

@@ -1,7 +1,5 @@
 """Friction loops and sliding friction of a history, a measurement, a scenario, or their file; also run by run."""
 
-import functools
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -194,27 +192,6 @@ def _columns_question(scenario: Scenario) -> str:
     command = f"historysim columns {shell_word(loading.files[0])}"
     return f"are the columns right, {' and '.join(used)}? {command} lists the columns"
 
-
-def _deprecated_alias(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function for its earlier name, with a DeprecationWarning."""
-
-    @functools.wraps(function)
-    def call_renamed(*args: Any, **options: Any) -> Any:  # noqa: ANN401 - of the function
-        new_name = function.__name__
-        warnings.warn(
-            f"hs.{name} is called hs.{new_name} now, as its command is",
-            DeprecationWarning,
-            stacklevel=2,
-        )
-        return function(*args, **options)
-
-    return call_renamed
-
-
-find_loops, find_sliding = (
-    _deprecated_alias("find_loops", loops),
-    _deprecated_alias("find_sliding", sliding),
-)
 
 Rows = list[tuple[str, ...]]
 

@@ -358,10 +358,6 @@ def test_a_step_in_a_plane_moves_along_x_in_the_library():
     assert lib.hs_state_evolve(memory) == lib.HS_FOREIGN
 
 
-def test_earlier_names_of_states_are_the_state():
-    assert hs.EnsembleState is hs.PlanarState is hs.State
-
-
 def test_bytes_are_the_state():
     ensemble = hs.Ensemble(PAIR, *many())
     path, approach = random_walk(6, 12)
