@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from c_core import ROOT
 
 import historysim as hs
 from historysim.basics.compiler import compiler
-from historysim.exchange.fmu.unit_file import this_platform
 
 fmpy = pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
@@ -21,7 +19,7 @@ from fmpy.fmi2 import FMU2Slave  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
-DISCARD, ERROR = 2, 3
+DISCARD = 2
 
 
 def rough(friction=0.2, count=40, **options):
@@ -209,12 +207,11 @@ def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, t
     make, options = CONTACTS[kind]
     ensemble = make()
     replay = job(ensemble, **options)
-    whole = (kind, normal, tangential) == ("one coefficient", "load", "displacement")
     host = hosted(replay, kind, at=1.0, normal=normal, tangential=tangential).begin()
     state = replay.state(until=1.0)
     stepper = ensemble.stepper(state, **options)
     rng, kept, refused = np.random.default_rng(1), [], 0
-    for number in range(10_000 if whole else 300):
+    for number in range(300):
         if kept and rng.random() < 0.2:
             host_state, time, saved = kept[rng.integers(len(kept))]
             host.slave.setFMUstate(host_state)
@@ -235,7 +232,7 @@ def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, t
             assert raised.value.status == DISCARD
             continue
         host.step(*to, length=rng.choice([1e-6, 1.0, 1e3]))
-        if number % (100 if whole else 10) == 0:
+        if number % 10 == 0:
             check_equal(host, stepper, ensemble)
     assert (refused > 0) == (tangential == "load")
     for host_state, _, saved in kept:
@@ -296,7 +293,7 @@ PLANE = hs.TangentialDisplacement(0.0, (0.0, 0.0))
     ],
 )
 def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tangential, options):
-    ensemble = rough(np.repeat([0.2, 0.3], 20), rings=hs.Rings(height_classes=2, rings=12))
+    ensemble = rough(np.repeat([0.2, 0.3], 6), 12, rings=hs.Rings(height_classes=2, rings=8))
     host = hosted(
         hs.Replay(ensemble, [PLANE], **options), normal=normal, tangential=tangential
     ).begin()
@@ -520,6 +517,3 @@ def test_the_same_contact_gives_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         hs.write_fmu(job(rough()), tmp_path / f"{name}.fmu", platforms=[])
     assert (tmp_path / "a.fmu").read_bytes() == (tmp_path / "b.fmu").read_bytes()
-    assert this_platform().endswith(
-        {"linux": "linux", "darwin": "darwin", "win32": "windows"}[sys.platform]
-    )

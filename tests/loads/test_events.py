@@ -4,6 +4,7 @@ import attrs
 import numpy as np
 import pytest
 from golden import check_messages, refused
+from pairs import UNIT
 
 import historysim as hs
 from historysim.loads.event_sequence import check_sequence, events_text
@@ -66,9 +67,7 @@ def test_the_new_summits_of_a_change_come_as_texts():
 
 
 def test_a_normal_load_does_not_pull(tmp_path):
-    ball = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2
-    )
+    ball = hs.Ensemble(UNIT, 0.0, 1.0, 0.2)
     events = [hs.NormalLoad(0.0, 1e-3), hs.NormalLoad(1.0, -1e-3)]
     with (
         refused("pulls on the contact"),

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from golden import check_messages
 from numpy.testing import assert_allclose
+from pairs import STIFF as PAIR
 from records import BALL as SCENARIO
 from records import scenario_text, write_columns
 
 import historysim as hs
 from historysim.loads.friction_course import FrictionCourse
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.5)
 
 

@@ -8,13 +8,13 @@ import pytest
 from golden import check_messages
 from hypothesis import given
 from hypothesis import strategies as st
+from pairs import COMPLIANT as PAIR
 
 import historysim as hs
 from historysim.errors import RampWarning
 from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.holding import find_ramp
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 BALL = hs.Ensemble(PAIR, summit_height=0.0, summit_radius=1e-3, friction=0.3)
 # the normal load falls from 50 to 45 mN while the tangential load rises
 RAMP = [

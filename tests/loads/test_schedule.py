@@ -143,16 +143,6 @@ def test_a_channel_is_unloaded_before_its_first_event(ensemble):
     assert before.contact_count.values.tolist() == [0]
 
 
-def test_a_channel_is_held_after_its_last_event(ensemble):
-    events = [D(0.0, 0.04), T(1.0, 0.002), D(2.0, 0.08), D(3.0, 0.06)]
-    found = read(single(events))
-    assert found[0].tangential == (LOAD, *HELD)
-    assert [path.tangential for path in found[1:]] == [(LOAD, 0.002, 1.0)] * 3
-    assert [path.normal for path in found[:2]] == [(DISPLACED, 0.04, 1.0), (DISPLACED, 0.08, 0.5)]
-    history = hs.replay(ensemble, events, substeps=3, hold=False)
-    assert history.total_tangential_load.values[3:] == pytest.approx([0.002] * 7, rel=1e-12)
-
-
 # -- rows ------------------------------------------------------------------------------------------
 
 
@@ -304,25 +294,6 @@ def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
     expected = by_hand(ensemble, reference_states(ensemble, events))
     found = observed(hs.replay(ensemble, events, hold=False))
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-13)
-
-
-@pytest.mark.parametrize("most_rows", [1, 2, 5, 1000])
-def test_stretches_break_so_that_none_records_many_more_rows_than_asked(most_rows):
-    events = random_events(np.random.default_rng(3), 60)
-    whole, broken = list(schedule.paths(events, 3)), list(schedule.paths(events, 3, most_rows))
-    assert [path for segment in broken for path in read(segment)] == [
-        path for segment in whole for path in read(segment)
-    ]
-    assert np.array_equal(
-        *(np.concatenate([segment.row_time for segment in plan]) for plan in (whole, broken))
-    )
-    assert [number for segment in broken for number in segment.event] == [
-        n for segment in whole for n in segment.event
-    ]
-    changes = [segment.change_event for segment in broken if segment.change is not None]
-    assert changes == [segment.change_event for segment in whole if segment.change is not None]
-    assert max(segment.row_time.size for segment in broken) < most_rows + 3
-    assert (len(broken) > len(whole)) == (most_rows < 1000)
 
 
 def test_breaking_stretches_changes_no_bit(ensemble):

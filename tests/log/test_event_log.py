@@ -107,23 +107,6 @@ def test_the_state_is_the_same_bits_from_any_snapshot(path):
         assert [start.time for start in starts] == [0.0, 2.0, 4.0]
 
 
-def test_a_log_of_slopes_makes_its_states_and_history_again(path):
-    ensemble = hs.InclinedEnsemble(
-        ENSEMBLE.pair, [0.0, -2e-8, -3e-8], 1e-5, 0.2, slope=[0.1, -0.2, 0.05]
-    )
-    events = [
-        hs.NormalLoad(0.0, 1e-3),
-        hs.TangentialDisplacement(1.0, 20e-9),
-        hs.NormalLoad(2.0, 0.5e-3),
-    ]
-    times = (0.0, 1.0, 1.5, 2.0)
-    with hs.EventLog.create(path, ensemble, events, hold=False) as log:
-        plain = [log.state(at=time) for time in times]
-        snapshots_everywhere(log)
-        assert [log.state(at=time, notify=pytest.fail) for time in times] == plain
-        assert log.replay().equals(hs.replay(ensemble, events, hold=False))
-
-
 def test_what_is_appended_may_say_how_a_channel_came_there(path):
     """The tangential channel is held at 1 s until a later waypoint draws a straight line to it."""
     first = [hs.NormalLoad(0.0, 0.03), hs.TangentialLoad(1.0, 0.004), hs.NormalLoad(2.0, 0.025)]

@@ -9,7 +9,6 @@ import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.asperities.yielding import KogutEtsion
-from historysim.log import result as result_writer
 from historysim.log.canonical import from_columns, to_columns
 from historysim.log.header import LogHeader, parse_head
 
@@ -149,31 +148,6 @@ def test_states_at_any_moment_and_forks_agree_with_the_replay(made):
         one = log.state_dataset(4.0)
         for name in ("worn_volume", "slid_distance", "present_summit_height", "tangential_load"):
             assert one[name].values[0] == pytest.approx(history[name].values[4], rel=1e-12), name
-
-
-def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
-    _, history = made
-    (tmp_path / "s.toml").write_text(SCENARIO)
-    told, add = [], result_writer.add_snapshot
-
-    def dies(*snapshot):
-        add(*snapshot)
-        told.append(1)
-        if len(told) == 3:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(result_writer, "add_snapshot", dies)
-    with pytest.raises(KeyboardInterrupt):
-        hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1)
-    monkeypatch.undo()
-    notes = []
-    hs.run(
-        tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1, resume=True, notify=notes.append
-    )
-    assert any("continuing from" in note for note in notes)
-    with xr.open_dataset(tmp_path / "s.nc", decode_times=False) as again:
-        for name in history.variables:
-            assert again[name].values.tobytes() == history[name].values.tobytes(), name
 
 
 def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):

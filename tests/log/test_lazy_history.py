@@ -330,28 +330,6 @@ def test_a_long_log_without_snapshots_says_which_option_helps(log, tmp_path, mon
 # -- queries and pictures --------------------------------------------------------------------------
 
 
-def test_queries_and_pictures_answer_as_on_a_result(scenario, tmp_path):
-    expected = hs.run(scenario, tmp_path / "rough.nc")
-    path = shutil.copy(tmp_path / "rough.history", tmp_path / "other.history")
-    history = hs.open(path, chunks={"step": 16, "asperity": 5})
-    assert history.contact.summary() == expected.contact.summary()
-    label = int(expected.contact.slides_first()[0])
-    for name, given in {
-        "slip_onset": (), "slip_shares": (), "stick_ratio": (), "mean_pressure": (), "dissipated_power": (),
-        "energy_per_cycle": (), "critical_asperity": (), "load_curve": (), "time_series": (),
-        "profiles": (label, ["turned"]), "reversal_points": (label, 40),
-    }.items():  # fmt: skip
-        found = getattr(history.contact, name)(*given)
-        xr.testing.assert_equal(found.compute(), getattr(expected.contact, name)(*given).compute())
-    assert (
-        history.contact.asperity(label, time=1.234).stick_radius
-        == expected.contact.asperity(label, time=1.234).stick_radius
-    )
-    hs.plot(history, panels=["states"])
-    hs.plot(history, picture="traction")
-    expected.close()
-
-
 def test_a_query_reads_what_it_needs_only(log, monkeypatch):
     history = xr.open_dataset(log, engine=HistoryBackend)
     read = []

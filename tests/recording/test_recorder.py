@@ -1,7 +1,6 @@
 """What is recorded, and the file that it is streamed to."""
 
 import errno
-import hashlib
 import os
 import shutil
 from contextlib import contextmanager
@@ -233,15 +232,6 @@ def test_separated_asperities_hold_zero_and_the_flag(ensemble):
         assert np.isfinite(values.values.astype(float)).all(), name
 
 
-def test_a_separated_asperity_keeps_what_it_has_dissipated(ensemble):
-    history = hs.replay(ensemble, EVENTS, record="all", hold=False)
-    energy = history.dissipated_energy.values
-    assert (np.diff(energy, axis=0) >= 0.0).all()
-    assert (energy[-1, [0, 1, 3, 4]] > 0.0).all()
-    assert energy[-1, 2] == 0.0
-    assert int(history.contact_count[-1]) == 0
-
-
 def test_a_history_in_which_nothing_touches_has_all_variables(ensemble, tmp_path):
     events = [hs.NormalDisplacement(0.0, -1.0), hs.TangentialDisplacement(1.0, 0.1)]
     with pytest.warns(UserWarning, match="touch"):
@@ -257,36 +247,6 @@ def test_a_history_in_which_nothing_touches_has_all_variables(ensemble, tmp_path
 
 
 # -- states are only looked at ---------------------------------------------------------------------
-
-
-def fingerprint(state):
-    return hashlib.sha256(state.to_bytes()).hexdigest()
-
-
-def test_recording_changes_no_state(ensemble, tmp_path):
-    plan = list(schedule.paths(EVENTS[:6]))
-    before = ensemble.initial_state()
-    for stretch in plan[:-1]:
-        before = ensemble.with_friction(
-            ensemble.advance_along(before, stretch.paths), stretch.change.friction
-        )
-    paths, times = plan[-1].paths, plan[-1].row_time
-    begun, ended = fingerprint(before), fingerprint(ensemble.advance_along(before, paths))
-    assert begun != ended
-    for asperities in (None, np.arange(5), np.array([3])):
-        chosen = () if asperities is None else asperities
-        target = DatasetRecorder(ensemble, asperities, times.size)
-        with into(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
-            for kind in (target, file):
-                after = ensemble.advance_along(
-                    before, paths, rows=kind.blank(times.size), asperities=chosen
-                )
-                assert fingerprint(after) == ended
-                kind.record(times)
-                assert fingerprint(after) == ended
-        target.dataset({})
-        assert fingerprint(after) == ended
-        assert fingerprint(before) == begun
 
 
 # -- the file --------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import attrs
 import cf_units
 import numpy as np
 import pytest
+from pairs import UNIT
 
 import historysim as hs
 from historysim.asperities.asperity import SlipState
@@ -128,9 +129,8 @@ def test_another_quantity_is_one_declaration(tmp_path, monkeypatch):
             derived=lambda rows, *_: rows.totals["normal_load"] / rows.totals["real_contact_area"],
         )
     )
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
     job = hs.Replay(
-        hs.Ensemble(pair, 0.0, 1.0, 0.5), [hs.NormalLoad(0.0, 0.03), hs.NormalLoad(1.0, 0.02)]
+        hs.Ensemble(UNIT, 0.0, 1.0, 0.5), [hs.NormalLoad(0.0, 0.03), hs.NormalLoad(1.0, 0.02)]
     )
     job.write(tmp_path / "out.nc")
     found = hs.open(tmp_path / "out.nc")
