@@ -1,17 +1,13 @@
 """A model compared with a measurement: independent numbers, and the contents of the picture."""
 
-import itertools
-
 import attrs
 import numpy as np
 import pytest
 import synthetic
-from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.measured.comparison import Comparison, compute_response, observe
-from historysim.results.plots import record_pictures as plots
 
 
 @pytest.fixture(scope="module")
@@ -90,19 +86,3 @@ def test_spring_in_parallel_acts_on_the_displacement_of_each_sample(compared):
 
 
 # -- the picture -----------------------------------------------------------------------------------
-
-
-def lines_of(axes, colour):
-    return [
-        line
-        for line in axes.lines
-        if to_hex(line.get_color()) == colour and len(line.get_xdata()) > 2
-    ]
-
-
-def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared):
-    (model,) = lines_of(hs.plots.comparison(compared).axes[0], plots.MODEL)
-    back = np.diff(model.get_xdata())
-    turns = compared.observation.turns
-    for start, end in itertools.pairwise(turns):
-        assert (back[start:end] >= 0).all() or (back[start:end] <= 0).all()

@@ -53,32 +53,6 @@ def test_each_load_of_a_programme_has_its_loops():
     assert_allclose(table.means("friction_force"), [0.2, 0.4, 0.8])
 
 
-def test_the_shipped_record_of_an_instrument():
-    """Two loops at each of four loads; the values are those of the branches cut out by hand."""
-    measurement = hs.load("scenarios/15_instrument_in_series.toml").measurement()
-    found = hs.loops(measurement)
-    table = found.by_load()
-    assert_allclose(table.value, [30e-3, 50e-3, 70e-3, 90e-3], rtol=1e-4)
-    assert [members.size for members in table.members] == [2, 2, 2, 2]
-    forward = [each.mean for each in table.statistics("preliminary_displacement", "forward")]
-    channels = [
-        measurement[name] for name in ("tangential_displacement", "tangential_load", "normal_load")
-    ]
-    for mean, start, end in zip(
-        forward, (70, 560, 1050, 1540), (310, 800, 1290, 1780), strict=True
-    ):
-        alone = loops_of_channels(
-            measurement.time[start : end + 1],
-            *(values[start : end + 1] for values in channels),
-            dead_band=10e-9,
-        )
-        assert alone.preliminary_displacement[0, 0] == mean
-    assert_allclose(np.array(forward) * 1e9, [56.1, 81.7, 114.2, 141.5], atol=0.05)
-    line = table.friction_line()
-    assert line.slope_low < 0.2 < line.slope_high
-    assert line.intercept_low < 0 < line.intercept_high
-
-
 def test_load_changes_common_to_most_branches_are_accepted():
     time, u, load, normal = record([0.0, *(1.0, -1.0) * 8, 0.0], {0: 1.0}, noise=0.02)
     found = loops_of_channels(time, u, load, normal * (1 + 0.1 * u))

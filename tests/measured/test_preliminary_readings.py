@@ -11,7 +11,6 @@ from historysim.contact import mindlin
 from historysim.measured.branches import reversal_factor, zero_load_factor
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement
-from historysim.results import analysis
 
 DISPLACEMENT_NOISE, LOAD_NOISE = 1e-9, 6e-6  # of the instruments
 LOOPS, AMPLITUDE, STEP = 40, 50e-9, 2.5e-9
@@ -92,18 +91,6 @@ def test_factors_agree_with_theory():
         load = -1 + 2 * reached
         u = float(mindlin.displacement_after_reversal(-load, reversal_load=1.0, **contact))
         assert (slide - u) / slide == pytest.approx(reversal_factor(reached), rel=1e-12)
-
-
-def test_the_virgin_displacement_equals_that_of_the_analysis(swung):
-    """On one sphere, at one normal load, from its history as from a record of it."""
-    _, normal_load, truth = swung
-    events = [hs.NormalLoad(0.0, normal_load)]
-    events += [hs.TangentialDisplacement(1.0 + i, AMPLITUDE * (-1) ** i) for i in range(4)]
-    history = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, LOADS[normal_load]), events, substeps=100)
-    assert float(analysis.preliminary_displacement(history)[-1]) == pytest.approx(truth, rel=1e-9)
-    assert analysis.friction_loops(history).statistics("virgin_displacement").mean == pytest.approx(
-        truth, rel=1e-6
-    )
 
 
 def test_undetermined_displacements_are_nan():

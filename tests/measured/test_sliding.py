@@ -7,13 +7,13 @@ import attrs
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pairs import STIFF as PAIR
 
 import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history
 
 STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 
 
 def made(

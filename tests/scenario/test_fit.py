@@ -4,11 +4,9 @@ import tomllib
 
 import numpy as np
 import pytest
-import synthetic
 from numpy.testing import assert_allclose
 from records import BALL, scenario_text, write_columns
 
-import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.fitting import Parameter
 from historysim.scenario import scenario
@@ -28,30 +26,6 @@ radius = "1 mm"
 coefficient = 0.2  # as in the last test
 """
 INSTRUMENT = "[instrument]\nlateral_stiffness = '500 N/mm'  # of the maker\n"
-
-BALL_IN_SERIES = """
-[materials]
-first = "silicon"
-second = "float glass"
-[surface]
-kind = "sphere"
-radius = "2.5 mm"
-[friction]
-coefficient = 0.2
-[instrument]
-lateral_stiffness = "334 mN/µm"
-"""
-
-
-def write_record(folder, record):
-    moved = 1e9 * record["tangential_displacement"]
-    columns = {
-        "t": record.time,
-        "N": record["normal_load"],
-        "u": moved,
-        "T": record["tangential_load"],
-    }
-    write_columns(folder / "m.csv", **columns)
 
 
 @pytest.fixture
@@ -219,37 +193,6 @@ def test_a_file_that_marks_utf8_and_has_other_line_ends(folder):
 
 
 # -- in one call -----------------------------------------------------------------------------------
-
-
-def test_a_fit_in_one_call(tmp_path):
-    write_record(tmp_path, synthetic.measured("ball", 7, loads=(0.05,), loops=1))
-    base = BALL_IN_SERIES.replace("coefficient = 0.2", "coefficient = 0.3")
-    text = scenario_text(
-        response={"tangential_load": '"T"'}, base=base, more='[fit]\nparameters = ["friction"]\n'
-    )
-    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    found = hs.fit(tmp_path / "s.toml")
-    assert found.values == {"friction": pytest.approx(0.2, rel=1e-2)}
-    labels = [label for label, _ in found.summary()]
-    assert labels[0] == "friction"
-    assert "rms difference" in labels
-    # no arrays
-    for shown in (repr(found), repr(found.estimates)):
-        assert shown.startswith(
-            (f"<Fit: friction {found.summary()[0][1]}", "<ParameterFit: friction ")
-        )
-        assert "array" not in shown
-    (tmp_path / "out").mkdir()
-    found.write(tmp_path / "out" / "fitted.toml")
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["fitted.toml"]
-    again = hs.load(tmp_path / "out" / "fitted.toml")
-    assert again.text == found.scenario_text(tmp_path / "out" / "fitted.toml")
-    assert np.unique(again.ensemble().friction).tolist() == list(found.values.values())
-    # what was fitted is what is compared
-    difference = hs.compare(again).difference
-    assert np.sqrt(np.mean(difference**2)) == pytest.approx(
-        np.sqrt(np.mean(found.comparison.difference**2)), rel=0.2
-    )
 
 
 # -- the model against the record

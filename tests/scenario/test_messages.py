@@ -1,10 +1,12 @@
 """Messages about scenarios whose keys contradict one another or their files, compared with messages.txt.
 
 Wrong types, units and names of single keys are in test_schema_errors.py. The file is reviewed in
-diffs; after an intended change ``PYTHONPATH=tests/support python tests/scenario/test_messages.py``
-writes it again.
+diffs; after an intended change, or for a further case, whose first line is added to it,
+``PYTHONPATH=tests/support python tests/scenario/test_messages.py`` writes it again.
 """
 
+import ast
+import re
 import tempfile
 from pathlib import Path
 
@@ -41,103 +43,8 @@ BASES = {
     "table": section(SHORT["summit table"]) + LINES,
     "textured": section(SHORT["textured"]) + LINES,
 }
-NORMAL, MOVED = "loading.columns.normal_load", "loading.columns.tangential_displacement"
-POINT = "loading.waypoints[0]"
-CASES = [
-    ("waypoints", {POINT: {"time": 0}}),
-    ("waypoints", {POINT: {"normal_load": 1}}),
-    ("waypoints", {f"{POINT}.normal_displacement": 1}),
-    ("waypoints", {"loading.substeps": 900_000_000}),
-    ("waypoints", {"record.asperities": [1]}),
-    ("waypoints", {f"{POINT}.friction": [1, 2, 3]}),
-    ("waypoints", {f"{POINT}.asperities": [0]}),
-    ("waypoints", {f"{POINT}.geometry": {"asperities": [0]}}),
-    ("waypoints", {"materials.shear_modulus": 1}),
-    ("waypoints", {"materials": {"contact_modulus": 1}}),
-    ("waypoints", {"loading.waypoints": [{"time": 0, "normal_load": 1, "name": "K"}] * 2}),
-    ("waypoints", {"friction.shear_strength": "1 MPa"}),
-    ("waypoints", {"surface.yielding": "thorton"}),
-    ("waypoints", {"surface.yielding": {"hardness": 1}}),
-    ("waypoints", {"surface.height_scale": 2, "surface.interaction": "full"}),
-    ("waypoints", {"fit.parameters": ["friction"]}),
-    ("waypoints", {"picture": {"kind": "bars", "quantity": "drift", "groups": {"a": "b"}}}),
-    ("waypoints", {"picture.work": True}),
-    ("waypoints", {"sweep.over.a": [1], "sweep.together": [["a", "c"]]}),
-    ("waypoints", {"sweep.over": {"a": {"from": "1 nm", "to": "2 µm", "count": 2}}}),
-    ("waypoints", {"title.x": 1}),
-    ("waypoints", {"loading.waypoints[2].time": 1}),
-    ("blocks", {"loading.blocks[0].repeat": 1_000_000_000}),
-    ("blocks", {"loading.blocks[0].each.friction": [0.1]}),
-    ("blocks", {"loading.blocks[0].waypoints[0].time": 1}),
-    ("blocks", {"loading.blocks[0].waypoints[0].name": "K"}),
-    ("measured", {"loading.file": "none.csv"}),
-    ("measured", {"loading.columns.time": "tt"}),
-    ("measured", {"loading.file": "uneven.csv"}),
-    ("measured", {"loading.file": "pulled.csv"}),
-    ("measured", {"loading.file": "comma.txt"}),
-    ("measured", {"loading.file": "back.csv"}),
-    *(
-        ("measured", {"loading.file": "repeated.csv", key: value})
-        for key, value in (
-            ("loading.interval", 1),
-            (f"{MOVED}.drift_free", True),
-            (f"{MOVED}.shift", 1),
-        )
-    ),
-    ("measured", {"loading.start": 100}),
-    ("measured", {"loading.start": 5, "loading.end": 1}),
-    ("measured", {"loading.run": 4}),
-    ("measured", {"loading.run": "each"}),
-    ("measured", {"loading.rate": "400 Hz"}),
-    ("measured", {"loading.block": [1, 2]}),
-    ("measured", {NORMAL: {"column": "N", "unit": "mm"}}),
-    ("measured", {NORMAL: {"column": "N", "time": {"column": "t", "unit": "mm"}}}),
-    ("measured", {NORMAL: {"column": "N", "time": "u"}}),
-    ("measured", {NORMAL: {"column": "N", "centred": True}}),
-    ("measured", {NORMAL: {"column": "N", "constant": 1}}),
-    ("measured", {NORMAL: {"constant": "-1 N"}}),
-    ("measured", {NORMAL: {"column": 0}}),
-    ("measured", {NORMAL: {"column": "N", "occurrence": 0}}),
-    ("measured", {NORMAL: {"difference": ["N", "T", "u"]}}),
-    ("measured", {NORMAL: {"sum": ["N", "T"], "column": "N"}}),
-    ("measured", {NORMAL: {"column": "T", "times": "Fn"}}),
-    ("measured", {NORMAL: {"column": "T", "times": "normal_load"}}),
-    ("measured", {NORMAL: {"column": "N", "retrace": "T", "shift": 1}}),
-    ("measured", {f"{MOVED}.closing_load": 1}),
-    ("measured", {f"{MOVED}.low_pass": 200}),
-    ("measured", {f"{MOVED}.median": 4}),
-    ("measured", {"loading.columns.tangential_load": "T"}),
-    ("measured", {"loading.response.tangential_displacement": "T"}),
-    (
-        "measured",
-        {"loading.response.normal_displacement": {"column": "u", "unit": "nm", "free_play": 1}},
-    ),
-    ("measured", {"fit.parameters": ["lateral_stiffness"]}),
-    ("measured", {"fit.parameters": ["height_scale"]}),
-    ("measured", {"fit.parameters": ["displacement_offset"], f"{MOVED}.centred": True}),
-    ("random", {"surface.s_filter": "0.1 µm"}),
-    ("random", {"surface.ball_radius": "1 µm"}),
-    ("map", {"surface.file": "maps"}),
-    ("map", {"surface.height_unit": "mN"}),
-    ("map", {"surface.form": "polynomial"}),
-    ("map", {"surface.file": "bowl.txt", "surface.form": "mean", "surface.rule": 9}),
-    ("table", {"surface.file": "radius.csv"}),
-    ("table", {"surface.columns.radius": "Q"}),
-    ("table", {"surface.columns.friction": "z"}),
-    ("textured", {"surface.count": [3, 0]}),
-    ("textured", {"surface.height_scatter": 1e-9}),
-    (
-        "sum",
-        {
-            "surface.shift": [1, 1],
-            "surface.first": SHORT["measured"],
-            "surface.second": SHORT["measured"],
-        },
-    ),
-    ("sum", {"surface.second.ball_radius": 1}),
-    ("inclined summits", {"surface.slope": [1.0, -9.0]}),
-    ("inclined summits", {"surface.yielding": "thornton"}),
-]
+# a line of the file: name of a scenario, and the values of its keys
+CASES = re.compile(rf"^({'|'.join(BASES)}) (\{{.*\}})$", re.MULTILINE)
 
 
 def write_records(folder):
@@ -172,10 +79,10 @@ def use(path, values):
 def all_messages(folder):
     """Yield the message of each case below the case."""
     write_records(folder)
-    for base, values in CASES:
+    for base, values in CASES.findall(GOLDEN.read_text(encoding="utf-8")):
         (folder / "s.toml").write_text(BASES[base], encoding="utf-8")
         with pytest.raises(hs.InputError) as refused:
-            use(folder / "s.toml", values)
+            use(folder / "s.toml", ast.literal_eval(values))
         yield f"{base} {values}\n    {refused.value}\n".replace(str(folder), "FOLDER")
 
 
