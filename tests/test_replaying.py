@@ -248,8 +248,7 @@ def test_decreasing_times_are_an_error_before_anything_is_replayed(ensemble):
 
 
 def test_a_replay_says_what_it_is_and_not_each_event():
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
     events = [hs.NormalLoad(float(time), 1e-3) for time in range(1000)]
-    text = repr(hs.Replay(hs.Ensemble(pair, 0.0, 1.0, 0.2), events))
+    text = repr(hs.Replay(hs.Ensemble(PAIR, 0.0, 1.0, 0.2), events))
     assert "events=1,000 events over 16.65 min" in text
     assert "NormalLoad" not in text

@@ -1,11 +1,9 @@
 """Histories in two tangential directions: events, logs, files, scenarios, questions and pictures of them."""
 
 import math
-import pickle
 
 import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 from golden import check_messages, refused
 from pairs import GLASS as PAIR
@@ -18,12 +16,6 @@ from historysim.exchange.fmu import unit_file
 HEIGHTS = np.random.default_rng(7).normal(0, 20e-9, 12)
 ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, 10e-6, 0.2, rings=hs.Rings(height_classes=2, rings=10))
 INSTRUMENT = hs.Instrument(("300 mN/µm", "1 N/µm"))
-VECTORS = (
-    "tangential_displacement",
-    "total_tangential_load",
-    "tangential_load",
-    "drive_displacement",
-)
 
 SCENARIO = """
 [materials]
@@ -55,59 +47,7 @@ def drawn(seed, count=8, *, by_load=False):
             events.append(hs.FrictionChange(time, rng.uniform(0.15, 0.3)))
     return events
 
-
-@pytest.mark.parametrize("axis", [0, 1])
-def test_along_an_axis_the_bits_agree_with_one_direction(axis):
-    one = [
-        hs.NormalLoad(0.0, 20e-3),
-        hs.TangentialDisplacement(1.0, 8e-9),
-        hs.NormalLoad(2.5, 25e-3),
-        hs.TangentialDisplacement(2.0, -6e-9),
-        hs.FrictionChange(2.5, 0.15),
-        hs.TangentialLoad(3.0, 1e-3),
-        hs.NormalDisplacement(4.0, -1e-9),
-        hs.TangentialDisplacement(4.0, 2e-9),
-    ]
-    one.sort(key=lambda event: event.time)
-
-    def turned(event):
-        if event.channel != "tangential":
-            return event
-        return type(event)(event.time, (event.value, 0.0) if axis == 0 else (0.0, event.value))
-
-    expected = hs.replay(ENSEMBLE, one, substeps=3, instrument=hs.Instrument(3e5), hold=False)
-    found = hs.replay(
-        ENSEMBLE, list(map(turned, one)), substeps=3, instrument=hs.Instrument(3e5), hold=False
-    )
-    for name in set(expected) - {"largest_traction_ratio"}:
-        values = found[name].values
-        if name in VECTORS:
-            assert not values[..., 1 - axis].any()
-            values = values[..., axis]
-        np.testing.assert_array_equal(values, expected[name].values, err_msg=name)
-
-
-def test_the_drive_is_reached_behind_two_stiffnesses():
-    history = hs.replay(ENSEMBLE, drawn(4), instrument=INSTRUMENT, hold=False)
-    reached = history.tangential_displacement + history.total_tangential_load / np.array([3e5, 1e6])
-    np.testing.assert_allclose(history.drive_displacement, reached, rtol=1e-12)
-    asked = np.array([event.value for event in drawn(4) if event.channel == "tangential"])
-    np.testing.assert_allclose(history.drive_displacement[1:], asked, rtol=1e-9, atol=1e-15)
     # along one line one of the two is the spring
-
-
-def test_a_file_holds_what_the_dataset_does(tmp_path):
-    job = hs.Replay(ENSEMBLE, drawn(5), substeps=2, instrument=INSTRUMENT, hold=False)
-    job.write(tmp_path / "a.nc")
-    expected = job.dataset()
-    with xr.open_dataset(tmp_path / "a.nc") as found:
-        assert found.direction.values.tolist() == ["x", "y"]
-        assert found.tangential_load.dims == ("step", "asperity", "direction")
-        xr.testing.assert_identical(found.drop_attrs().load(), expected.drop_attrs())
-    np.testing.assert_array_equal(
-        expected.total_tangential_load.sel(direction="y"),
-        expected.total_tangential_load.values[:, 1],
-    )
 
 
 def test_a_log_keeps_pairs_rings_and_snapshots(tmp_path):
@@ -323,22 +263,6 @@ def test_a_stepper_of_two_directions_goes_as_advance_does():
     assert stepper.save() == state
     with refused("the state has two tangential directions"):
         stepper.slopes()
-
-
-def test_a_stepper_enters_the_plane_at_the_first_pair():
-    ensemble = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.2)
-    start = ensemble.advance(ensemble.initial_state(), normal_load=4e-3)
-    stepper, turned = (
-        ensemble.stepper(start),
-        ensemble.advance(start, tangential_displacement=(1e-9, 2e-9)),
-    )
-    assert stepper.save() == start
-    stepper.step(tangential_displacement=(1e-9, 2e-9))
-    assert stepper.save() == turned
-    assert pickle.loads(pickle.dumps(stepper)).save() == turned
-    stepper.restore(start)
-    stepper.step(tangential_displacement=1e-9)
-    assert stepper.save() == ensemble.advance(start, tangential_displacement=1e-9)
 
 
 def test_a_sweep_uses_the_magnitude_of_vectors(scenario):

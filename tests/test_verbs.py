@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from golden import refused
+from pairs import STIFF as PAIR
 from records import BALL
 
 import historysim as hs
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 ROUGH = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2)
 EVENTS = [
     hs.NormalLoad(0.0, 0.1),

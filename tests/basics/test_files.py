@@ -12,6 +12,7 @@ from pathlib import Path
 import h5py
 import netCDF4
 import pytest
+from pairs import UNIT
 
 import historysim as hs
 from historysim.basics import system
@@ -121,9 +122,7 @@ def test_whatever_the_system_refuses_is_reported_of_the_name_asked_for(older, re
     ],
 )
 def test_a_failure_at_the_end_names_the_file_asked_for(tmp_path, target, refused, monkeypatch):
-    ensemble = hs.Ensemble(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2
-    )
+    ensemble = hs.Ensemble(UNIT, 0.0, 1.0, 0.2)
     events = [hs.NormalLoad(0.0, 0.01)]
     called = {"fsync": os.fsync, "replace": Path.replace}
 

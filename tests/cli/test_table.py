@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from pairs import COMPLIANT as PAIR
 
 import historysim as hs
 from historysim.cli import main
 from historysim.recording.provenance import named_states_attribute
 from historysim.results.queries import all_queries
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [hs.NormalLoad(0.0, 4e-3)]
 EVENTS += [hs.TangentialDisplacement(float(time), (-1) ** time * 30e-9) for time in (1, 2, 3)]
 

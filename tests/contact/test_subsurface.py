@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from golden import check_messages
 from pairs import GLASS as PAIR
+from pairs import UNIT
 
 import historysim as hs
 from historysim.contact.subsurface import (
@@ -166,9 +167,7 @@ def test_a_history_has_the_largest_stress_of_each_asperity_and_its_slip():
 
 
 def test_what_has_no_stress_is_refused():
-    ball = hs.Asperity(
-        hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 1.0, 0.3
-    )
+    ball = hs.Asperity(UNIT, 1.0, 0.3)
     for wrong, message in (
         ({}, "poissons_ratio is unknown, since the pair has moduli only; expected a number"),
         (

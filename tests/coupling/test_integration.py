@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from golden import refused
+from pairs import COMPLIANT as PAIR
 from scipy import integrate
 
 import historysim as hs
 from historysim.coupling import solve_ivp
 
-PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 RNG = np.random.default_rng(5)
 ENSEMBLE = hs.Ensemble(PAIR, RNG.normal(0, 40e-9, 20), RNG.uniform(10e-6, 40e-6, 20), 0.2)
 MASS, SPEED = 0.1, 4e-5
