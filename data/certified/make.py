@@ -43,14 +43,6 @@ class Resolution(NamedTuple):
     rings: int
     steps: int
 
-    @classmethod
-    def of(cls, case):
-        if len(case.height) > 1:  # each asperity is solved alone
-            return cls(8, 40, 4)
-        if case.control[1][0] in "TR":  # each step is searched for
-            return cls(20, 100, 8)
-        return cls(case.annuli, 120, case.steps)
-
 
 class Case(NamedTuple):
     """One load history: path (row, controls) in SI, and the contact that follows it."""
@@ -67,8 +59,8 @@ class Case(NamedTuple):
     time: tuple[float, ...] = ()
     dimensionless: bool = False
     poisson_ratio: float = 0.0  # of both bodies
-    annuli: int = 32  # at the first level; best so that the approaches of the path divide it evenly
-    steps: int = 8  # of a leg, at the first level
+    # in the plane; annuli are best so that the approaches of the path divide them evenly
+    resolution: Resolution = Resolution(32, 120, 8)
     saturate: bool = False  # requests of loads beyond the limit: rows of `saturated_moves`
     notes: tuple[tuple[str, object], ...] = ()  # more lines of the description
 
@@ -391,12 +383,22 @@ def build_cases():
             **PLANE,
         ),
         "18_circle_03": Case(
-            "Circle of 0.3 of full slip", duu, circle(0.3, 16, 1.125), **PLANE, steps=4
+            "Circle of 0.3 of full slip",
+            duu,
+            circle(0.3, 16, 1.125),
+            **PLANE,
+            resolution=Resolution(32, 120, 4),
         ),
         "19_circle_07": Case(
-            "Circle of 0.7 of full slip", duu, circle(0.7, 24, 1), **PLANE, annuli=20
+            "Circle of 0.7 of full slip",
+            duu,
+            circle(0.7, 24, 1),
+            **PLANE,
+            resolution=Resolution(20, 120, 8),
         ),
-        "20_spiral": Case("Spiral out to full slip", duu, spiral(), **PLANE, annuli=20),
+        "20_spiral": Case(
+            "Spiral out to full slip", duu, spiral(), **PLANE, resolution=Resolution(20, 120, 8)
+        ),
         "21_square_varying_load": Case(
             "Square with N varying",
             duu,
@@ -409,7 +411,11 @@ def build_cases():
             "Random way points at constant N", duu, random_points(22, 8, (1.0, 1.0)), **PLANE
         ),
         "23_random_varying_load": Case(
-            "Random way points with N varying", duu, random_12, **PLANE, annuli=40
+            "Random way points with N varying",
+            duu,
+            random_12,
+            **PLANE,
+            resolution=Resolution(40, 120, 8),
         ),
         **new_plane_cases(),
         "33_own_friction": Case(
@@ -493,23 +499,27 @@ def new_plane_cases():
     theta = 1.7 / 1.4  # E*/4G* of equal bodies of ν = 0.3
     return {
         "24_dither": Case(
-            "Dither across a contact that has slid", duu, plane(dither), **PLANE, annuli=20, steps=16
+            "Dither across a contact that has slid", duu, plane(dither), **PLANE, resolution=Resolution(20, 120, 16)
         ),
         "25_plane_both_loads": Case(
-            "Both loads controlled in the plane", ("N", "Tx", "Ty"), np.array(both) * unit, **PLANE
+            "Both loads controlled in the plane", ("N", "Tx", "Ty"), np.array(both) * unit, **PLANE,
+            resolution=Resolution(28, 320, 8),
         ),
         "26_plane_normal_load": Case(
-            "Mixed control: N and u", ("N", "ux", "uy"), np.array(normal) * (largest, 0.2 * D0, 0.2 * D0), **PLANE
+            "Mixed control: N and u", ("N", "ux", "uy"), np.array(normal) * (largest, 0.2 * D0, 0.2 * D0), **PLANE,
+            resolution=Resolution(28, 200, 8),
         ),
         "27_plane_tangential_load": Case(
-            "Mixed control: d and T", ("d", "Tx", "Ty"), np.array(tangential) * (D0, *unit[1:]), **PLANE
+            "Mixed control: d and T", ("d", "Tx", "Ty"), np.array(tangential) * (D0, *unit[1:]), **PLANE,
+            resolution=Resolution(28, 200, 8),
         ),
         "28_plane_lift_off": Case(
-            "Lift-off and new touch in the plane", duu, plane(lift), **PLANE, annuli=40
+            "Lift-off and new touch in the plane", duu, plane(lift), **PLANE, resolution=Resolution(40, 320, 8)
         ),
         "29_plane_saturation": Case(
             "A request beyond the limit while N falls, then turns", ("N", "Rx", "Ry"),
             np.array(SATURATION) * unit, **PLANE, saturate=True,
+            resolution=Resolution(28, 200, 12),
         ),
         "30_plane_friction_falls": Case(
             "Friction falls at rest after turns", (*duu, "mu"),
@@ -517,7 +527,7 @@ def new_plane_cases():
         ),
         "31_plane_ensemble": Case(
             "Twenty asperities in the plane", duu, np.array(many) * (4e-8, 8e-9, 8e-9), **PLANE,
-            **rough(31, 20, 1e-8, (5e-6, 15e-6)),
+            **rough(31, 20, 1e-8, (5e-6, 15e-6)), resolution=Resolution(16, 60, 6),
         ),
         "32_poisson_03": Case(
             "Square with N varying, ν = 0.3", duu, np.array(poisson) * (D0, 0.24 * D0, 0.24 * D0),
@@ -680,7 +690,7 @@ def annuli_at(resolution, depths, level):
 
 def by_annuli(case, moves):
     """Rows by annuli: implicit Euler in three levels, extrapolated."""
-    resolution = Resolution.of(case)
+    resolution = case.resolution
     depths = [depth for row in moves for _, depth, _, _ in row]
     first, second, third = (
         follow(annuli_at(resolution, depths, level), moves, level * resolution.steps)
@@ -691,7 +701,7 @@ def by_annuli(case, moves):
 
 def by_rings(case, moves):
     """Rows by rings: SDIRK2 in two numbers of steps, extrapolated."""
-    resolution = Resolution.of(case)
+    resolution = case.resolution
     first, second = (
         follow(Rings(resolution.rings), moves, level * resolution.steps) for level in (1, 2)
     )
@@ -992,7 +1002,7 @@ METHODS = {
 
 def plane_tractions(case, base, *, by_levels):
     """Tractions at instants and radii by annuli, or by rings."""
-    moves, resolution = plane_moves(base), Resolution.of(base)
+    moves, resolution = plane_moves(base), base.resolution
     depths = [depth for row in moves for _, depth, _, _ in row]
     unit = base.units()
     edge = math.sqrt(base.radius[0] * unit["d"])
@@ -1164,7 +1174,7 @@ def describe_methods(case):
             "second_method": f"{SPRINGS} springs on each half of an asperity, 400 substeps",
         }
     base = build_cases()[case.path_of] if isinstance(case, Derived) else case
-    annuli, rings, steps = Resolution.of(base)
+    annuli, rings, steps = base.resolution
     moving = base.loads or np.ptp(base.path[:, 0]) > 0
     levels = ", ".join(str(annuli * level) for level in (LEVELS if moving else LEVELS[-1:]))
     texts = {
