@@ -188,7 +188,7 @@ class Rings:
         Rings of a class, from the edge of contact to the middle of its highest summit.
     tolerance : float
         Relative to the friction limit for the tangential load, and to the energy of a step for its
-        energy: steps are halved until both converge.
+        energy: the length of steps is chosen so that both errors are within it.
 
     Raises
     ------

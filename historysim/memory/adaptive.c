@@ -63,7 +63,8 @@ int hs_adapt(hs_integrand *integrand, double start, double stop) {
             double factor = error > 0.0 ? settings->safety / sqrt(error) : settings->max_factor;
             factor = hs_min(hs_max(factor, settings->min_factor), settings->max_factor);
             target = step.begin + hs_max(length * factor, settings->min_length);
-            step.level = stop - target > settings->min_length;
+            /* a rejected step becomes shorter, even if it leaves a short rest */
+            step.level = stop - target > (accepted ? settings->min_length : 0.0);
         } else {
             if (accepted) continue;
             target = 0.5 * (step.begin + step.end);

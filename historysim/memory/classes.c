@@ -2,9 +2,10 @@
  * into classes, which share rings.
  *
  * Each step is one of SDIRK2, of second order: two stages, each a problem of rings.c per class,
- * coupled by the displacement, which Newton's method finds. Steps are halved until load and energy
- * converge. The energy of a step is ∫T·dV minus the change of the elastic energy ½ ∫|v|² P'' da; it
- * is distributed among the asperities (README.md, two directions 2 to 4). */
+ * coupled by the displacement, which Newton's method finds together with the tractions. Both stages
+ * give the error of a step, from which its length is predicted. The energy of a step is ∫T·dV minus
+ * the change of the elastic energy ½ ∫|v|² P'' da; it is distributed among the asperities
+ * (README.md, two directions 2 to 4). */
 
 #include "rings.h"
 #include "adaptive.h"
@@ -23,24 +24,19 @@
  * one, over the friction limit. All chosen. */
 #define MERGE_ERROR_OF_STEP 1e-5
 #define MIN_MERGE_ERROR 1e-9
-/* A step whose two stages slip evenly is accepted without halves; all chosen. Largest `uneven_load`
- * over the tolerance times the friction limit, and times `slid_load`, but not below the third
- * factor times the tolerance times the limit: */
-#define EVEN_LIMIT_FACTOR 1.0
-#define EVEN_SLIP_FACTOR 10.0
-#define MIN_EVEN_LOAD 3e-3
-/* and largest change of the approach over the depth. */
-#define MAX_EVEN_APPROACH_CHANGE 0.1
-/* Tolerances of half steps over the tolerance of the body; all chosen. Of the tangential load, over
- * the friction limit; of the energy, over the energy and over the limit times the displacement: */
-#define LOAD_TOLERANCE_FACTOR 0.5
-#define LOSS_TOLERANCE_FACTOR 5.0
-#define WORK_TOLERANCE_FACTOR 5e-3
-/* Largest `curvature_energy` of both halves over their energy, a second estimate, for two results
- * may agree by chance; chosen. */
-#define MAX_CURVATURE_LOSS 0.05
-/* Number of times that the segment of a path is halved, which bounds the time of a path; chosen. */
-#define MAX_HALVINGS 12
+/* Error of the load of a step over `uneven_load`² / `slid_load`: between 0.07 and 0.3 beside two
+ * half steps, on circles, squares, and while the approach changes. */
+#define LOAD_ERROR_FACTOR 0.15
+/* Tolerances of a step over the tolerance of the body; all chosen. Of the tangential load, over the
+ * friction limit; of the energy, over the energy and over the limit times the displacement: */
+#define LOAD_TOLERANCE_FACTOR 0.075
+#define LOSS_TOLERANCE_FACTOR 1.0
+#define WORK_TOLERANCE_FACTOR 1e-3
+/* Largest `curvature_energy` of a step over its energy, a second estimate: the error of second
+ * order is relative to its square; chosen. */
+#define MAX_CURVATURE_LOSS 0.03
+/* Shortest step of a segment, which bounds the time of a path; chosen. */
+#define MIN_STEP (1.0 / 4096.0)
 /* Iterations of Newton's method, and reductions of each of its steps by the line search; chosen. */
 #define MAX_ITERATIONS 100
 #define MAX_REDUCTIONS 40
@@ -58,42 +54,51 @@ static void set_up_stage(hs_ring_class *ring_class, double from, double edge, do
     while (is_constant ? ring_class->nodes[outermost].label >= edge
                        : ring_class->nodes[outermost].label > edge - min_width)
         ++outermost;
-    int reuses_nodes = is_second_stage && is_constant;
+    const int32_t ring_count = ring_class->node_count - outermost;
+    hs_normal loads = {ring_class->nodes[0].normal, 0.0, ring_class->nodes[0].integral, 0.0};
+    if (!is_constant) loads = problem->edge[stage] = hs_normal_at(ring_class->curve, edge);
+    /* matrices of an earlier step serve nodes that are equal */
+    int is_reused = problem->ring_count == ring_count && problem->label[0] == edge &&
+                    problem->normal[0] == loads.load;
     problem->label[0] = edge;
-    if (!is_constant) problem->edge[stage] = hs_normal_at(ring_class->curve, edge);
-    if (!reuses_nodes) {
-        problem->normal[0] = is_constant ? ring_class->nodes[0].normal : problem->edge[stage].load;
-        problem->integral[0] =
-            is_constant ? ring_class->nodes[0].integral : problem->edge[stage].integral;
-    }
+    problem->normal[0] = loads.load;
+    problem->integral[0] = loads.integral;
+    problem->trial_at_rest[0] = zero_vector;
     for (int32_t k = outermost; k < ring_class->node_count; ++k) {
         const hs_node *node = ring_class->nodes + k;
+        double moved_fraction = node->label > from ? (edge - node->label) / (edge - from) : 1.0;
         ++ring;
+        is_reused = is_reused && problem->label[ring] == node->label &&
+                    problem->normal[ring] == node->normal &&
+                    problem->moved_fraction[ring] == moved_fraction;
         problem->label[ring] = node->label;
         problem->normal[ring] = node->normal;
         problem->integral[ring] = node->integral;
-        problem->moved_fraction[ring] =
-            node->label > from ? (edge - node->label) / (edge - from) : 1.0;
+        problem->moved_fraction[ring] = moved_fraction;
         problem->trial_at_rest[ring] =
             is_second_stage
                 ? hs_add_scaled(node->deflection, -STAGE_SLIP_FACTOR, problem->stage_slip[k])
                 : node->deflection;
     }
-    if (!reuses_nodes)
-        hs_set_ring_nodes(problem, ring + 1, friction);
-    else if (problem->limit[ring] != friction * sqrt(problem->depth[ring]))
-        hs_set_ring_limits(problem, friction);
+    if (!is_reused) hs_set_ring_nodes(problem, ring + 1);
+    /* at a constant approach the second stage starts from the tractions of the first one */
+    if (!is_second_stage) problem->hessian_count = problem->active_count = 0;
+    hs_set_ring_tractions(problem, friction);
 }
 
-static hs_vector solve_classes(hs_body *body, double edge, hs_vector increment,
-                               double stiffness[2][2]) {
+/* Solve the problems of all classes at an increment of the displacement, in at most
+ * `max_iterations`; returns the tangential load. */
+static hs_vector solve_classes(hs_body *body, double edge, hs_vector increment, int max_iterations,
+                               double stiffness[2][2], int *is_converged) {
     hs_vector load = zero_vector;
+    *is_converged = 1;
     if (stiffness) memset(stiffness, 0, 4 * sizeof(double));
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
         double class_stiffness[2][2];
         if (ring_class->node_count == 0 || edge <= hs_deepest_label(ring_class)) continue;
-        hs_solve_rings(ring_class->problem, increment, body->watch);
+        *is_converged &=
+            hs_solve_rings(ring_class->problem, increment, max_iterations, body->watch);
         load = hs_add_scaled(load, 1.0, hs_ring_load(ring_class->problem));
         if (!stiffness) continue;
         hs_ring_stiffness(ring_class->problem, class_stiffness);
@@ -154,8 +159,9 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
     double stiffness[2][2], max_step = max_deflection(body, edge);
     if (is_x_prescribed) increment.x = target->value.x - start.x;
     if (is_y_prescribed) increment.y = target->value.y - start.y;
-    *load =
-        solve_classes(body, edge, increment, is_x_prescribed && is_y_prescribed ? NULL : stiffness);
+    int is_converged;
+    *load = solve_classes(body, edge, increment, MAX_ITERATIONS,
+                          is_x_prescribed && is_y_prescribed ? NULL : stiffness, &is_converged);
     if (is_x_prescribed && is_y_prescribed) return increment;
     /* reciprocals of the compliances, times both compliances */
     const double weight_x = is_y_prescribed ? 1.0 : target->compliance.y,
@@ -169,7 +175,7 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
         double determinant = xx * yy - xy * yx;
         if (is_x_prescribed) residual.x = 0.0;
         if (is_y_prescribed) residual.y = 0.0;
-        if (is_on_target(target, residual, *load) || is_cancelled(body)) break;
+        if ((is_converged && is_on_target(target, residual, *load)) || is_cancelled(body)) break;
         hs_vector step = {(yy * residual.x - xy * residual.y) / determinant,
                           (xx * residual.y - yx * residual.x) / determinant};
         hs_vector gradient = {weight_x * residual.x, weight_y * residual.y};
@@ -182,7 +188,7 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
         hs_vector trial = increment;
         for (int reduction = 0; reduction < MAX_REDUCTIONS; ++reduction) {
             trial = hs_add_scaled(increment, fraction, step);
-            *load = solve_classes(body, edge, trial, stiffness);
+            *load = solve_classes(body, edge, trial, 1, stiffness, &is_converged);
             residual = tangential_residual(target, hs_add_scaled(start, 1.0, trial), *load);
             double slope_at_trial = weight_x * residual.x * step.x + weight_y * residual.y * step.y;
             /* factor chosen */
@@ -191,7 +197,7 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
             fraction *= hs_max(slope_at_start / (slope_at_start - slope_at_trial), 0.1);
         }
         if (fraction == max_fraction && max_fraction < 1.0) max_step *= 2.0;
-        if (trial.x == increment.x && trial.y == increment.y) break;
+        if (is_converged && trial.x == increment.x && trial.y == increment.y) break;
         increment = trial;
     }
     return increment;
@@ -234,12 +240,12 @@ static void distribute_by_elastic_energy(hs_body *body, const hs_ring_class *rin
         body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
 }
 
-/* Distribute the energy that a class dissipated in a step, times `scale`, among its asperities by
- * the density of dissipation, or, after lift-off or without such density, by the elastic energy at
- * the start of the step. */
+/* Distribute the energy that a class dissipated in a step among its asperities by the density of
+ * dissipation, or, after lift-off or without such density, by the elastic energy at the start of
+ * the step. */
 static void distribute_class_loss(hs_body *body, const hs_ring_class *start_class,
-                                  const hs_ring_class *ring_class, double scale) {
-    double *weight = body->scratch, sum = 0.0, slope = 0.0, loss = scale * ring_class->loss;
+                                  const hs_ring_class *ring_class) {
+    double *weight = body->scratch, sum = 0.0, slope = 0.0, loss = ring_class->loss;
     if (ring_class->curve.load || !(loss > 0.0)) return;
     if (ring_class->node_count == 0) {
         distribute_by_elastic_energy(body, start_class, loss);
@@ -269,14 +275,6 @@ static void distribute_class_loss(hs_body *body, const hs_ring_class *start_clas
         body->asperity_loss[ring_class->offset + i] += loss / sum * weight[i];
 }
 
-/* Distribute the energy that all classes dissipated in a step among their asperities. */
-static void distribute_losses(hs_body *body, const hs_body *start, const hs_body *result,
-                              double scale) {
-    for (int64_t c = 0; c < body->class_count; ++c)
-        if (start->classes[c].node_count || result->classes[c].node_count)
-            distribute_class_loss(body, start->classes + c, result->classes + c, scale);
-}
-
 /* Reset the density of dissipation of a class: labels are those of the nodes and of the outer edge
  * of the step. */
 static void reset_loss_nodes(hs_ring_class *ring_class, double from, double to) {
@@ -294,7 +292,7 @@ static void reset_loss_nodes(hs_ring_class *ring_class, double from, double to) 
 static void add_stage_loss(hs_ring_class *ring_class, double weight) {
     const hs_ring_problem *problem = ring_class->problem;
     int32_t skipped = ring_class->loss_node_count - problem->ring_count - 1;
-    for (int32_t k = 1; k <= problem->solved_count; ++k) {
+    for (int32_t k = 1; k <= problem->active_count; ++k) {
         hs_vector slip = hs_add_scaled(problem->trial[k], -1.0, problem->deflection[k]);
         ring_class->loss_nodes[skipped + k].product +=
             weight * hs_dot(problem->deflection[k], slip);
@@ -627,43 +625,41 @@ static int step_with_workspace(hs_body *body, hs_body *owner, const hs_plane_pat
     return status;
 }
 
-/* Error of two half steps, from their difference to the full step; 1 is just within the tolerance.
- */
-static double halving_error(const hs_body *body, const hs_body *full, const hs_body *half,
-                            const hs_body *halves) {
+/* Error of a step over the tolerance, to the power with which step lengths are predicted.
+ *
+ * `uneven_load` is the difference of the step from one of first order, of relative size ε =
+ * `uneven_load` / `slid_load`; the error of second order is of relative size ε². The error of the
+ * energy is the work of that of the load; it is compared with the energy of the step, and with its
+ * share in `segment_loss`, for steps after a turn dissipate next to nothing. */
+static double step_error(const hs_body *body, const hs_body *result, double segment_loss) {
     double limit = hs_max(hs_body_limit(body, body->approach, body->fraction),
-                          hs_body_limit(full, full->approach, full->fraction));
-    double load_difference =
-        hs_norm(hs_add_scaled(full->tangential_load, -1.0, halves->tangential_load));
+                          hs_body_limit(result, result->approach, result->fraction));
     double displacement_change =
-        hs_norm(hs_add_scaled(halves->displacement, -1.0, body->displacement));
+        hs_norm(hs_add_scaled(result->displacement, -1.0, body->displacement));
     /* slip of springs by a fall of their limits, without displacement */
     if (body->initial_friction)
         displacement_change += hs_max(
-            max_deflection(body, body->approach) - max_deflection(full, body->approach), 0.0);
-    double loss_difference = full->dissipated - halves->dissipated,
-           loss = halves->dissipated - body->dissipated;
+            max_deflection(body, body->approach) - max_deflection(result, body->approach), 0.0);
+    double load_error = 0.0;
+    if (result->slid_load > 0.0)
+        load_error =
+            LOAD_ERROR_FACTOR * result->uneven_load * (result->uneven_load / result->slid_load);
+    double loss = hs_max(result->dissipated - body->dissipated, segment_loss);
+    double energy_error =
+        hs_error(load_error * displacement_change, 0.0,
+                 body->tolerance * hs_max(LOSS_TOLERANCE_FACTOR * loss,
+                                          WORK_TOLERANCE_FACTOR * limit * displacement_change));
     double curvature_error =
-        hs_error(half->curvature_energy + halves->curvature_energy, 0.0,
+        hs_error(result->curvature_energy, 0.0,
                  MAX_CURVATURE_LOSS * hs_max(loss, limit * displacement_change * body->tolerance));
-    double load_error =
-        hs_error(load_difference, 0.0, LOAD_TOLERANCE_FACTOR * body->tolerance * limit);
-    double energy_error = hs_error(
-        loss_difference, 0.0,
-        hs_max(LOSS_TOLERANCE_FACTOR * loss, WORK_TOLERANCE_FACTOR * limit * displacement_change) *
-            body->tolerance);
-    return hs_max(curvature_error, hs_max(load_error, energy_error));
-}
-
-/* True if both stages of a step slip so evenly that no halves are needed. */
-static int slips_evenly(const hs_body *body, const hs_body *full) {
-    double limit = hs_body_limit(full, full->approach, full->fraction),
-           max_load = hs_min(EVEN_LIMIT_FACTOR * limit, EVEN_SLIP_FACTOR * full->slid_load);
-    double depth = hs_max(body->approach, full->approach) - body->contact->sorted_gap[0];
-    int slides = full->slid_load > 0.0 || full->approach < body->approach;
-    if (slides && fabs(full->approach - body->approach) > MAX_EVEN_APPROACH_CHANGE * depth)
-        return 0;
-    return full->uneven_load <= hs_max(max_load, MIN_EVEN_LOAD * limit) * body->tolerance;
+    double error =
+        hs_max(hs_max(energy_error, curvature_error * curvature_error),
+               hs_error(load_error, 0.0, LOAD_TOLERANCE_FACTOR * body->tolerance * limit));
+    /* it is of third order, adaptive.h expects second order; of powers only roots are exact.
+     * Rounded up to 4 bits, so that lengths of steps do not depend on rounding. */
+    int exponent;
+    double mantissa = frexp(sqrt(error) * sqrt(sqrt(error)), &exponent);
+    return ldexp(ceil(16.0 * mantissa) / 16.0, exponent);
 }
 
 /* Record the times at which asperities first slide as a whole on an accepted step, for a slip front
@@ -692,16 +688,13 @@ static void record_slide_times(hs_body *body, const hs_body *result) {
     }
 }
 
-/* Move a body to the result of a step, of two halves if `half` is not NULL; the energy of the step
- * is multiplied by `scale`. Returns a status. */
-static int commit(hs_body *body, const hs_body *half, const hs_body *result, double scale) {
-    double dissipated = body->dissipated + scale * (result->dissipated - body->dissipated);
-    distribute_losses(body, body, half ? half : result, scale);
-    if (half) distribute_losses(body, half, result, scale);
+/* Move a body to the result of a step; returns a status. */
+static int commit(hs_body *body, const hs_body *result) {
+    for (int64_t c = 0; c < body->class_count; ++c)
+        if (body->classes[c].node_count || result->classes[c].node_count)
+            distribute_class_loss(body, body->classes + c, result->classes + c);
     record_slide_times(body, result);
-    int status = hs_assign_body(body, result);
-    body->dissipated = dissipated;
-    return status;
+    return hs_assign_body(body, result);
 }
 
 /* True if the approach grows on a step and no spring slips; `increment` returns its displacement.
@@ -774,89 +767,59 @@ static int append_stick_step(hs_body *body, const hs_plane_target *target, hs_ve
 typedef struct segment_run {
     hs_body *body;
     const hs_plane_path *path;
-    hs_stops *stops;                          /* NULL: none */
-    hs_plane_target target[MAX_HALVINGS + 1]; /* at the end of the step of each level */
-    hs_body *full_step[MAX_HALVINGS + 1];     /* result of one full step to each; NULL if unknown */
-    hs_body *half, *halves; /* results of the first and of both half steps of the present step */
-    hs_plane_target middle;
+    hs_stops *stops; /* NULL: none */
+    double begin, end;
+    double loss;            /* estimate of the energy dissipated on the segment, by one step */
+    hs_plane_target target; /* at the end of the present step, and the result of that step: */
+    hs_body *trial;
     int is_straight; /* true if loads are straight on the segment */
     int is_sticking; /* true if no spring slips on the present step, with `increment` */
     hs_vector increment;
 } segment_run;
 
 static const hs_adaptive step_settings = {
-    0.0,     /* the body has the tolerance */
-    1.0,     /* accepted at once: `curvature_energy` is a second estimate of the energy */
-    1,       /* full step */
-    INT_MAX, /* the number of halves is not limited here */
-    0.0,     /* halved at once: the first half step is the full step of the following level */
-    1.0,     /* first step: the segment */
-    1.0 / (1 << MAX_HALVINGS), /* shortest step */
-    0.0,                       /* steps are halved, their length is not predicted: */
-    0.5,
-    0.5,
-    INT_MAX, /* halvings bound the number of steps, so the tolerance is never enlarged: */
-    1.0,
-    1.0,
+    .accepted_error = 1.0,
+    .initial_substeps = 1,
+    .max_substeps = INT_MAX,
+    .initial_length = 1.0, /* the segment */
+    .min_length = MIN_STEP,
+    .safety = 0.85,
+    .min_factor = 0.1, /* all chosen */
+    .max_factor = 5.0,
+    .total_substeps = INT_MAX, /* the shortest step bounds their number */
 };
 
 /* Status of a segment abandoned at `stop_fraction`, distinct from HS_TOO_MANY_SUBSTEPS; it is not
  * returned to users. */
 #define SEGMENT_ABANDONED (-2)
 
-static void free_trials(segment_run *run, int level) {
-    hs_body_free(run->full_step[level]);
-    hs_body_free(run->half);
-    hs_body_free(run->halves);
-    run->full_step[level] = run->half = run->halves = NULL;
-}
-
-/* Try a step: exactly if no spring slips, otherwise as a full step and, unless it slips evenly, as
- * two half steps. */
+/* Try a step: exactly if no spring slips, otherwise by SDIRK2. */
 static int try_step(hs_integrand *integrand, const hs_interval *step, int substeps, double *error) {
     segment_run *run = (segment_run *)integrand->context;
-    hs_body *body = run->body, **full_step = run->full_step + step->level;
-    const hs_plane_target *target = run->target + step->level;
-    int status = HS_OK;
+    hs_body *body = run->body;
+    (void)substeps;
     *error = 0.0;
-    if (substeps == 1) {
-        run->is_sticking =
-            !*full_step && run->is_straight && is_stick_step(body, target, &run->increment);
-        if (run->is_sticking) return HS_OK;
-        if (!*full_step) {
-            *full_step = hs_copy_for_trial(body);
-            status = *full_step ? step_with_workspace(*full_step, body, run->path, target)
-                                : HS_OUT_OF_MEMORY;
-        }
-        if (status == HS_OK && !slips_evenly(body, *full_step)) *error = HUGE_VAL;
-        return status;
-    }
-    run->middle = hs_target_at(body, run->path, 0.5 * (body->fraction + target->fraction));
-    run->half = hs_copy_for_trial(body);
-    status = run->half ? step_with_workspace(run->half, body, run->path, &run->middle)
-                       : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) run->halves = hs_copy_for_trial(run->half);
-    if (status == HS_OK)
-        status = run->halves ? step_with_workspace(run->halves, body, run->path, target)
-                             : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) *error = halving_error(body, *full_step, run->half, run->halves);
-    return status;
-}
-
-/* Ratio of the energy of the present step, by Richardson extrapolation, to the energy of its
- * halves; correction bounded by 20 %, chosen. 1 for a step without halves. */
-static double energy_scale(const segment_run *run, const hs_body *full_step) {
-    if (!run->halves) return 1.0;
-    double loss = run->halves->dissipated - run->body->dissipated,
-           correction = (run->halves->dissipated - full_step->dissipated) / 3.0;
-    return loss > 0.0 ? 1.0 + hs_clamp(correction / loss, 0.2) : 1.0;
+    run->target = hs_target_at(body, run->path, hs_toward(run->begin, run->end, step->end));
+    run->is_sticking = run->is_straight && is_stick_step(body, &run->target, &run->increment);
+    if (run->is_sticking) return HS_OK;
+    int status = HS_OK;
+    if (run->trial)
+        status = hs_assign_body(run->trial, body);
+    else
+        run->trial = hs_copy_for_trial(body);
+    if (!run->trial) status = HS_OUT_OF_MEMORY;
+    if (status == HS_OK) status = step_with_workspace(run->trial, body, run->path, &run->target);
+    if (status != HS_OK) return status;
+    if (step->begin == 0.0 && step->end == 1.0)
+        run->loss = run->trial->dissipated - body->dissipated;
+    *error = step_error(body, run->trial, run->loss * (step->end - step->begin));
+    return HS_OK;
 }
 
 /* Advance a body from the start of an accepted step to a path fraction within it, by the same
- * method from the start or the middle. So results are continuous up to the end of the step, and
- * independent of other fractions that are read. Returns a status. */
-static int advance_within(segment_run *run, const hs_body *full_step, double fraction,
-                          hs_body *body) {
+ * method. So results are continuous up to the end of the step, and independent of other fractions
+ * that are read. Returns a status. */
+static int advance_within(const segment_run *run, double fraction, hs_body *body) {
     if (fraction == body->fraction) return HS_OK;
     hs_plane_target target = hs_target_at(body, run->path, fraction);
     if (run->is_sticking) {
@@ -864,56 +827,39 @@ static int advance_within(segment_run *run, const hs_body *full_step, double fra
         is_stick_step(run->body, &target, &increment);
         return append_stick_step(body, &target, increment);
     }
-    hs_body *half = run->halves && fraction > run->middle.fraction ? run->half : NULL;
-    hs_body *trial = hs_copy_for_trial(half ? half : run->body);
-    double scale = energy_scale(run, full_step);
+    hs_body *trial = hs_copy_for_trial(run->body);
     int status =
         trial ? step_with_workspace(trial, run->body, run->path, &target) : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) status = commit(body, half, trial, scale);
+    if (status == HS_OK) status = commit(body, trial);
     hs_body_free(trial);
     return status;
 }
 
 /* Read the states at all stops within an accepted step; returns a status. */
-static int visit_stops(segment_run *run, const hs_body *full_step, double step_end) {
+static int visit_stops(segment_run *run) {
     hs_stops *stops = run->stops;
+    const double step_end = run->target.fraction;
     int status = HS_OK;
     while (stops && status == HS_OK && stops->next_fraction <= step_end &&
            stops->next_fraction < stops->stop_fraction) {
         hs_body *reading = hs_body_copy(run->body);
-        status = reading ? advance_within(run, full_step, stops->next_fraction, reading)
-                         : HS_OUT_OF_MEMORY;
+        status = reading ? advance_within(run, stops->next_fraction, reading) : HS_OUT_OF_MEMORY;
         if (status == HS_OK) status = stops->visit(stops, reading);
         hs_body_free(reading);
     }
     if (status != HS_OK || !stops || stops->stop_fraction > step_end || stops->stop_fraction == 1.0)
         return status;
-    status = advance_within(run, full_step, stops->stop_fraction, run->body);
+    status = advance_within(run, stops->stop_fraction, run->body);
     return status == HS_OK ? SEGMENT_ABANDONED : status;
 }
 
 static int accept_step(hs_integrand *integrand, const hs_interval *step) {
     segment_run *run = (segment_run *)integrand->context;
-    hs_body *body = run->body, *full_step = run->full_step[step->level];
-    const hs_plane_target *target = run->target + step->level;
-    int status = visit_stops(run, full_step, target->fraction);
-    if (status == HS_OK)
-        status = run->is_sticking
-                     ? append_stick_step(body, target, run->increment)
-                     : commit(body, run->halves ? run->half : NULL,
-                              run->halves ? run->halves : full_step, energy_scale(run, full_step));
-    free_trials(run, step->level);
-    return status;
-}
-
-/* Prepare the first half of a step; its result is available. */
-static int halve_step(hs_integrand *integrand, const hs_interval *step) {
-    segment_run *run = (segment_run *)integrand->context;
-    run->target[step->level] = run->middle;
-    run->full_step[step->level] = run->half;
-    run->half = NULL;
-    free_trials(run, step->level - 1);
-    return HS_OK;
+    (void)step;
+    int status = visit_stops(run);
+    if (status != HS_OK) return status;
+    return run->is_sticking ? append_stick_step(run->body, &run->target, run->increment)
+                            : commit(run->body, run->trial);
 }
 
 static int integrate_segment(hs_body *body, const hs_plane_path *path, double segment_end,
@@ -922,12 +868,13 @@ static int integrate_segment(hs_body *body, const hs_plane_path *path, double se
     memset(&run, 0, sizeof run);
     run.body = body;
     run.path = path;
+    run.begin = body->fraction;
+    run.end = segment_end;
     run.is_straight = is_straight;
     run.stops = stops;
-    run.target[0] = hs_target_at(body, path, segment_end);
-    hs_integrand integrand = {&run, &step_settings, try_step, accept_step, halve_step, 0, 0.0};
+    hs_integrand integrand = {&run, &step_settings, try_step, accept_step, NULL, 0, 0.0};
     int status = hs_adapt(&integrand, 0.0, 1.0);
-    for (int level = 0; level <= MAX_HALVINGS; ++level) free_trials(&run, level);
+    hs_body_free(run.trial);
     return status;
 }
 
@@ -977,24 +924,27 @@ int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops) {
 
 int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]) {
     double edge = body->approach, norm = hs_norm(direction), full_slip = 0.0;
+    int is_converged;
     memset(stiffness, 0, 4 * sizeof(double));
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
-        if (edge <= hs_deepest_label(ring_class)) continue;
+        const double deepest = hs_deepest_label(ring_class);
+        if (edge <= deepest) continue;
+        if (norm == 0.0) {
+            double label = hs_max(hs_min(hs_slip_front(body, ring_class), edge), deepest);
+            stiffness[0][0] += hs_load_at(ring_class->curve, label).slope;
+            stiffness[1][1] = stiffness[0][0];
+            continue;
+        }
         if (hs_reserve_rings(ring_class, ring_class->node_count + 1) != HS_OK)
             return HS_OUT_OF_MEMORY;
         const double friction = hs_friction_at(body, ring_class->group, body->fraction);
         set_up_stage(ring_class, edge, edge, friction, body->rings_per_class, 1);
-        full_slip = hs_max(full_slip, friction * (edge - hs_deepest_label(ring_class)));
-        if (norm > 0.0) continue;
-        double label =
-            hs_max(hs_min(hs_slip_front(body, ring_class), edge), hs_deepest_label(ring_class));
-        stiffness[0][0] += hs_load_at(ring_class->curve, label).slope;
-        stiffness[1][1] = stiffness[0][0];
+        full_slip = hs_max(full_slip, friction * (edge - deepest));
     }
     /* so small an increment that slip fronts remain in their cells; chosen */
     if (norm > 0.0)
         solve_classes(body, edge, hs_add_scaled(zero_vector, 1e-9 * full_slip / norm, direction),
-                      stiffness);
+                      MAX_ITERATIONS, stiffness, &is_converged);
     return HS_OK;
 }

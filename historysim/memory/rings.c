@@ -9,11 +9,9 @@
 #include "rings.h"
 #include "lanes.h"
 
-/* Largest change of a traction in a sweep, over its friction limit, at which the solution has
- * converged; chosen. */
-#define TRACTION_TOLERANCE 1e-7
-/* Largest number of iterations, each a sweep and a Newton step; chosen. */
-#define MAX_ITERATIONS 100
+/* Largest change of a traction in a Newton step, over its friction limit, after which the solution
+ * has converged: the next one would be quadratically smaller; chosen. */
+#define NEWTON_TOLERANCE 1e-4
 /* Smallest stiffness of a ring over the slope of the normal load outside it; chosen. Where a normal
  * curve is straight no spring touches, and a ring would have no stiffness. */
 #define MIN_STIFFNESS_RATIO 1e-12
@@ -31,46 +29,42 @@ int hs_reserve_rings(hs_ring_class *ring_class, int32_t ring_count) {
     /* spare rings, so that growing problems are seldom reserved again; chosen */
     ring_count += 8;
     size_t n = (size_t)ring_count + 1, pairs = n * (size_t)ring_count;
-    size_t numbers = 9 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
+    size_t numbers = 10 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (9 * n + 2 * n);
     hs_ring_problem *problem = (hs_ring_problem *)malloc(
         sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
     if (!problem) return HS_OUT_OF_MEMORY;
     free(ring_class->problem);
     ring_class->problem = problem;
     problem->capacity = ring_count;
-    problem->ring_count = problem->active_count = problem->unknown_count = 0;
+    problem->ring_count = problem->row_count = problem->hessian_count = problem->active_count = 0;
     double *storage = (double *)(problem + 1);
     double **arrays[] = {
         &problem->label,          &problem->normal,        &problem->integral,
         &problem->moved_fraction, &problem->depth,         &problem->stiffness,
-        &problem->limit,          &problem->load_gradient, &problem->displacement_gradient};
-    for (int k = 0; k < 9; ++k, storage += n) *arrays[k] = storage;
+        &problem->limit,          &problem->load_gradient, &problem->displacement_gradient,
+        &problem->unit_traction};
+    for (int k = 0; k < 10; ++k, storage += n) *arrays[k] = storage;
     double **matrices[] = {&problem->traction_matrix, &problem->deflection_matrix,
                            &problem->hessian};
     for (int k = 0; k < 3; ++k, storage += pairs) *matrices[k] = storage;
     problem->cholesky_factor = storage;
     problem->newton_step = storage + 4 * pairs;
     storage = problem->newton_step + 2 * n;
-    hs_vector **vectors[] = {&problem->stage_slip,  &problem->trial_at_rest, &problem->trial,
-                             &problem->linear_term, &problem->traction,      &problem->slip,
-                             &problem->deflection,  &problem->slope};
-    for (int k = 0; k < 8; ++k, storage += 2 * n) *vectors[k] = (hs_vector *)storage;
+    hs_vector **vectors[] = {
+        &problem->stage_slip,  &problem->trial_at_rest, &problem->trial,
+        &problem->linear_term, &problem->traction,      &problem->slip,
+        &problem->deflection,  &problem->slope,         &problem->rest_traction};
+    for (int k = 0; k < 9; ++k, storage += 2 * n) *vectors[k] = (hs_vector *)storage;
     problem->basis = (hs_vector *)storage;
     problem->basis_ring = (int32_t *)(storage + 4 * n);
     return HS_OK;
 }
 
-void hs_set_ring_limits(hs_ring_problem *problem, double friction) {
-    for (int32_t i = 0; i <= problem->ring_count; ++i)
-        problem->limit[i] = friction * sqrt(problem->depth[i]);
-}
-
-void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double friction) {
+void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count) {
     const double *label = problem->label, *normal = problem->normal;
     int32_t n = problem->ring_count = node_count - 1;
     double *depth = problem->depth, outer_slope = 0.0;
     for (int32_t i = 0; i <= n; ++i) depth[i] = label[0] - label[i];
-    hs_set_ring_limits(problem, friction);
     for (int32_t i = n; i >= 1; --i) {
         double inner_slope = outer_slope;
         outer_slope = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
@@ -85,7 +79,7 @@ void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double fric
             outer_root = inner_root;
         }
     }
-    problem->active_count = problem->solved_count = 0;
+    problem->row_count = problem->hessian_count = problem->active_count = 0;
 }
 
 hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
@@ -127,11 +121,32 @@ static inline hs_vector row_product(const double *restrict row, const hs_vector 
                          hs_add_scaled(sum[2], 1.0, sum[3]));
 }
 
-/* Extend the active set to a number of rings, and the matrices with it. */
-HS_WIDE static void extend_matrices(hs_ring_problem *problem, int32_t active_count) {
+HS_WIDE void hs_set_ring_tractions(hs_ring_problem *problem, double friction) {
+    const double *depth = problem->depth, *moved_fraction = problem->moved_fraction;
+    const hs_vector *rest = problem->trial_at_rest;
+    hs_vector *slope = problem->slope;
+    for (int32_t j = 0; j < problem->ring_count; ++j) {
+        double width = depth[j + 1] - depth[j];
+        slope[j].x = (rest[j + 1].x - rest[j].x) / width;
+        slope[j].y = (rest[j + 1].y - rest[j].y) / width;
+    }
+    for (int32_t i = 1; i <= problem->ring_count; ++i) {
+        problem->limit[i] = friction * sqrt(depth[i]);
+        problem->rest_traction[i] = row_product(&ELEMENT(traction_matrix, i, 0), slope, i);
+        double unit_traction = 0.0;
+        for (int32_t j = 0; j < i && (j == 0 || moved_fraction[j] < 1.0); ++j)
+            unit_traction += ELEMENT(traction_matrix, i, j) *
+                             (moved_fraction[j + 1] - (j > 0 ? moved_fraction[j] : 0.0)) /
+                             (depth[j + 1] - depth[j]);
+        problem->unit_traction[i] = unit_traction;
+    }
+}
+
+/* Extend the matrices to a number of rings. */
+HS_WIDE static void extend_matrices(hs_ring_problem *problem, int32_t count) {
     const double *depth = problem->depth;
     double *remainder = problem->newton_step;
-    for (int32_t k = problem->active_count + 1; k <= active_count; ++k) {
+    for (int32_t k = problem->row_count + 1; k <= count; ++k) {
         double *row = &ELEMENT(deflection_matrix, k, 0);
         /* F D is the matrix that sums slopes: F by back substitution, row by row */
         for (int32_t j = 0; j < k; ++j) remainder[j] = depth[j + 1] - depth[j];
@@ -139,6 +154,10 @@ HS_WIDE static void extend_matrices(hs_ring_problem *problem, int32_t active_cou
             row[j] = remainder[j - 1] / ELEMENT(traction_matrix, j, j - 1);
             add_row(remainder, -row[j], &ELEMENT(traction_matrix, j, 0), j - 1);
         }
+        problem->row_count = k;
+    }
+    for (int32_t k = problem->hessian_count + 1; k <= count; ++k) {
+        const double *row = &ELEMENT(deflection_matrix, k, 0);
         for (int32_t i = 1; i <= k; ++i) ELEMENT(hessian, k, i) = 0.0;
         problem->load_gradient[k] = problem->displacement_gradient[k] = 0.0;
         for (int32_t i = 1; i <= k; ++i) {
@@ -148,15 +167,15 @@ HS_WIDE static void extend_matrices(hs_ring_problem *problem, int32_t active_cou
             problem->displacement_gradient[i] += weight * problem->moved_fraction[k];
         }
     }
-    for (int32_t i = 1; i <= active_count; ++i)
+    for (int32_t i = 1; i <= count; ++i)
         for (int32_t j = 1; j < i; ++j) ELEMENT(hessian, j, i) = ELEMENT(hessian, i, j);
-    problem->active_count = active_count;
+    problem->hessian_count = count;
 }
 
-/* Extend the linear term Fᵀ M v* to the active rings. */
-HS_WIDE static void extend_linear_term(hs_ring_problem *problem, int32_t active_count) {
+/* Add the stiffness of rings from `first` to `last` to the linear term Fᵀ M v*. */
+HS_WIDE static void extend_linear_term(hs_ring_problem *problem, int32_t first, int32_t last) {
     hs_vector *restrict linear_term = problem->linear_term;
-    for (int32_t k = problem->solved_count + 1; k <= active_count; ++k) {
+    for (int32_t k = first; k <= last; ++k) {
         const double *restrict row = &ELEMENT(deflection_matrix, k, 0);
         const double stiffness = problem->stiffness[k];
         const hs_vector trial = problem->trial[k];
@@ -164,7 +183,6 @@ HS_WIDE static void extend_linear_term(hs_ring_problem *problem, int32_t active_
         for (int32_t i = 1; i <= k; ++i)
             linear_term[i] = hs_add_scaled(linear_term[i], stiffness * row[i], trial);
     }
-    problem->solved_count = active_count;
 }
 
 /* Subtract the effect of the traction of a ring, A Q, from the slip of all active rings. */
@@ -185,10 +203,8 @@ HS_WIDE static void compute_slip(hs_ring_problem *problem) {
         subtract_traction(problem, i, problem->traction[i]);
 }
 
-/* Projected Gauss–Seidel sweep: move each traction to its minimum while all others are constant.
- * Returns the largest change, over the friction limit. */
-HS_WIDE static double sweep_gauss_seidel(hs_ring_problem *problem) {
-    double max_change = 0.0;
+/* Projected Gauss–Seidel sweep: move each traction to its minimum while all others are constant. */
+HS_WIDE static void sweep_gauss_seidel(hs_ring_problem *problem) {
     for (int32_t i = 1; i <= problem->active_count; ++i) {
         hs_vector old_traction = problem->traction[i],
                   unlimited =
@@ -197,9 +213,7 @@ HS_WIDE static double sweep_gauss_seidel(hs_ring_problem *problem) {
                   change = hs_add_scaled(new_traction, -1.0, old_traction);
         problem->traction[i] = new_traction;
         subtract_traction(problem, i, change);
-        max_change = hs_max(max_change, hs_norm(change) / problem->limit[i]);
     }
-    return max_change;
 }
 
 /* Cholesky factor U of a matrix UᵀU with `count` rows, in place; the upper half is given. Returns 0
@@ -265,43 +279,60 @@ HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
     return problem->unknown_count;
 }
 
-/* Move the tractions by a Newton step; those of slipping rings remain at their limits. */
-static void apply_newton_step(hs_ring_problem *problem) {
+/* Move the tractions by a Newton step; those of slipping rings remain at their limits. Returns the
+ * largest change, over the friction limit; infinite if a traction exceeds its limit. */
+static double apply_newton_step(hs_ring_problem *problem) {
     int32_t count = factorise_newton_matrix(problem);
-    if (count == 0) return;
+    const hs_vector zero = {0.0, 0.0};
+    double max_change = count == 0 ? HUGE_VAL : 0.0;
     for (int32_t a = 0; a < count; ++a)
         problem->newton_step[a] =
             hs_dot(problem->basis[a], problem->slip[abs(problem->basis_ring[a])]);
-    solve_cholesky(problem->cholesky_factor, 2 * problem->capacity, count, problem->newton_step);
+    if (count > 0)
+        solve_cholesky(problem->cholesky_factor, 2 * problem->capacity, count,
+                       problem->newton_step);
     for (int32_t a = 0; a < count; ++a) {
         int32_t i = abs(problem->basis_ring[a]);
-        double limit = problem->limit[i], step = problem->newton_step[a];
+        const double limit = problem->limit[i], *step = problem->newton_step + a;
+        hs_vector *traction = problem->traction + i;
         if (problem->basis_ring[a] > 0) {
-            problem->traction[i] = hs_add_scaled(problem->traction[i], step, problem->basis[a]);
+            hs_vector change = {step[0], step[1]};
+            *traction = hs_add_scaled(*traction, 1.0, change);
+            max_change = hs_max(max_change, hs_norm(change) / limit);
+            if (hs_norm(*traction) > limit) max_change = HUGE_VAL;
+            ++a;
             continue;
         }
-        hs_vector rotated = hs_add_scaled(problem->traction[i],
-                                          hs_clamp(step, MAX_ROTATION * limit), problem->basis[a]);
-        double norm = hs_norm(rotated);
-        problem->traction[i].x = rotated.x * (limit / norm);
-        problem->traction[i].y = rotated.y * (limit / norm);
+        max_change = hs_max(max_change, fabs(*step) / limit);
+        *traction =
+            hs_add_scaled(*traction, hs_clamp(*step, MAX_ROTATION * limit), problem->basis[a]);
+        *traction = hs_add_scaled(zero, limit / hs_norm(*traction), *traction);
     }
+    return max_change;
 }
 
-/* Compute tractions from the deflections, from ring `outermost` inward. Returns the innermost ring
- * beyond its limit, or 0. */
-HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem, int32_t outermost) {
+/* Compute tractions of rings that are not active. Returns the innermost ring beyond its limit, or
+ * 0. */
+HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem) {
+    const int32_t active = problem->active_count;
     const double *depth = problem->depth;
-    const hs_vector *deflection = problem->deflection;
-    hs_vector *slope = problem->slope;
+    hs_vector *slope = problem->slope, outer_slip = {0.0, 0.0};
     int32_t innermost = 0;
-    for (int32_t j = 0; j < problem->ring_count; ++j) {
+    /* slopes of v - v*, which is zero inside the active rings */
+    for (int32_t j = 0; active > 0 && j <= active && j < problem->ring_count; ++j) {
+        hs_vector slip = hs_add_scaled(problem->deflection[j + 1], -1.0, problem->trial[j + 1]);
         double width = depth[j + 1] - depth[j];
-        slope[j].x = (deflection[j + 1].x - deflection[j].x) / width;
-        slope[j].y = (deflection[j + 1].y - deflection[j].y) / width;
+        slope[j].x = (slip.x - outer_slip.x) / width;
+        slope[j].y = (slip.y - outer_slip.y) / width;
+        outer_slip = slip;
     }
-    for (int32_t i = outermost; i <= problem->ring_count; ++i) {
-        problem->traction[i] = row_product(&ELEMENT(traction_matrix, i, 0), slope, i);
+    for (int32_t i = active + 1; i <= problem->ring_count; ++i) {
+        problem->traction[i] = hs_add_scaled(problem->rest_traction[i], problem->unit_traction[i],
+                                             problem->displacement);
+        if (active > 0)
+            problem->traction[i] =
+                hs_add_scaled(problem->traction[i], 1.0,
+                              row_product(&ELEMENT(traction_matrix, i, 0), slope, active + 1));
         /* beyond rounding; chosen */
         if (hs_norm(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) innermost = i;
     }
@@ -326,42 +357,49 @@ static int64_t iteration_work(const hs_ring_problem *problem) {
     return 1 + active * active * active / 400;
 }
 
-void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch) {
+int hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, int max_iterations,
+                   hs_watch *watch) {
     const int32_t n = problem->ring_count;
     const hs_vector zero = {0.0, 0.0};
-    problem->unknown_count = problem->solved_count = 0;
     problem->trial[0] = zero;
+    problem->displacement = displacement;
     for (int32_t k = 1; k <= n; ++k)
         problem->trial[k] =
             hs_add_scaled(problem->trial_at_rest[k], problem->moved_fraction[k], displacement);
     memcpy(problem->deflection, problem->trial, (size_t)(n + 1) * sizeof *problem->deflection);
     if (is_frictionless(problem)) {
         memset(problem->deflection, 0, (size_t)(n + 1) * sizeof *problem->deflection);
-        return;
+        problem->active_count = 0;
+        return 1;
     }
-    int32_t violated_ring = find_innermost_violation(problem, 1);
-    if (violated_ring == 0) return;
-    for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
+    int32_t wanted = problem->wanted_count;
+    if (problem->active_count == 0) wanted = find_innermost_violation(problem);
+    if (wanted == 0) return 1;
+    /* the active set only grows, since its matrices are extended ring by ring */
+    problem->active_count = 0;
+    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+        if (wanted) {
+            if (wanted > problem->hessian_count) extend_matrices(problem, wanted);
+            for (int32_t i = problem->active_count + 1; i <= wanted; ++i)
+                problem->traction[i] = clip_to_norm(problem->traction[i], problem->limit[i]);
+            extend_linear_term(problem, problem->active_count + 1, wanted);
+            problem->active_count = wanted;
+        }
         if (watch && watch->status == HS_OK)
             watch->status =
                 hs_count_work(watch->drive, &watch->work_since_poll, iteration_work(problem));
-        if (watch && watch->status != HS_OK) return;
-        if (violated_ring) {
-            /* the active set only grows, since its matrices are extended ring by ring */
-            if (violated_ring > problem->active_count) extend_matrices(problem, violated_ring);
-            for (int32_t i = problem->solved_count + 1; i <= problem->active_count; ++i)
-                problem->traction[i] = clip_to_norm(problem->traction[i], problem->limit[i]);
-            extend_linear_term(problem, problem->active_count);
-        }
+        if (watch && watch->status != HS_OK) return 1;
         compute_slip(problem);
-        int is_converged = sweep_gauss_seidel(problem) <= TRACTION_TOLERANCE;
-        if (!is_converged) apply_newton_step(problem);
+        sweep_gauss_seidel(problem);
+        double change = apply_newton_step(problem);
         compute_deflections(problem);
-        violated_ring = find_innermost_violation(problem, problem->active_count + 1);
-        if (is_converged && !violated_ring) break;
+        wanted = find_innermost_violation(problem);
         /* activate one more ring in advance: slip that spreads inward mostly continues */
-        if (violated_ring && violated_ring < n) ++violated_ring;
+        if (wanted && wanted < n) ++wanted;
+        problem->wanted_count = wanted ? wanted : problem->active_count;
+        if (change <= NEWTON_TOLERANCE && !wanted) return 1;
     }
+    return 0;
 }
 
 hs_vector hs_ring_load(const hs_ring_problem *problem) {
@@ -373,13 +411,13 @@ hs_vector hs_ring_load(const hs_ring_problem *problem) {
 
 void hs_ring_stiffness(hs_ring_problem *problem, double stiffness[2][2]) {
     double stuck_stiffness = 0.0;
-    for (int32_t k = problem->solved_count + 1; k <= problem->ring_count; ++k)
+    for (int32_t k = problem->active_count + 1; k <= problem->ring_count; ++k)
         stuck_stiffness += problem->stiffness[k] * problem->moved_fraction[k];
     stiffness[0][0] = stiffness[1][1] = stuck_stiffness;
     stiffness[0][1] = stiffness[1][0] = 0.0;
     if (is_frictionless(problem)) stiffness[0][0] = stiffness[1][1] = 0.0;
-    if (problem->solved_count == 0) return;
-    int32_t count = factorise_newton_matrix(problem);
+    if (problem->active_count == 0) return;
+    const int32_t count = problem->unknown_count;
     double *solution = problem->newton_step;
     for (int axis = 0; axis < 2; ++axis) {
         for (int32_t a = 0; a < count; ++a)

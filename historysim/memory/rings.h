@@ -44,12 +44,13 @@ typedef struct hs_ring_class {
 typedef struct hs_ring_problem {
     int32_t capacity;
     int32_t ring_count;
-    int32_t active_count; /* rings from the edge inward that have rows in the matrices */
-    int32_t
-        solved_count; /* rings with unknown tractions: all active ones, or 0; v = v* inside them */
-    double *label;    /* (node) */
-    double *normal;   /* (node) normal load P at the label */
-    double *integral; /* (node) ∫P da up to the label */
+    int32_t row_count;       /* rows of F that are known */
+    int32_t hessian_count;   /* rings of A: the active ones of the latest solution on these nodes */
+    int32_t active_count;    /* rings with unknown tractions; v = v* inside them */
+    int32_t wanted_count;    /* rings that the following iteration makes active */
+    double *label;           /* (node) */
+    double *normal;          /* (node) normal load P at the label */
+    double *integral;        /* (node) ∫P da up to the label */
     double *moved_fraction;  /* (node) fraction of a displacement that deflects the spring: below 1
                                 if it touches meanwhile */
     double *depth;           /* (node) r, below the edge */
@@ -57,15 +58,18 @@ typedef struct hs_ring_problem {
     double *deflection_matrix; /* (ring, ring) F: v = F Q */
     double *stiffness;         /* (ring) M: the tangential load is Σ M v */
     double *limit;             /* (ring) g */
+    double *unit_traction;     /* (ring) Q of v* = `moved_fraction`, per displacement */
     double *hessian;           /* (ring, ring) A = Fᵀ M F of the active rings */
     double *load_gradient; /* (ring) Fᵀ M 1, derivative of the tangential load with respect to Q */
     double *displacement_gradient; /* (ring) Fᵀ M times `moved_fraction`, derivative of the linear
                                       term */
     double *cholesky_factor;       /* of the matrix of the Newton step */
     double *newton_step;
+    hs_vector displacement;   /* of the latest solution */
     hs_vector *stage_slip;    /* (node) slip v* - v in the first stage of a step */
     hs_vector *trial_at_rest; /* (node) v* at zero displacement */
     hs_vector *trial;         /* (node) v* */
+    hs_vector *rest_traction; /* (ring) Q of v* at zero displacement */
     hs_vector *linear_term;   /* (ring) Fᵀ M v* */
     hs_vector *traction;      /* (ring) Q */
     hs_vector *slip;       /* (ring) y = Fᵀ M (v* - v), the negative gradient with respect to Q */
@@ -73,7 +77,7 @@ typedef struct hs_ring_problem {
     hs_vector *slope;      /* (interval) m, of v towards the deeper node */
     hs_vector *basis;      /* (unknown) direction of each unknown of the Newton step */
     int32_t *basis_ring;   /* (unknown) its ring; negative if the ring slips */
-    int32_t unknown_count; /* of the latest factorisation; 0 without one */
+    int32_t unknown_count; /* of the latest factorisation; 0 if it has failed */
     /* Normal loads at the start of a step, at its first stage and at its end; zero at constant
      * approach. */
     hs_normal edge[3];
@@ -127,12 +131,17 @@ typedef struct hs_body {
 
 /* Reserve a problem of `ring_count` rings; returns a status. */
 int hs_reserve_rings(hs_ring_class *ring_class, int32_t ring_count);
-/* Compute depths, limits, stiffnesses and D from the labels and normal loads of the nodes. */
-void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count, double friction);
-/* Compute the friction limits of the rings. */
-void hs_set_ring_limits(hs_ring_problem *problem, double friction);
-/* Solve the problem at a displacement from the start of the step. `watch` may be NULL. */
-void hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch);
+/* Compute depths, stiffnesses and D from the labels and normal loads of the nodes; no ring is
+ * active. */
+void hs_set_ring_nodes(hs_ring_problem *problem, int32_t node_count);
+/* Compute the friction limits of the rings, and tractions from `trial_at_rest`, `moved_fraction`.
+ */
+void hs_set_ring_tractions(hs_ring_problem *problem, double friction);
+/* Solve the problem at a displacement from the start of the step by iterations from the tractions
+ * of the active rings, each a sweep and a Newton step. True if they have converged. `watch` may be
+ * NULL. */
+int hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, int max_iterations,
+                   hs_watch *watch);
 /* Tangential load Σ M v, and its derivatives with respect to the displacement: stiffness[i][j] =
  * dT_i/dV_j. */
 hs_vector hs_ring_load(const hs_ring_problem *problem);
@@ -165,7 +174,7 @@ int hs_assign_body(hs_body *target, const hs_body *source);
 hs_body *hs_copy_for_trial(const hs_body *body);
 /* Split wide cells and merge narrow ones, with an error of at most `merge_error` of the friction
  * limit. The error is increased up to MAX_MERGE_ERROR while there are too many nodes: a larger one
- * would not decrease as steps are halved. Returns a status. */
+ * would not decrease with the length of steps. Returns a status. */
 int hs_regrid(hs_ring_class *ring_class, int64_t rings_per_class, double friction,
               double merge_error);
 /* Split cells in which slip begins on a displacement increment, without effect on v. Cells at the
@@ -241,7 +250,7 @@ typedef struct hs_stops {
     /* Read the state at `next_fraction` and advance it; returns a status. */
     int (*visit)(struct hs_stops *stops, hs_body *body);
 } hs_stops;
-/* Move a body along a path, in steps that are halved until they converge; returns a status. `stops`
+/* Move a body along a path, in steps as long as the tolerance permits; returns a status. `stops`
  * may be NULL. */
 int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops);
 /* Tangential stiffness dT/dV if the displacement continues in a direction; (0, 0): stiffness of
