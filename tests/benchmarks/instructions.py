@@ -199,6 +199,13 @@ def cases():
     limit = 0.2 * plane.advance(plane.initial_state(), normal_displacement=APPROACH).normal_load
     turn = [hs.TangentialDisplacement(0.5, (SWING, 0.0))]
     yield case("two directions, slip", plane, turn + circle(8, SWING))
+    yield case("two directions, small circle", plane, turn + circle(8, 0.1 * SWING))
+    pressed = [hs.NormalLoad(0.25, limit / 0.2), hs.TangentialLoad(0.5, (0.9 * limit, 0.0))]
+    yield case(
+        "two directions, 0.9 of the limit",
+        plane,
+        [*pressed, hs.TangentialLoad(1.0, (0.0, 0.9 * limit))],
+    )
     yield case(
         "two directions, loads",
         plane,
