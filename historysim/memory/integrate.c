@@ -530,15 +530,14 @@ int hs_line_step(hs_line *memory, int normal_control, double normal_target, int 
     hs_set_clock(memory, NAN);
     /* a refused step leaves the representation */
     hs_line *copy = hs_is_represented(memory, &path) ? NULL : hs_line_copy(memory);
-    hs_line *changed = copy ? copy : memory;
-    int status = hs_represent(changed, &path);
-    hs_line *line = hs_active(changed);
+    hs_line *changed = copy ? copy : memory, *line;
+    int status = hs_represent(changed, &path, &line);
     hs_set_clock(line, NAN);
     if (status == HS_OK)
         status = hs_plan_path(line, &path, drive->compliance[0] * units->stiffness, drive->saturate,
                               1, &plan, refusal);
     if (status == HS_OK) status = hs_follow_plan(line, &plan, 0.0, 1.0, drive);
-    hs_update_from_scaled(changed);
+    hs_update_from(changed, line);
     if (copy && status == HS_OK)
         hs_line_take(memory, copy);
     else
@@ -729,8 +728,7 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
             status = plan_evolving(&ctx, memory, &path, until);
             if (has_split != ctx.has_split) hs_recorder_forget(&recorder);
         } else {
-            status = hs_represent(memory, &path);
-            line = hs_active(memory);
+            status = hs_represent(memory, &path, &line);
             hs_set_clock(line, path.begin);
             if (status == HS_OK)
                 status = hs_plan_path(line, &path, compliance, drive->saturate,
@@ -740,7 +738,7 @@ int hs_line_integrate(hs_line *memory, const hs_path *paths, int64_t count, cons
             double fraction = until * ((double)division / (double)path.parts);
             status = evolution ? follow_segments(&ctx, memory, previous_fraction, fraction)
                                : hs_follow_plan(line, &plan, previous_fraction, fraction, drive);
-            hs_update_from_scaled(memory);
+            hs_update_from(memory, line);
             previous_fraction = fraction;
             if (status == HS_OK) status = hs_count_work(drive, &work, work_per_row);
             if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;

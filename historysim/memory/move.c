@@ -3,6 +3,7 @@
  * and sums loads and losses. */
 
 #include "move.h"
+#include "scaled.h"
 #include "slides.h"
 
 /* Largest compliance of an instrument over d/P of the contact for which the load is the sum over
@@ -23,23 +24,15 @@ int hs_reserve_vertices(hs_line *memory) {
     return needed > memory->capacity ? hs_line_reserve(memory, needed + spare) : HS_OK;
 }
 
-/* True if nothing touches at the start of a path that meets its target at the present displacement.
- */
-static int touches_unstrained(const hs_line *memory, hs_target target) {
-    const hs_contact *contact = memory->contact;
-    return memory->approach <= contact->sorted_gap[0] && contact->groups > 1 &&
-           target.value == target.rigid * memory->displacement && isnan(memory->clock.load);
-}
-
 int hs_move(hs_line *memory, double d, double load, hs_target target) {
     hs_group_loads loads;
-    int status = hs_reserve_vertices(memory);
+    int is_done, status = hs_press_unstrained(memory, d, load, target, &is_done);
+    if (status != HS_OK || is_done) return status;
+    status = hs_reserve_vertices(memory);
     if (status == HS_OK) status = hs_loads_of_groups(memory, d, load, &loads);
     if (status != HS_OK) return status;
     hs_target path = target;
-    if (touches_unstrained(memory, target)) {
-        path = hs_to_displacement(memory->displacement);
-    } else if (target.compliance != 0.0 && !(loads.count > 0 && hs_has_single_group(memory))) {
+    if (target.compliance != 0.0 && !(loads.count > 0 && hs_has_single_group(memory))) {
         hs_fronts fronts;
         path = hs_to_displacement(0.0);
         status = hs_init_fronts(&fronts, loads.count);
@@ -194,15 +187,6 @@ int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, d
     for (int64_t index = 0; index < groups && !is_at_rest; ++index) {
         int64_t depth = memory->depth[index];
         if (index >= loads->count && depth == 0) break;
-        if (depth == 0 && to.v == from.v && is_prescribed && memory->friction[index] > 0.0 &&
-            memory->contact->gap[memory->contact->first[index]] >= from.d) {
-            double gap = memory->contact->gap[memory->contact->first[index]];
-            hs_vertex *stack = memory->vertices + index * memory->capacity;
-            stack[0] = HS_MADE(hs_vertex){gap, to.v, 0.0, to.v, 0.0, 0.0};
-            stack[1] = HS_MADE(hs_vertex){d, to.v, 0.0, to.v, loads->load[index], 0.0};
-            memory->depth[index] = 2;
-            continue;
-        }
         if (is_prescribed && index < loads->count && !memory->steep[index]) {
             double group_load = loads->load[index];
             if (d == from.d

@@ -337,6 +337,7 @@ static int switch_to_rings(hs_state *state) {
     state->plane->body->displacement = state->plane->displacement;
     state->plane->body->tangential_load = state->plane->tangential_load;
     line->displacement = line->tangential_load = line->excess = 0.0;
+    line->is_direct = 1;
     status = hs_reserve_vertices(line);
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group)
         hs_touch_unstrained(line, group);

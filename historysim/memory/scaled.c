@@ -102,7 +102,8 @@ int hs_line_add_scaled(hs_line *memory, int64_t depth) {
         scaled->clock = memory->clock;
         reorder_energies(memory, scaled, gap);
         pass_slides(memory, scaled);
-        memset(memory->depth, 0, (size_t)contact->groups * sizeof *memory->depth);
+        if (memory->depth[0])
+            memset(memory->depth, 0, (size_t)contact->groups * sizeof *memory->depth);
     }
     memory->scaled = scaled;
     free(gap);
@@ -191,28 +192,76 @@ static int is_held(const hs_line *memory, const hs_path *path) {
     return hs_toward(present, path->normal_target, path->normal_fraction) == present;
 }
 
+/* True if a contact is scaled and no spring is strained. */
+static int is_unstrained(const hs_line *memory) {
+    const hs_line *scaled = memory->scaled;
+    return scaled && scaled->depth[0] == 2 && scaled->vertices[0].anchor == memory->displacement &&
+           scaled->vertices[1].anchor == memory->displacement;
+}
+
+/* True if no spring is strained on a path at any approach. */
+static int stays_unstrained(const hs_line *memory, const hs_path *path) {
+    const int by_load = path->tangential_control[0] == HS_LOAD;
+    double present = by_load ? 0.0 : memory->displacement;
+    /* ramps of both loads that fall are integrated by groups */
+    int falls = by_load && path->normal_control == HS_LOAD &&
+                hs_toward(memory->normal_load, path->normal_target, path->normal_fraction) <
+                    memory->normal_load;
+    return is_unstrained(memory) && !falls && memory->excess == 0.0 &&
+           hs_toward(present, path->tangential_target[0], path->tangential_fraction[0]) == present;
+}
+
+int hs_press_unstrained(hs_line *memory, double d, double load, hs_target target, int *is_done) {
+    const double touch = memory->contact->sorted_gap[0], v = memory->displacement,
+                 before = memory->approach;
+    *is_done = 0;
+    if (memory->contact->groups == 1 || memory->evolved || memory->is_direct) return HS_OK;
+    int unstrained = before <= touch || is_unstrained(memory),
+        status = hs_line_restore_groups(memory);
+    if (status != HS_OK || !unstrained || d <= touch || target.value != target.rigid * v)
+        return status;
+    memory->approach = d;
+    status = hs_line_add_scaled(memory, 2);
+    if (status != HS_OK) {
+        memory->approach = before;
+        return status == HS_NOT_A_STATE ? (int)HS_OK : status;
+    }
+    *is_done = 1;
+    memory->normal_load = load;
+    memory->tangential_load = memory->scaled->tangential_load = 0.0;
+    hs_vertex *stack = memory->scaled->vertices;
+    stack[0] = HS_MADE(hs_vertex){0.0, v, 0.0, v, 0.0, 0.0};
+    stack[1] =
+        HS_MADE(hs_vertex){memory->scaled->approach, v, 0.0, v, memory->scaled->normal_load, 0.0};
+    return status;
+}
+
 int hs_is_represented(const hs_line *memory, const hs_path *path) {
     int64_t leader;
     if (memory->contact->groups == 1 || memory->evolved) return 1;
     int held = is_held(memory, path);
-    return memory->scaled ? held : !(held && common_limit(memory, &leader) > 0.0);
+    return memory->scaled ? held || stays_unstrained(memory, path)
+                          : !(held && common_limit(memory, &leader) > 0.0);
 }
 
-int hs_represent(hs_line *memory, hs_path *path) {
+int hs_represent(hs_line *memory, hs_path *path, hs_line **line) {
     int64_t leader = 0;
     int status = HS_OK;
+    *line = memory;
     if (memory->contact->groups == 1 || memory->evolved) return status;
-    if (!is_held(memory, path)) return hs_line_restore_groups(memory);
+    if (!is_held(memory, path))
+        return stays_unstrained(memory, path) ? status : hs_line_restore_groups(memory);
     double span = memory->scaled ? 0.0 : common_limit(memory, &leader);
     if (span > 0.0) status = scale_contact(memory, leader, span);
+    if (!memory->scaled) return status;
     /* the normal target is of the contact without scales */
-    if (memory->scaled) path->normal_fraction = 0.0;
+    path->normal_fraction = 0.0;
+    *line = memory->scaled;
     return status;
 }
 
-void hs_update_from_scaled(hs_line *memory) {
-    const hs_line *scaled = memory->scaled;
-    if (!scaled) return;
+void hs_update_from(hs_line *memory, const hs_line *scaled) {
+    if (scaled == memory) return;
     memory->displacement = scaled->displacement;
     memory->tangential_load = scaled->tangential_load;
     memory->dissipated = scaled->dissipated;

@@ -499,6 +499,7 @@ static const char *read_plane(hs_state *state, const head *header, unsigned char
     if (!(header->features & TURNED)) return NULL;
     plane->body = hs_body_new(&state->line, plane->rings, plane->tolerance);
     if (!plane->body) return no_memory;
+    state->line.is_direct = 1;
     plane->body->displacement = plane->displacement;
     plane->body->tangential_load = plane->tangential_load;
     for (int64_t c = 0; c < header->classes; ++c) {
