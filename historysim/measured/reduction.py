@@ -108,13 +108,18 @@ def check_order(
 # -- noise -----------------------------------------------------------------------------------------
 
 
+def deviation_by_median(values: Floats, variance: float = 1.0) -> float:
+    """Return the standard deviation of normal values about 0 by their median size, over the root of a variance."""
+    return float(np.median(np.abs(values))) / (MEDIAN_OF_NORMAL * math.sqrt(variance))
+
+
 def estimate_white_noise(values: ArrayLike) -> float:
     """Return the standard deviation of white noise on a smooth record; 0 for fewer than three samples."""
     samples = as_floats("values", values)
     if samples.size < 3:
         return 0.0
     # a second difference adds up the variances 1 + 4 + 1; turning points do not count in a median
-    white = float(np.median(np.abs(np.diff(samples, 2)))) / (MEDIAN_OF_NORMAL * math.sqrt(6))
+    white = deviation_by_median(np.diff(samples, 2), 6)
     steps = np.abs(np.diff(samples))
     if white == 0 and np.median(steps) == 0 and steps.any():
         # the last digit is mostly constant: its rounding is the noise
@@ -129,7 +134,7 @@ def noise_of_curve(values: Floats) -> float:
     """
     if values.size < 5:
         return 0.0
-    return float(np.median(np.abs(np.diff(values, 4)))) / (MEDIAN_OF_NORMAL * math.sqrt(70))
+    return deviation_by_median(np.diff(values, 4), 70)
 
 
 def estimated_noise(displacement: Floats, noise: float | None = None) -> float:
@@ -174,10 +179,17 @@ def _find_digit(values: Floats) -> float:
 
 def jumps_of_counter(values: Floats) -> str:
     """Describe jumps of a channel by the range of a counter, and the remedy; empty if there are none."""
-    digit = _find_digit(values)
-    if not digit or values.size < FEWEST_SAMPLES:
+    if values.size < FEWEST_SAMPLES:
         return ""
-    steps = np.abs(np.diff(values)) / digit
+    steps = np.abs(np.diff(values))
+    largest = float(steps.max())
+    # jumps are within 1/16 of one size and other steps below 1/16 of it, so none is in between;
+    # the search for the last digit takes long
+    if ((steps >= largest / 8) & (steps <= 7 / 8 * largest)).any():
+        return ""
+    if not (digit := _find_digit(values)):
+        return ""
+    steps /= digit
     for size in COUNTERS:
         jumps = steps > size / 2
         usual = float(steps[~jumps].max(initial=0.0))

@@ -19,12 +19,12 @@ from historysim.measured.intervals import student_factor
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import (
     FEWEST_SPIKES,
-    MEDIAN_OF_NORMAL,
     REVERSAL,
     SPIKE,
     channel,
     check_order,
     count_of_spikes,
+    deviation_by_median,
     estimate_white_noise,
     estimated_noise,
     history_channels,
@@ -382,8 +382,8 @@ def sliding_of_channels(
         )
     # noise that is correlated from sample to sample is more than what one differs from the next by
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
-    noise_about_means = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
-    noise = max(estimate_white_noise(friction), noise_about_means)
+    about_means = deviation_by_median(friction - means[0][window])
+    noise = max(estimate_white_noise(friction), about_means)
     peak = _peak(along, smooth, edges, means[0], noise)
     top = int(smooth.argmax())
     lifted = noise * math.sqrt(2 * math.log(max(smooth.size, 2)))
@@ -401,7 +401,7 @@ def sliding_of_channels(
 def _find_outliers(friction: Floats) -> Booleans:
     """Return the few samples that are far from friction before and behind them, as a broken row is (sample)."""
     deviation = np.abs(friction - _running_median(friction, WIDTH_OF_OUTLIERS))
-    usual = float(np.median(np.abs(friction - np.median(friction)))) / MEDIAN_OF_NORMAL
+    usual = deviation_by_median(friction - np.median(friction))
     largest = float(np.quantile(np.abs(friction), MOST_COEFFICIENTS))
     limit = max(FAR * largest, SPIKE * usual, SPIKE * estimate_white_noise(friction))
     outliers: Booleans = deviation > limit
@@ -694,7 +694,7 @@ def _structure(approach: Approach, residuals: Floats, neighbours: float, width: 
             share = f"{100 * deviation / height:.2g} % of its height"
             return f"neighbouring windows stray from an exponential together, by {share}"
         sizes = np.abs(residuals)
-        if sizes.max() > MOST_ALONE * float(np.median(sizes)) / MEDIAN_OF_NORMAL:
+        if sizes.max() > MOST_ALONE * deviation_by_median(residuals):
             return f"a single window strays from an exponential by {sizes.max():.2g}: a picture (-o mu.png) shows it"
     if not math.isfinite(approach.length_high):
         return "the windows do not determine its length"

@@ -447,7 +447,7 @@ class _RowParser:
         """Return the remedy for a broken row, with the rows that ``broken = "drop"`` would leave out."""
         dropping = evolve(self, layout=evolve(self.layout, broken="drop"))
         try:
-            _, lines, dropped = dropping._read_columns(most_rows)  # noqa: SLF001 - of the same class
+            _, lines, dropped = dropping.read_columns(most_rows)
         except InputError:
             # other rows cannot be read even if broken ones are dropped
             return "correct it in the file"
@@ -460,11 +460,11 @@ class _RowParser:
 
     def read(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[str]]:
         """Return the columns, the line numbers of the rows, and a notice of broken rows that are left out."""
-        columns, lines, dropped = self._read_columns(most_rows)
+        columns, lines, dropped = self.read_columns(most_rows)
         notices = [f"broken rows left out: {_dropped_text(dropped, lines.size)}"] if dropped else []
         return columns, lines, notices
 
-    def _read_columns(
+    def read_columns(
         self, most_rows: int
     ) -> tuple[dict[str, FileColumn], Integers, list[_BadRowError]]:
         """Return the columns, the line numbers of the rows, and the errors of rows that are left out."""
@@ -516,22 +516,26 @@ class _RowParser:
         is_commented = self.layout.comment and self.layout.comment in block
         if is_commented or '"' in block or self.clocks or self.cell_units:
             return None
+        # a word in the column of the guard is not a number
+        used = [*self.indices.values(), *([self.guard] if self.guard >= 0 else [])]
+        last = self.heading.width - 1
         if delimiter == " ":
-            widths = {len(line.split()) for line in lines}
+            is_even = {len(line.split()) for line in lines} == {last + 1}
+        elif last in used:
+            # numpy refuses a line without the last column
+            is_even = block.count(delimiter) == last * len(lines)
         else:
-            widths = {line.count(delimiter) + 1 for line in lines}
-        if widths != {self.heading.width} or not is_plain(block, decimal):
+            is_even = {line.count(delimiter) for line in lines} == {last}
+        if not is_even or not is_plain(block, decimal):
             return None
         if decimal != ".":
             lines = [line.replace(decimal, ".") for line in lines]
-        # a word in the column of the guard is not a number
-        guard = [self.guard] if self.guard >= 0 else []
         try:
             rows = np.loadtxt(
                 lines,
                 delimiter=None if delimiter == " " else delimiter,
                 comments=None,
-                usecols=[*self.indices.values(), *guard],
+                usecols=used,
                 ndmin=2,
             )
         except ValueError:
