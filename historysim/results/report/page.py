@@ -121,7 +121,8 @@ def image(figure: "Figure", text: str) -> str:
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
     with Image.open(stream) as opened:
-        return _embed_image(opened.convert("RGB"), text, lossless=True)
+        # without loss quality is effort: more of it makes no smaller file
+        return _embed_image(opened.convert("RGB"), text, lossless=True, quality=50)
 
 
 def thumbnail(blocks: Iterable[str], text: str) -> str:
